@@ -168,14 +168,14 @@ class ChunkStore:
             self._kept_bytes -= len(old)
 
     def _prepare(self, upcoming: Sequence[int]) -> None:
-        room = _AHEAD_BYTES
+        left_bytes = _AHEAD_BYTES
         for number in upcoming[: self._threads_limit]:
             if number in self._ahead or number in self._kept:
                 continue
             try:
                 header = self._headers(number)
-                room -= header.size
-                if header.compression not in _SLOW or room < 0:
+                left_bytes -= header.size
+                if header.compression not in _SLOW or left_bytes < 0:
                     return
                 where = check_chunk(self._source, header, self._limits)
                 data = self._source.read(header.data_position, header.data_size)

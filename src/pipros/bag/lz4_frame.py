@@ -57,11 +57,11 @@ def _frame(data: bytes, limit: int) -> bytes:
                 raise ValueError("a block checksum is wrong")
             position += 4
         begin = 0 if not flags & 32 else len(out)  # linked blocks may copy from earlier blocks
-        room = min(block_limit, limit - len(out))
+        left = min(block_limit, limit - len(out))
         if is_plain:
             out += block
         else:
-            _block(block, out, begin, len(out) + room)
+            _block(block, out, begin, len(out) + left)
         if len(out) > limit:
             raise ValueError(f"the content must be at most {limit} bytes long")
     position += 4

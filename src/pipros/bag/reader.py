@@ -315,7 +315,7 @@ class BagReader:
                 content: Any = memoryview(data) if is_view and data is not None else data
                 whole = 0 if data is None else len(data)
                 chunk_position = chunks[number].position
-                room = left.get(number, size)
+                left_bytes = left.get(number, size)
                 entries: Iterable[Entry] = run.entries
                 if run.begin or run.end < len(run.entries):
                     entries = islice(run.entries, run.begin, run.end)
@@ -329,14 +329,14 @@ class BagReader:
                         if after > whole:
                             raise self._misplaced(number, offset, "the message is truncated")
                         body = content[begin:after]
-                        room += begin - after
+                        left_bytes += begin - after
                     else:
                         body = self._message_at(number, data, offset, connection)
-                        room -= len(body)
-                    if room < 0:
+                        left_bytes -= len(body)
+                    if left_bytes < 0:
                         raise self._misplaced(number, offset, "the messages are larger than their chunk")
                     yield connection, time_ns, body, chunk_position, offset
-                left[number] = room
+                left[number] = left_bytes
                 if run.is_last:
                     store.drop(number)
                     del left[number]

@@ -240,19 +240,19 @@ class Agent:
             try:
                 if event is not None:
                     event()
-                self._settle()
+                self._update()
             except LinkFailed:
                 return  # the session was closed
             except Exception as error:
                 if not self._node.is_ending:
                     self._log.exception("the fleet agent failed: %s", error)
 
-    def _settle(self) -> None:
+    def _update(self) -> None:
         """Update topics, directory and requested topics according to the current state."""
         self._check_link()
-        self._presence.settle(is_connected=self._link.is_connected, now_s=time.monotonic())
-        self._offers.settle()
-        self._shown.settle()
+        self._presence.remove_departed(is_connected=self._link.is_connected, now_s=time.monotonic())
+        self._offers.update()
+        self._shown.update()
         self._offers.publish_directory()
         self._shown.publish_requests()
 

@@ -128,9 +128,9 @@ class LocalCalls:
     def take(self, asked: Asked) -> None:
         """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""
         with self._lock:
-            has_room = self._running < self._node.limits.of(FleetLimits).fleet_calls
-            self._running += has_room
-        if not has_room:
+            is_accepted = self._running < self._node.limits.of(FleetLimits).fleet_calls
+            self._running += is_accepted
+        if not is_accepted:
             self.refused += 1
             asked.refuse("too many calls are running")
             asked.close()

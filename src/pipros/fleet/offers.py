@@ -29,7 +29,7 @@ class Offers:
         directory: the directory that was last sent.
         shared: topics that are being sent, by name.
         accepted: topics to which others can publish, by name.
-        is_waiting: whether to call `settle` again soon, because an action's status topic waits for its
+        is_waiting: whether to call `update` again soon, because an action's status topic waits for its
             feedback and result topics to be connected.
     """
 
@@ -49,7 +49,7 @@ class Offers:
         Args:
             present: function that returns the tokens of the members that are present; called from any thread.
             warn: function that logs a warning.
-            wake: called from any thread if `settle` has something to do.
+            wake: called from any thread if `update` has something to do.
         """
         self.local = LocalGraph(SystemState({}, {}, {}))
         self.directory = Directory(member, sender.instance)
@@ -79,10 +79,10 @@ class Offers:
         """Remove the requests of a member that has left."""
         self._requests.pop(member, None)
 
-    def settle(self) -> None:
+    def update(self) -> None:
         """Start and stop topics to match the members' requests and the local master's state."""
-        self._settle_shared()
-        self._settle_accepted()
+        self._update_shared()
+        self._update_accepted()
 
     def publish_directory(self) -> None:
         """Send the directory if it has changed.
@@ -150,7 +150,7 @@ class Offers:
     def _put_directory(self) -> None:
         self._link.put(keys.directory(self._member), to_json(self.directory), waits=True)
 
-    def _settle_shared(self) -> None:
+    def _update_shared(self) -> None:
         wanted = {name for requests in self._requests.values() for name in requests.topics}
         offered = {entry.name: entry for entry in self.local.shared if entry.name in wanted}
         for name, source in list(self.shared.items()):
@@ -171,7 +171,7 @@ class Offers:
                 self.shared[name] = source
                 source.start()
 
-    def _settle_accepted(self) -> None:
+    def _update_accepted(self) -> None:
         offered = {entry.name: entry for entry in self.local.accepted}
         for name, sink in list(self.accepted.items()):
             if offered.get(name) != sink.entry:

@@ -22,7 +22,7 @@ _ORDER: Final = {Priority.HIGH: 0, Priority.NORMAL: 1, Priority.LOW: 2}
 class _QueuedTopic(Generic[Item]):
     rank: int
     interval_s: float
-    room: int
+    queue_size: int
     next_s: float = 0.0
     waiting: deque[tuple[Item, int]] = field(default_factory=deque)
 
@@ -51,9 +51,9 @@ class FleetOutbox(Generic[Item]):
 
     def add_topic(self, name: str, rule: FleetRule) -> None:
         """Add a topic, or change its rule. Queued messages are kept."""
-        room = 1 if rule.is_latest_only or rule.rate_hz else QUEUE
+        queue_size = 1 if rule.is_latest_only or rule.rate_hz else QUEUE
         topic: _QueuedTopic[Item] = _QueuedTopic(
-            _ORDER[rule.priority], 1 / rule.rate_hz if rule.rate_hz else 0.0, room
+            _ORDER[rule.priority], 1 / rule.rate_hz if rule.rate_hz else 0.0, queue_size
         )
         if before := self._topics.get(name):
             topic.waiting, topic.next_s = before.waiting, before.next_s
@@ -73,7 +73,7 @@ class FleetOutbox(Generic[Item]):
     def is_unlimited(self, name: str) -> bool:
         """Return whether all of a topic's messages are sent, without a rate or bandwidth limit."""
         topic = self._topics.get(name)
-        return topic is not None and topic.room == QUEUE and not self._bytes_per_s
+        return topic is not None and topic.queue_size == QUEUE and not self._bytes_per_s
 
     def push(self, name: str, item: Item, size: int) -> None:
         """Queue a message, dropping older ones to make room.
@@ -84,7 +84,7 @@ class FleetOutbox(Generic[Item]):
         if topic is None or size > self._limit_bytes:
             self._drop(name)
             return
-        while len(topic.waiting) >= topic.room:
+        while len(topic.waiting) >= topic.queue_size:
             self._drop_oldest(name, topic)
         topic.waiting.append((item, size))
         self.bytes += size

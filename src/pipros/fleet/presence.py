@@ -88,7 +88,7 @@ class Presence:
         """
         self._prune_at_s = now_s + RETURN_S
 
-    def settle(self, *, is_connected: bool, now_s: float) -> None:
+    def remove_departed(self, *, is_connected: bool, now_s: float) -> None:
         """Remove members that have left. None is removed while the link is down."""
         for key, due_s in list(self._leaving.items()):
             if not is_connected:

@@ -122,7 +122,7 @@ class FleetRecorder:
         self._topics: dict[tuple[str, str], _RecordedTopic] = {}
         self._topic_requests: dict[str, TopicRequests] = {}
         self._revisions = itertools.count(1)
-        self._room = Budget(self._limits.of(FleetLimits).fleet_definition_bytes)
+        self._definition_bytes = Budget(self._limits.of(FleetLimits).fleet_definition_bytes)
         self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0
@@ -180,9 +180,9 @@ class FleetRecorder:
 
     def _on_history_request(self, question: Question) -> None:
         with self._lock:
-            has_room = self._requests < _MAX_REQUESTS
-            self._requests += has_room
-        if has_room:
+            is_accepted = self._requests < _MAX_REQUESTS
+            self._requests += is_accepted
+        if is_accepted:
             self._workers.run(self._answer_history, question)
         else:
             question.refuse("the router has too many requests for its history; try again later")
@@ -243,7 +243,7 @@ class FleetRecorder:
         with self._lock:
             if topic.is_forgotten:
                 return
-            if self._room.take(len(definition)):
+            if self._definition_bytes.take(len(definition)):
                 topic.taken_bytes = len(definition)
             else:
                 definition = b""
@@ -315,7 +315,7 @@ class FleetRecorder:
     def _forget_definition(self, topic: _RecordedTopic) -> None:
         with self._lock:
             topic.is_forgotten = True
-            self._room.give_back(topic.taken_bytes)
+            self._definition_bytes.give_back(topic.taken_bytes)
 
     def _take_directory(self, member: str, payload: bytes) -> None:
         token = self._members.present().get(member)

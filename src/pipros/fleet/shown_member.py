@@ -34,7 +34,7 @@ class ShownMember:
     """Another member's topics and services on the local master. Not thread-safe.
 
     Attributes:
-        directory: what the member offers. After replacing it, call `settle`.
+        directory: what the member offers. After replacing it, call `update`.
         sinks: the topics that the member shares, by their names on its master.
         inputs: the topics that the member accepts, by their names on its master.
         services: the member's services, by their names on its master.
@@ -48,14 +48,14 @@ class ShownMember:
         me: str,
         directory: Directory,
         workers: Workers,
-        room: Budget,
+        definition_bytes: Budget,
         wake: Callable[[], object],
     ) -> None:
         """Store the settings.
 
         Args:
-            room: memory for the definitions of all members; each gets half of what the others leave.
-            wake: called from any thread if `settle` has something to do.
+            definition_bytes: for the definitions of all members; each gets half of what the others leave.
+            wake: called from any thread if `update` has something to do.
         """
         self.directory = directory
         self.sinks: dict[str, Sink] = {}
@@ -68,7 +68,7 @@ class ShownMember:
         self._workers = workers
         self._wake = wake
         self._warn = WarningsOnce(node.log)
-        self._room = Budget(room.limit, room, part=0.5)
+        self._definition_bytes = Budget(definition_bytes.limit, definition_bytes, part=0.5)
         self._definitions: dict[tuple[str, str], str | None] = {}
         self._taken_bytes: dict[tuple[str, str], int] = {}
         self._lock = threading.Lock()
@@ -85,19 +85,19 @@ class ShownMember:
             self._refused.add(entry)
             self._warn(f"[{entry.name}] of [{self.directory.member}] is not shown: {error}")
 
-    def settle(self, room: int) -> None:
+    def update(self, max_names: int) -> None:
         """Update the local master.
 
-        `room`: maximum number of topics and services to show.
+        `max_names`: maximum number of topics and services to show.
         """
         directory = self.directory
-        shared = directory.shared[:room]
-        accepted = directory.accepted[: room - len(shared)]
-        services = directory.services[: room - len(shared) - len(accepted)]
+        shared = directory.shared[:max_names]
+        accepted = directory.accepted[: max_names - len(shared)]
+        services = directory.services[: max_names - len(shared) - len(accepted)]
         self._forget({*shared, *accepted, *services})
-        self._settle_sinks({entry.name: entry for entry in shared})
-        self._settle_inputs({entry.name: entry for entry in accepted})
-        self._settle_services({entry.name: entry for entry in services})
+        self._update_sinks({entry.name: entry for entry in shared})
+        self._update_inputs({entry.name: entry for entry in accepted})
+        self._update_services({entry.name: entry for entry in services})
         wanted = {name for name, sink in self.sinks.items() if sink.is_wanted}
         wanted.update(
             outcome
@@ -119,10 +119,10 @@ class ShownMember:
         """Remove everything from the local master."""
         self._is_closed = True
         self._forget(set())
-        self._settle_sinks({})
-        self._settle_inputs({})
-        self._settle_services({})
-        self._room.close()
+        self._update_sinks({})
+        self._update_inputs({})
+        self._update_services({})
+        self._definition_bytes.close()
 
     def _forget(self, offered: set[DirectoryEntry]) -> None:
         """Forget all definitions and errors except those of the given entries."""
@@ -130,14 +130,14 @@ class ShownMember:
         with self._lock:
             for key in self._definitions.keys() - {(entry.type, entry.md5sum) for entry in offered}:
                 del self._definitions[key]
-                self._room.give_back(self._taken_bytes.pop(key, 0))
+                self._definition_bytes.give_back(self._taken_bytes.pop(key, 0))
 
     def _local(self, entry: DirectoryEntry) -> DirectoryEntry:
         return DirectoryEntry(
             f"/{self.directory.member}{entry.name}", entry.type, entry.md5sum, entry.timeout_s
         )
 
-    def _settle_sinks(self, offered: dict[str, DirectoryEntry]) -> None:
+    def _update_sinks(self, offered: dict[str, DirectoryEntry]) -> None:
         for name, sink in list(self.sinks.items()):
             if name not in offered or self._local(offered[name]) != sink.entry:
                 del self.sinks[name]
@@ -158,7 +158,7 @@ class ShownMember:
                         self._wake,
                     )
 
-    def _settle_inputs(self, offered: dict[str, DirectoryEntry]) -> None:
+    def _update_inputs(self, offered: dict[str, DirectoryEntry]) -> None:
         for name, source in list(self.inputs.items()):
             if name not in offered or self._local(offered[name]) != source.entry:
                 del self.inputs[name]
@@ -171,7 +171,7 @@ class ShownMember:
                     source.start()
                     self.inputs[name] = source
 
-    def _settle_services(self, offered: dict[str, DirectoryEntry]) -> None:
+    def _update_services(self, offered: dict[str, DirectoryEntry]) -> None:
         for name, service in list(self.services.items()):
             if offered.get(name) != service.entry:
                 del self.services[name]
@@ -242,7 +242,7 @@ class ShownMember:
         with self._lock:
             if key in self._definitions and self._definitions[key] is None:
                 size_bytes = sys.getsizeof(text)
-                if self._room.take(size_bytes):
+                if self._definition_bytes.take(size_bytes):
                     self._taken_bytes[key] = size_bytes
                 else:
                     text = ""

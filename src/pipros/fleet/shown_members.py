@@ -41,7 +41,7 @@ class ShownMembers:
         warn: Callable[[str], object],
         wake: Callable[[], object],
     ) -> None:
-        """`wake` is called, from any thread, when `settle` has work to do."""
+        """`wake` is called, from any thread, when `update` has work to do."""
         self.members: dict[str, ShownMember] = {}
         self._node = node
         self._link = link
@@ -50,7 +50,7 @@ class ShownMembers:
         self._workers = workers
         self._warn = warn
         self._wake = wake
-        self._room = Budget(node.limits.of(FleetLimits).fleet_definition_bytes)
+        self._definition_bytes = Budget(node.limits.of(FleetLimits).fleet_definition_bytes)
         self._requests_sent: dict[str, TopicRequests] = {}
         self._revisions = itertools.count(1)
 
@@ -82,7 +82,14 @@ class ShownMembers:
             return
         self._node.log.info("[%s] has joined", member)
         self.members[member] = ShownMember(
-            self._node, self._link, self._sender, self._me, directory, self._workers, self._room, self._wake
+            self._node,
+            self._link,
+            self._sender,
+            self._me,
+            directory,
+            self._workers,
+            self._definition_bytes,
+            self._wake,
         )
 
     def forget(self, member: str) -> None:
@@ -104,13 +111,13 @@ class ShownMembers:
             shown.replay()
         self._requests_sent.clear()
 
-    def settle(self) -> None:
+    def update(self) -> None:
         """Update the local master to match the members' directories."""
         limit = self._node.limits.of(FleetLimits).fleet_topics
         sizes = {name: shown.directory.size for name, shown in self.members.items()}
         shares = fair_shares(sizes, limit)
         for name, shown in sorted(self.members.items(), key=lambda each: shares[each[0]] >= sizes[each[0]]):
-            shown.settle(shares[name])  # those that must give up topics first
+            shown.update(shares[name])  # those that must give up topics first
             if shares[name] < sizes[name]:
                 self._warn(
                     f"[{name}] offers too many topics and services; the first {shares[name]} of its "

@@ -113,8 +113,8 @@ def _text(text: str, column: int, indent: int) -> str:
     lines = text.split("\n")
     if len(lines) < 2 or not lines[0] or len(lines) > _WIDTH:
         raise NotPlain
-    room = _WIDTH // 2 - column
-    if not all(not line or (len(line) < room and re.fullmatch(_LINE, line)) for line in lines):
+    width = _WIDTH // 2 - column
+    if not all(not line or (len(line) < width and re.fullmatch(_LINE, line)) for line in lines):
         raise NotPlain
     escaped = [line.replace("'", "''") for line in lines]
     return "'" + _broken(escaped, " " * indent) + "'"

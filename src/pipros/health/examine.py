@@ -63,7 +63,7 @@ def examine(
     if is_offline or machine.master_error is None or machine.master_error:
         return Examination(environment.master_uri, tuple(findings))
     try:
-        system = _settled_system(environment, timeout_s)
+        system = _stable_system(environment, timeout_s)
         pairs = _to_try_back(system, both_ways=both_ways)
         if pairs:
             from pipros.health.reach_back import reach_back
@@ -88,7 +88,7 @@ def _is_reached_from_elsewhere(environment: Environment) -> bool:
     return bool(environment.advertise) or not is_this_machine(split_master_uri(environment.master_uri)[0])
 
 
-def _settled_system(environment: Environment, timeout_s: float) -> SystemReport:
+def _stable_system(environment: Environment, timeout_s: float) -> SystemReport:
     """Return a report on the system. If nodes may still be connecting, query the system a second time."""
     system = gather_system(environment.master_uri, timeout_s=timeout_s)
     if any(finding.rule in CONNECTION_RULES for finding in check_graph(system)):

@@ -326,9 +326,9 @@ class LaunchRun:
             elif after_exit is AfterExit.START_AGAIN:
                 if managed.left_behind is not None:
                     self._end_in_background(managed.left_behind)
-                self._settle(managed, after_exit)
+                self._note_request(managed, after_exit)
             elif managed.restart_at is not None:
-                self._settle(managed, after_exit)
+                self._note_request(managed, after_exit)
 
     def _end_in_background(self, process: NodeProcess) -> None:
         thread = threading.Thread(
@@ -339,7 +339,7 @@ class LaunchRun:
         except RuntimeError as error:
             raise LaunchError(f"cannot stop [{process.name}]: {error}") from None
 
-    def _settle(self, managed: ManagedNode, after_exit: AfterExit) -> None:
+    def _note_request(self, managed: ManagedNode, after_exit: AfterExit) -> None:
         """Record what a user requested for a node that is not running.
 
         If a start was requested, the watching thread starts the node once all processes that the node left
@@ -403,7 +403,7 @@ class LaunchRun:
         if process.has_group:
             managed.left_behind = process
         if is_requested:
-            self._settle(managed, requested)
+            self._note_request(managed, requested)
         elif is_required:
             self._has_lost_required = True
         elif managed.node.respawn:

@@ -166,7 +166,7 @@ class Registry:
 
     def register_publisher(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
         """Register a publisher. Subscribers are notified even if it was already registered."""
-        self._check_room(Role.PUBLISHER, node, topic, api, type_name, self.topic_types.get(topic))
+        self._check_limit(Role.PUBLISHER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.PUBLISHER, node, topic, api)
         if type_name != ANY_TYPE or topic not in self.topic_types:
             self._set_type(topic, type_name)
@@ -175,7 +175,7 @@ class Registry:
 
     def register_subscriber(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
         """Register a subscriber. Its type is used only if the topic has no type yet."""
-        self._check_room(Role.SUBSCRIBER, node, topic, api, type_name, self.topic_types.get(topic))
+        self._check_limit(Role.SUBSCRIBER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.SUBSCRIBER, node, topic, api)
         if type_name != ANY_TYPE and topic not in self.topic_types:
             self._set_type(topic, type_name)
@@ -185,7 +185,7 @@ class Registry:
         """Register the provider of a service. An earlier provider is silently replaced."""
         if (node, api) in self.replaced:
             return []
-        self._check_room(Role.SERVICE, node, service, api, service_api, self._service_apis.get(service))
+        self._check_limit(Role.SERVICE, node, service, api, service_api, self._service_apis.get(service))
         notices = self._enter(Role.SERVICE, node, service, api, service_api)
         for former in self.names_of(Role.SERVICE, service):
             if former != node:
@@ -194,7 +194,7 @@ class Registry:
 
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Subscribe a node to changes at, above and below a parameter key."""
-        self._check_room(Role.PARAM_SUBSCRIBER, node, key, api)
+        self._check_limit(Role.PARAM_SUBSCRIBER, node, key, api)
         return self._enter(Role.PARAM_SUBSCRIBER, node, key, api)
 
     def unregister(self, role: Role, node: str, key: str, api: str) -> tuple[bool, list[Notice]]:
@@ -250,7 +250,7 @@ class Registry:
         self.topic_types[topic] = type_name
         self._note_unused(topic)
 
-    def _check_room(
+    def _check_limit(
         self, role: Role, node: str, key: str, api: str, detail: str = "", former: str | None = None
     ) -> None:
         """Raise `RegistryFull` if a registration would exceed the limit.

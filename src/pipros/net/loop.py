@@ -148,7 +148,7 @@ class _Loop(asyncio.SelectorEventLoop):
     async def getaddrinfo(self, host: Any, port: Any, **wanted: Any) -> list[Any]:
         answer = self._lookups.ask(host, **wanted)
         done = self.create_future()
-        answer.when_done(lambda: _settle(self, done, lambda: done.set_result(None)))
+        answer.when_done(lambda: _resolve(self, done, lambda: done.set_result(None)))
         await done
         return answer.addresses(port)
 
@@ -200,20 +200,22 @@ def _outcome(
             value = function(*args)
         except BaseException as error:
             failure = error
-            _settle(loop, future, lambda: future.set_exception(failure))
+            _resolve(loop, future, lambda: future.set_exception(failure))
         else:
-            _settle(loop, future, lambda: future.set_result(value))
+            _resolve(loop, future, lambda: future.set_result(value))
 
     run(job)
     return future
 
 
-def _settle(loop: asyncio.AbstractEventLoop, future: asyncio.Future[Any], settle: Callable[[], None]) -> None:
+def _resolve(
+    loop: asyncio.AbstractEventLoop, future: asyncio.Future[Any], resolve: Callable[[], None]
+) -> None:
     """Resolve a future in its loop, unless the future was cancelled or the loop has stopped."""
 
     def unless_cancelled() -> None:
         if not future.done():
-            settle()
+            resolve()
 
     with contextlib.suppress(RuntimeError):
         loop.call_soon_threadsafe(unless_cancelled)

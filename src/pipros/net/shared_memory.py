@@ -149,7 +149,7 @@ class TopicMemory:
         with self._lock:
             if self._is_closed:
                 return None
-            able = [link for link in links if link.is_ready and self._has_room(link)]
+            able = [link for link in links if link.is_ready and self._has_free_slot(link)]
             if not _pays(able):
                 return None
             segment = self._segment_for(size)
@@ -172,7 +172,7 @@ class TopicMemory:
             self._table.release(slot)
             self._close_unused()
 
-    def wait_for_room(self, links: Sequence[LinkMemory], limit_s: float) -> None:
+    def wait_for_space(self, links: Sequence[LinkMemory], limit_s: float) -> None:
         """Wait until each subscriber has room for another message, at most `limit_s` in total."""
         end = time.monotonic() + limit_s
         while True:
@@ -195,7 +195,7 @@ class TopicMemory:
     def give(self, link: LinkMemory, placed: PlacedMessage) -> bool:
         """Add a subscriber to the holders of a slot; return False if it has no room."""
         with self._lock:
-            if not link.is_ready or link.is_slow or not self._table.has_room(link):
+            if not link.is_ready or link.is_slow or not self._table.has_free_slot(link):
                 return False
             self._table.give(link, placed.slot)
             return True
@@ -227,9 +227,9 @@ class TopicMemory:
 
     # -- with the lock held -------------------------------------------------------
 
-    def _has_room(self, link: LinkMemory) -> bool:
+    def _has_free_slot(self, link: LinkMemory) -> bool:
         self._collect(link)
-        return not link.is_slow and self._table.has_room(link)
+        return not link.is_slow and self._table.has_free_slot(link)
 
     def _collect(self, link: LinkMemory) -> None:
         """Read a subscriber's acknowledgements."""

@@ -79,7 +79,7 @@ class SlotTable:
             del self._holders[slot]
             self._free[slot[0]].append(slot[1])
 
-    def has_room(self, subscriber: Hashable) -> bool:
+    def has_free_slot(self, subscriber: Hashable) -> bool:
         """Return whether a subscriber may get another slot."""
         return (
             subscriber in self._waiting

@@ -47,14 +47,14 @@ class Attempts:
             await self._wait(self._first if is_first else self._again, loop.create_future())
         is_slow = False
 
-        def make_room() -> None:
+        def free_slot() -> None:
             nonlocal is_slow
             if self._slow < self._slow_limit:
                 is_slow = True
                 self._slow += 1
                 self._pass_on()
 
-        timer = loop.call_later(self._slow_s, make_room)
+        timer = loop.call_later(self._slow_s, free_slot)
         try:
             return await attempt()
         finally:

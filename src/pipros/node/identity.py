@@ -32,7 +32,9 @@ class Identity(NamedTuple):
     environment: Environment
 
     @classmethod
-    def settle(cls, name: str, *, anonymous: bool, argv: Sequence[str], environment: Environment) -> Identity:
+    def from_arguments(
+        cls, name: str, *, anonymous: bool, argv: Sequence[str], environment: Environment
+    ) -> Identity:
         """Determine a node's names.
 
         `__name:=` and `__ns:=` take precedence over `name` and `ROS_NAMESPACE`. `__name:=` may include a

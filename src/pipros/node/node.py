@@ -102,7 +102,7 @@ class Node:
         """
         if ports and (rpc_port or tcpros_port):
             raise ValueError("ports cannot be combined with rpc_port or tcpros_port")
-        self.identity = Identity.settle(
+        self.identity = Identity.from_arguments(
             name, anonymous=anonymous, argv=argv, environment=environment or Environment.from_os()
         )
         self.name = self.identity.name

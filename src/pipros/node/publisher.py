@@ -148,7 +148,7 @@ class Publication:
                 return
         if is_shared and self.queue_size is None and self._memory is not None:
             sharing = [peer.link.memory for peer in links if isinstance(peer.link, LocalOutgoingLink)]
-            self._memory.wait_for_room(sharing, self._context.limits.stall_s)
+            self._memory.wait_for_space(sharing, self._context.limits.stall_s)
 
     def _share(self, links: Sequence[PublisherLink], data: WireMessage, size: int) -> bool:
         """Send a message in shared memory if that pays; otherwise return False. The caller holds `_lock`."""

@@ -212,11 +212,11 @@ class ActionToRos2:
         with self._lock:
             if goal in self._cancellations:
                 return
-            has_room = len(self._cancellations) < self._node.limits.goals
-            if has_room:
+            has_space = len(self._cancellations) < self._node.limits.goals
+            if has_space:
                 self._cancelling.run(self._request_cancel, goal)
                 self._cancellations.add(goal)
-        if not has_room:
+        if not has_space:
             _LOG.warning("a cancellation for the action %s was dropped: too many are queued", self._name)
 
     def _request_cancel(self, goal: GoalInfo) -> None:

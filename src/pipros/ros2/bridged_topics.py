@@ -356,8 +356,8 @@ class ToRos1:
     def _keep(self, publisher: bytes, message: Any, size: int) -> None:
         with self._lock:
             self._forget(publisher)
-            has_room = self._latched_bytes + size <= self._node.limits.of(Ros2Limits).ros2_history_bytes
-            if has_room and len(self._latched) < _KEPT:
+            has_space = self._latched_bytes + size <= self._node.limits.of(Ros2Limits).ros2_history_bytes
+            if has_space and len(self._latched) < _KEPT:
                 self._latched_bytes += size
                 self._latched[publisher] = message, size
 

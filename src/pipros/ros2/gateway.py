@@ -169,7 +169,7 @@ class Gateway:
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
             self._seen, self._compare_at_s = (graph, endpoints), now_s + COMPARE_S
             skipped: dict[str, LeftOut] = {}
-            self._settle(self._wanted(graph, found, skipped), skipped)
+            self._open_wanted(self._wanted(graph, found, skipped), skipped)
             self._skipped = skipped
             self._report(skipped)
         for (_, _, name), (_, each) in list(self._open.items()):
@@ -306,7 +306,7 @@ class Gateway:
             if (each.kind, each.name) == (kind, name) and self._is_own(each) and each.gateway < self.identity:
                 raise PiprosError("another gateway of this master already passes it")
 
-    def _settle(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, LeftOut]) -> None:
+    def _open_wanted(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, LeftOut]) -> None:
         for key, (version, each) in list(self._open.items()):
             if key not in wanted or wanted[key][0] != version:
                 del self._open[key]

@@ -17,11 +17,11 @@ def bounded_list(rows: Iterable[T], share: int = 1) -> list[T]:
     >>> bounded_list(["/a", "/b"])
     ['/a', '/b']
     """
-    room = process_limits().of(PageLimits).page_view_bytes // share
+    left_bytes = process_limits().of(PageLimits).page_view_bytes // share
     found: list[T] = []
     for row in rows:
-        room -= len(str(row))
-        if room < 0:
+        left_bytes -= len(str(row))
+        if left_bytes < 0:
             break
         found.append(row)
     return found

@@ -48,9 +48,9 @@ def test_a_member_leaves_a_moment_after_its_token() -> None:
     found, events = presence()
     found.update(robot(), is_present=True, now_s=0)
     found.update(robot(), is_present=False, now_s=1)
-    found.settle(is_connected=True, now_s=1 + LEAVE_S / 2)
+    found.remove_departed(is_connected=True, now_s=1 + LEAVE_S / 2)
     assert found.present().keys() == {"robot1"}
-    found.settle(is_connected=True, now_s=1 + LEAVE_S)
+    found.remove_departed(is_connected=True, now_s=1 + LEAVE_S)
     assert events == ["robot1 5 joined", "robot1 left"]
     assert found.present() == {}
 
@@ -60,7 +60,7 @@ def test_a_token_that_is_back_at_once_is_a_return() -> None:
     found.update(robot(), is_present=True, now_s=0)
     found.update(robot(), is_present=False, now_s=1)
     found.update(robot(), is_present=True, now_s=1)
-    found.settle(is_connected=True, now_s=10)
+    found.remove_departed(is_connected=True, now_s=10)
     assert events == ["robot1 5 joined", "robot1 returned"]
 
 
@@ -70,12 +70,12 @@ def test_members_stay_while_the_link_is_down_and_have_time_to_return() -> None:
     for key in (robot(), other):
         found.update(key, is_present=True, now_s=0)
         found.update(key, is_present=False, now_s=1)
-    found.settle(is_connected=False, now_s=2)
-    found.settle(is_connected=False, now_s=100)
+    found.remove_departed(is_connected=False, now_s=2)
+    found.remove_departed(is_connected=False, now_s=100)
     assert found.present().keys() == {"robot1", "robot2"}
     found.note_connection(now_s=100)
     found.update(robot(), is_present=True, now_s=101)
-    found.settle(is_connected=True, now_s=100 + RETURN_S)
+    found.remove_departed(is_connected=True, now_s=100 + RETURN_S)
     assert events == ["robot1 5 joined", "robot2 5 joined", "robot1 returned", "robot2 left"]
 
 
@@ -84,7 +84,7 @@ def test_a_member_whose_agent_was_restarted_has_not_left() -> None:
     found.update(robot(EARLY), is_present=True, now_s=0)
     found.update(robot(LATE), is_present=True, now_s=1)
     found.update(robot(EARLY), is_present=False, now_s=2)
-    found.settle(is_connected=True, now_s=3)
+    found.remove_departed(is_connected=True, now_s=3)
     assert events == ["robot1 0 joined", "robot1 9 joined", "robot1 9 joined"]
     assert found.present()["robot1"].instance == LATE
 
@@ -102,7 +102,7 @@ def test_other_versions_and_malformed_tokens_are_not_present() -> None:
     found.update(keys.live("future", keys.VERSION + 1, NOW), is_present=True, now_s=0)
     found.update("pipros/a/live/1/nonsense", is_present=True, now_s=0)
     found.update("pipros/a/live/1/nonsense", is_present=False, now_s=0)
-    found.settle(is_connected=True, now_s=10)
+    found.remove_departed(is_connected=True, now_s=10)
     assert events == [f"future version {keys.VERSION + 1}"]
     assert found.present() == {}
 
@@ -128,7 +128,7 @@ def test_members_that_were_too_many_are_shown_when_another_leaves() -> None:
     assert found.present().keys() == {"robot1", "robot2"}
 
     found.update(robot(), is_present=False, now_s=1)
-    found.settle(is_connected=True, now_s=1 + LEAVE_S)
+    found.remove_departed(is_connected=True, now_s=1 + LEAVE_S)
 
     assert found.present().keys() == {"robot2", "robot3"}
     assert heard.events[-2:] == ["robot1 left", "robot3 5 joined"]

@@ -58,7 +58,7 @@ class Slots(RuleBasedStateMachine):
             return
         assert slot not in taken
         for name in names & self.waiting.keys():
-            if self.table.has_room(name):
+            if self.table.has_free_slot(name):
                 self.table.give(name, slot)
                 self.waiting[name].add(slot)
                 if not is_sent:
@@ -125,7 +125,7 @@ def test_a_subscriber_with_a_full_quota_leaves_slots_for_others() -> None:
         slot = table.take(1)
         assert slot is not None
         for name in ("stuck", "good"):
-            if table.has_room(name):
+            if table.has_free_slot(name):
                 table.give(name, slot)
                 given.append(name)
         table.release(slot)
@@ -144,7 +144,7 @@ def test_a_subscriber_that_keeps_arrays_gets_no_more_slots_and_is_not_waited_for
         table.give("keeper", slot)
         table.acknowledge("keeper", slot, in_use=True)
         table.release(slot)
-    assert not table.has_room("keeper")
+    assert not table.has_free_slot("keeper")
     assert not table.is_full("keeper")
     table.remove_subscriber("keeper")
     assert table.is_unused(1)

@@ -12,30 +12,32 @@ from pipros.basics.errors import InvalidName
 from pipros.node.identity import Identity
 
 
-def settle(
+def identity_of(
     *argv: str, name: str = "talker", anonymous: bool = False, environment: Environment | None = None
 ) -> Identity:
-    return Identity.settle(name, anonymous=anonymous, argv=argv, environment=environment or Environment())
+    return Identity.from_arguments(
+        name, anonymous=anonymous, argv=argv, environment=environment or Environment()
+    )
 
 
 def test_a_node_is_in_the_namespace_of_the_environment() -> None:
-    identity = settle(environment=Environment(namespace="/robot/arm/"))
+    identity = identity_of(environment=Environment(namespace="/robot/arm/"))
     assert (identity.name, identity.namespace) == ("/robot/arm/talker", "/robot/arm/")
 
 
 def test_the_command_line_wins() -> None:
-    identity = settle(
+    identity = identity_of(
         "__name:=other", "__ns:=a/b", anonymous=True, environment=Environment(namespace="/robot/")
     )
     assert (identity.name, identity.namespace) == ("/a/b/other", "/a/b/")
 
 
 def test_an_anonymous_name_is_unique_and_legal() -> None:
-    assert re.fullmatch(rf"/talker_{os.getpid()}_\d{{13}}", settle(anonymous=True).name)
+    assert re.fullmatch(rf"/talker_{os.getpid()}_\d{{13}}", identity_of(anonymous=True).name)
 
 
 def test_names_are_resolved_and_remapped() -> None:
-    identity = settle("chat:=/talk", "~rate:=fast", environment=Environment(namespace="/ns/"))
+    identity = identity_of("chat:=/talk", "~rate:=fast", environment=Environment(namespace="/ns/"))
     assert [identity.resolve(name) for name in ("chat", "/ns/chat", "/chat", "~rate", "x", "~x", "")] == [
         "/talk",
         "/talk",
@@ -49,22 +51,22 @@ def test_names_are_resolved_and_remapped() -> None:
 
 def test_master_and_address_can_be_given() -> None:
     told = Environment(hostname="robot", ip="10.0.0.1")
-    assert settle("__master:=http://m:1", environment=told).environment.master_uri == "http://m:1"
-    by_ip = settle("__ip:=10.0.0.2", environment=told).environment
+    assert identity_of("__master:=http://m:1", environment=told).environment.master_uri == "http://m:1"
+    by_ip = identity_of("__ip:=10.0.0.2", environment=told).environment
     assert (by_ip.hostname, by_ip.ip) == (None, "10.0.0.2")
-    by_name = settle("__hostname:=arm", environment=told).environment
+    by_name = identity_of("__hostname:=arm", environment=told).environment
     assert (by_name.hostname, by_name.ip) == ("arm", None)
 
 
 def test_a_name_of_the_command_line_may_have_a_namespace() -> None:
-    identity = settle("__name:=a/b", environment=Environment(namespace="/ns/"))
+    identity = identity_of("__name:=a/b", environment=Environment(namespace="/ns/"))
     assert (identity.name, identity.namespace) == ("/ns/a/b", "/ns/a/")
-    assert settle("__name:=/a/b", "__ns:=n").resolve("x") == "/a/x"
+    assert identity_of("__name:=/a/b", "__ns:=n").resolve("x") == "/a/x"
     with pytest.raises(InvalidName, match="it has no letters"):
-        settle("__name:=/")
+        identity_of("__name:=/")
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "/a"])
 def test_a_node_name_has_no_namespace(name: str) -> None:
     with pytest.raises(InvalidName, match="must be a name without a namespace"):
-        settle(name=name)
+        identity_of(name=name)

@@ -29,7 +29,7 @@ def root() -> Iterator[logging.Logger]:
 def node(folder: Path, *argv: str, **variables: str) -> Any:
     """Return the parts of a node that its log needs."""
     environment = Environment.from_os({"ROS_LOG_DIR": str(folder), **variables})
-    identity = Identity.settle("talker", anonymous=False, argv=argv, environment=environment)
+    identity = Identity.from_arguments("talker", anonymous=False, argv=argv, environment=environment)
     params = SimpleNamespace(get_cached=lambda _: False)
     return SimpleNamespace(
         name=identity.name,

@@ -73,7 +73,7 @@ class RtpsTopicWriter:
         """
         participant = self._participant
         if not participant.wait_for(
-            lambda engine: engine.writer(self.entity).has_room(len(payload)), timeout_s
+            lambda engine: engine.writer(self.entity).has_space(len(payload)), timeout_s
         ):
             raise TimeoutError(
                 f"ROS 2 readers did not make room for {len(payload)} bytes within {timeout_s} s"

@@ -132,7 +132,7 @@ class Writer:
     _heartbeats: int = 0
     _behind: dict[bytes, ReaderProxy] = field(default_factory=dict)
 
-    def has_room(self, payload_bytes: int) -> bool:
+    def has_space(self, payload_bytes: int) -> bool:
         """Return False if a sample would displace one that a reliable reader still lacks.
 
         With a limited depth, samples may always be displaced.

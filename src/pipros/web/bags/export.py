@@ -23,7 +23,7 @@ STATIC_TRANSFORMS: Final = "/tf_static"
 FORMATS: Final = ("bag", "csv", "images")
 
 
-class _Room:
+class _SizeBudget:
     """Limits the size of an export."""
 
     def __init__(self, limit_bytes: int) -> None:
@@ -32,8 +32,8 @@ class _Room:
     def take(self, size: int) -> None:
         self._left_bytes -= size
         if self._left_bytes < 0:
-            limit = limit_text("page_export_bytes", self._limit_bytes)
-            raise BagError(f"the selection is too large; {limit}")
+            budget = limit_text("page_export_bytes", self._limit_bytes)
+            raise BagError(f"the selection is too large; {budget}")
 
 
 def export(
@@ -56,17 +56,17 @@ def export(
         BagError: the messages exceed the limit, or the bag is damaged.
         PiprosError: a message cannot be converted.
     """
-    room = _Room(limit_bytes)
+    budget = _SizeBudget(limit_bytes)
     if form == "bag":
-        _bag(reader, topics, range_ns, file, room)
+        _bag(reader, topics, range_ns, file, budget)
         return
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for topic in sorted(topics):
             name = topic.strip("/").replace("/", "__")
             if form == "csv":
-                _table(reader, topic, range_ns, archive, name, room)
+                _table(reader, topic, range_ns, archive, name, budget)
             elif any(each.type in IMAGE_TYPES for each in reader.connections_of(topic)):
-                _images(reader, topic, range_ns, archive, name, room)
+                _images(reader, topic, range_ns, archive, name, budget)
 
 
 def _bag(
@@ -74,17 +74,17 @@ def _bag(
     topics: Collection[str],
     range_ns: tuple[int, int],
     file: IO[bytes],
-    room: _Room,
+    budget: _SizeBudget,
 ) -> None:
     writer = BagWriter(file)
     wanted = [each for each in reader.connections if each.topic in topics]
     added = {each.id: writer.add_connection(each.topic, each.header) for each in wanted}
     begin = divmod(range_ns[0], NS_PER_S)
     for message in _latched_before(reader, wanted, range_ns[0]):
-        room.take(len(message.data))
+        budget.take(len(message.data))
         writer.write(added[message.connection.id], *begin, message.data)
     for message in reader.stored_messages(wanted, *range_ns):
-        room.take(len(message.data))
+        budget.take(len(message.data))
         writer.write(added[message.connection.id], *divmod(message.time_ns, NS_PER_S), message.data)
     writer.finish()
 
@@ -110,7 +110,7 @@ def _table(
     range_ns: tuple[int, int],
     archive: zipfile.ZipFile,
     name: str,
-    room: _Room,
+    budget: _SizeBudget,
 ) -> None:
     rows, is_first = MessageRows(), True
     with archive.open(f"{name}.csv", "w", force_zip64=True) as table:
@@ -122,7 +122,7 @@ def _table(
                 table.write(rows.heading(part).encode() + b"\n")
                 is_first = False
             row = rows.row(part, message.time_ns).encode() + b"\n"
-            room.take(len(row))
+            budget.take(len(row))
             table.write(row)
 
 
@@ -132,10 +132,10 @@ def _images(
     range_ns: tuple[int, int],
     archive: zipfile.ZipFile,
     name: str,
-    room: _Room,
+    budget: _SizeBudget,
 ) -> None:
     for number, message in enumerate(reader.stored_messages(reader.connections_of(topic), *range_ns)):
-        room.take(len(message.data))
+        budget.take(len(message.data))
         try:
             suffix, content = image_file(reader.class_of(message.connection)._from_bytes(message.data))
         except PiprosError as error:

@@ -306,14 +306,14 @@ class BagPlayback:
         found: deque[StoredMessage] = deque()
         if lead_s != 0.0:
             begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
-            room = process_limits().of(PageLimits).page_view_bytes
+            left_bytes = process_limits().of(PageLimits).page_view_bytes
             for message in self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns):
                 if is_over():
                     break
                 found.append(message)
-                room -= len(message.data)
-                while len(found) > LEADING_MESSAGES or (room < 0 and len(found) > 1):
-                    room += len(found.popleft().data)
+                left_bytes -= len(message.data)
+                while len(found) > LEADING_MESSAGES or (left_bytes < 0 and len(found) > 1):
+                    left_bytes += len(found.popleft().data)
         if not found and topic not in LEAD_S:
             newest = newest_before(self._reader, connections, moment_ns, is_over)
             found.extend([newest] if newest is not None else [])

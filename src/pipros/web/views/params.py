@@ -43,12 +43,12 @@ class ParamViews:
     def _read(self) -> Mapping[str, Any]:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
         shown = {}
-        room = process_limits().of(PageLimits).page_view_bytes
+        left_bytes = process_limits().of(PageLimits).page_view_bytes
         for name in sorted(found)[:MAX_PARAMETERS]:
             # As strings, because JavaScript does not distinguish 0.0 (double) from 0 (int).
             shown[name] = json.dumps(message_tree(found[name]), ensure_ascii=False)
-            room -= len(name) + len(shown[name])
-            if room < 0:
+            left_bytes -= len(name) + len(shown[name])
+            if left_bytes < 0:
                 break
         return {"params": shown, "more": len(found) - len(shown)}
 

@@ -299,13 +299,13 @@ def test_a_writer_of_unlimited_depth_has_room_again_after_acknowledgments() -> N
     writer = talker.engine.writer(entity)
     network.drops = lambda _: True
     count = 0
-    while writer.has_room(1000):
+    while writer.has_space(1000):
         talker.engine.write(entity, bytes(1000), network.now)
         count += 1
     network.flush()
     network.drops = lambda _: False
     network.run_until(lambda: len(listener.payloads(reader)) == count)
-    network.run_until(lambda: writer.has_room(1000))
+    network.run_until(lambda: writer.has_space(1000))
 
     assert 5 < count < 10
     assert writer.dropped == 0
