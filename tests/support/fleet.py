@@ -20,7 +20,7 @@ from pipros.node import Node
 from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
-LOOK_S = 0.05
+POLL_S = 0.05
 LIMIT_S = 60
 
 
@@ -88,7 +88,7 @@ class Member:
         self.link: SessionLink = link_to(router, tls, limits=self.agent_node.limits)
         self._stack.callback(self.link.close)
         self.agent = Agent(
-            self.agent_node, self.link, name, parsed, on_failure=self.failures.append, look_s=LOOK_S
+            self.agent_node, self.link, name, parsed, on_failure=self.failures.append, poll_s=POLL_S
         )
         self._stack.callback(self.agent.close)
         try:

@@ -79,7 +79,7 @@ class System:
             parse_gateway_rules(rules, "rules"),
             pairs,
             is_local=is_local,
-            look_s=0.05,
+            poll_s=0.05,
         )
         self._stack.callback(gateway.close)
         gateway.start()

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-_LOOK_EVERY_S = 0.01
+_POLL_INTERVAL_S = 0.01
 
 
 def wait_until(condition: Callable[[], T], timeout_s: float = 60.0, what: str | Callable[[], str] = "") -> T:
@@ -31,4 +31,4 @@ def wait_until(condition: Callable[[], T], timeout_s: float = 60.0, what: str | 
         if is_last:
             text = what() if callable(what) else what or getattr(condition, "__name__", repr(condition))
             raise AssertionError(f"not within {timeout_s} s: {text}")
-        pause.wait(_LOOK_EVERY_S)
+        pause.wait(_POLL_INTERVAL_S)

@@ -68,7 +68,7 @@ _star_names(
     "xmlrpc.client:ServerProxy socket subprocess sys time traceback unicode=builtins:str",
 )
 
-_LOOK_EVERY_S = 0.05
+_POLL_INTERVAL_S = 0.05
 
 
 class RLTestTimeoutException(RLException):
@@ -248,7 +248,7 @@ class ROSLaunchRunner:
                     f"max time [{test.time_limit}s] allotted for test [{test.test_name}] "
                     f"of type [{test.package}/{test.type}]"
                 )
-            time.sleep(_LOOK_EVERY_S)
+            time.sleep(_POLL_INTERVAL_S)
 
     def is_node_running(self, node: Node) -> bool:
         """Return whether the node's process is running."""

@@ -45,7 +45,7 @@ _star_names(
 
 logger = logging.getLogger("roslaunch.pmon")
 
-_LOOK_EVERY_S = 0.1
+_POLL_INTERVAL_S = 0.1
 _SHUTDOWN_TIMEOUT_S = 20.0
 
 _monitors: list[ProcessMonitor] = []
@@ -369,13 +369,13 @@ class ProcessMonitor(threading.Thread):
     def mainthread_spin(self) -> None:
         """Block until the monitor has finished."""
         while not self.done:
-            time.sleep(_LOOK_EVERY_S)
+            time.sleep(_POLL_INTERVAL_S)
 
     def run(self) -> None:
         """Monitor the processes. This is the thread's main function."""
         try:
             while not self.is_shutdown:
-                self._look()
+                self._poll()
         except Exception:
             traceback.print_exc()
         self.is_shutdown = True
@@ -385,7 +385,7 @@ class ProcessMonitor(threading.Thread):
         self.core_procs.clear()
         self.done = True
 
-    def _look(self) -> None:
+    def _poll(self) -> None:
         self._watch_run()
         gone = self._adopted.check()
         self.is_shutdown = self.is_shutdown or gone is None
@@ -397,9 +397,9 @@ class ProcessMonitor(threading.Thread):
     def _watch_run(self) -> None:
         run, has_adopted = self._run, any(self._adopted)
         if run is None or has_adopted:
-            self._changed.wait(_LOOK_EVERY_S)
+            self._changed.wait(_POLL_INTERVAL_S)
             self._changed.clear()
-        if run is not None and not run.watch_once(_LOOK_EVERY_S if has_adopted else None):
+        if run is not None and not run.watch_once(_POLL_INTERVAL_S if has_adopted else None):
             self.is_shutdown = True
 
     def _all_have_died(self) -> bool:

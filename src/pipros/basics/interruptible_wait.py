@@ -20,7 +20,7 @@ from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 SLICE_S = 0.2
-_LOOK_EVERY_S = 0.05
+_POLL_INTERVAL_S = 0.05
 
 _Item = TypeVar("_Item")
 
@@ -142,7 +142,7 @@ def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: flo
         end_s = time.monotonic() + grace_s
         while thread.is_alive() and time.monotonic() < end_s:
             life.interrupt()
-            thread.join(_LOOK_EVERY_S)
+            thread.join(_POLL_INTERVAL_S)
     if errors:
         raise errors[0]
     return results[0] if results else None

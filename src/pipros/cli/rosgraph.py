@@ -24,7 +24,7 @@ Usage:
 USAGE_ERROR = 255
 """Noetic's exit code when the usage is printed without `-h` or `--help`."""
 
-LOOK_INTERVAL_S = 1.0
+POLL_INTERVAL_S = 1.0
 
 
 @command
@@ -49,7 +49,7 @@ def _follow() -> int:
             if now != before:
                 print(f"\n\n{now}", flush=True)
                 before = now
-            time.sleep(LOOK_INTERVAL_S)
+            time.sleep(POLL_INTERVAL_S)
 
 
 def describe(state: SystemState) -> str:

@@ -71,7 +71,7 @@ def _in_folders(name: str, folders: list[str]) -> str | None:
 def _find(
     words: list[str],
     scope: Scope,
-    look: Callable[[str, list[str]], str | None],
+    search: Callable[[str, list[str]], str | None],
     usual: list[str],
 ) -> None:
     if not words:
@@ -93,7 +93,7 @@ def _find(
             sections[current].append(word)
     bases = [*sections["HINTS"], *usual, *sections["PATHS"]]
     folders = [os.path.join(base, suffix) for suffix in (*sections["PATH_SUFFIXES"], "") for base in bases]
-    found = next(filter(None, (look(name, folders) for name in sections["NAMES"])), None)
+    found = next(filter(None, (search(name, folders) for name in sections["NAMES"])), None)
     if found is None and is_required:
         raise ValueError(
             f"Could not find {variable} using the following names: {', '.join(sections['NAMES'])}"

@@ -3,7 +3,7 @@
 One thread owns the state. It handles events: tokens, directories and topic requests from other members, and
 changes on the local master. A second thread polls the master, because calls to it may block. Messages pass
 through neither thread. The parts: `presence` (which members are present), `offers` (what this member shares
-and accepts), `shown_members` (what the others offer), `calls`, `local_looks` and `statistics`.
+and accepts), `shown_members` (what the others offer), `calls`, `local_poller` and `statistics`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pipros.fleet.fleet_file import FleetFile, matches_any
 from pipros.fleet.keys import AGENT_PREFIX
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import LocalGraph
-from pipros.fleet.local_looks import LocalLooks
+from pipros.fleet.local_poller import LocalPoller
 from pipros.fleet.members import TOKENS_PER_MEMBER, Token
 from pipros.fleet.offers import Offers
 from pipros.fleet.presence import Presence
@@ -37,7 +37,7 @@ from pipros.msg import load_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
 
-LOOK_S: Final = 0.5
+POLL_S: Final = 0.5
 """Interval at which the local master and the link are polled."""
 LINKING_S: Final = 0.02
 """Polling interval while an action's status topic waits for the action's other topics to be connected."""
@@ -81,13 +81,13 @@ class Agent:
         *,
         log: logging.Logger | None = None,
         on_failure: Callable[[PiprosError], object] = lambda _: None,
-        look_s: float = LOOK_S,
+        poll_s: float = POLL_S,
     ) -> None:
         """Store the settings.
 
         Args:
             on_failure: called if this agent must stop because an older member has the same name.
-            look_s: interval at which the local master is polled.
+            poll_s: interval at which the local master is polled.
         """
         self.member = keys.member_name(member)
         self.instance = new_instance()
@@ -97,13 +97,13 @@ class Agent:
         self._file = file
         self._log = log or node.log
         self._on_failure = on_failure
-        self._look_s = look_s
+        self._poll_s = poll_s
         self._warn = WarningsOnce(self._log)
         self._events = Events(4 * node.limits.of(FleetLimits).fleet_members)
         self._workers = Workers("requests of a fleet agent", 8)
         self._presence = Presence(self.member, self.instance, node.limits.of(FleetLimits).fleet_members, self)
         self._calls = LocalCalls(node, file, self._log)
-        self._looks = LocalLooks(node, self.member, file)
+        self._poller = LocalPoller(node, self.member, file)
         wake = self._events.wake
         self._offers = Offers(
             node, link, self.sender, self.member, file, self._presence.present, self._warn, wake
@@ -142,7 +142,7 @@ class Agent:
         me, link = self.member, self._link
         if link.live_keys(keys.live(me), REQUEST_S):
             raise NameTaken(_taken(me))
-        self._looks.start()
+        self._poller.start()
         self._declared = [
             link.serve(keys.directory(me), self._offers.answer_directory),
             link.serve(keys.wanted(me, "*"), self._shown.answer_requests),
@@ -164,7 +164,7 @@ class Agent:
         ]
         self._serve_link_state()
         self._statistics.advertise(self._node)
-        for target in (self._look_repeatedly, self._handle_events):
+        for target in (self._poll_repeatedly, self._handle_events):
             threading.Thread(target=target, name=f"agent {me}", daemon=True).start()
 
     def close(self) -> None:
@@ -177,7 +177,7 @@ class Agent:
         self._calls.close()
         self.sender.close()
         self._workers.close()
-        self._looks.close()
+        self._poller.close()
 
     def _serve_link_state(self) -> None:
         """Provide a service that reports the link's state to `pipros doctor`."""
@@ -217,18 +217,18 @@ class Agent:
                 )
 
     def _on_definition_request(self, question: Question) -> None:
-        self._workers.run(self._looks.answer_definition, question, self._offers.local)
+        self._workers.run(self._poller.answer_definition, question, self._offers.local)
 
     # -- the thread that polls the local master ---------------------------------------------------
 
-    def _look_repeatedly(self) -> None:
+    def _poll_repeatedly(self) -> None:
         while not self._is_closed.is_set():
-            local = self._looks.look({*self._presence.present(), *self.shown})
+            local = self._poller.poll({*self._presence.present(), *self.shown})
             if local is not None and local != self._offers.local:
                 self._events.post("local", "", lambda local=local: self._handle_local(local))  # type: ignore[misc]
             self._events.wake()
             self._statistics.publish(is_connected=self._link.is_connected)
-            self._is_closed.wait(self._look_s)
+            self._is_closed.wait(self._poll_s)
 
     # -- the thread that owns the state -----------------------------------------------------------
 

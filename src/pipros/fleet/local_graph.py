@@ -68,7 +68,7 @@ def is_returned(name: str, member: str, others: Iterable[str], local: Container[
     return rest in local or rest.startswith((own, *foreign))
 
 
-def look(
+def graph_of(
     state: SystemState,
     types: dict[str, str],
     file: FleetFile,

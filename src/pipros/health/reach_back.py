@@ -13,7 +13,7 @@ from pipros.node.publisher import Publication
 
 Pairs = frozenset[tuple[str, str]]
 
-_LOOK_EVERY_S = 0.1
+_POLL_INTERVAL_S = 0.1
 
 
 class _Arrivals:
@@ -62,6 +62,6 @@ def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wa
         until = time.monotonic() + wait_s
         while not wanted <= arrivals.seen and (left := until - time.monotonic()) > 0:
             with arrivals.changed:
-                arrivals.changed.wait(min(left, _LOOK_EVERY_S))
+                arrivals.changed.wait(min(left, _POLL_INTERVAL_S))
             arrivals.probe()
     return frozenset(arrivals.seen & wanted)

@@ -31,12 +31,12 @@ from pipros.ros2.interface import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.interfaces.action_types import action_of_service
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import action_names, checked_name
-from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, Ros1Topic, is_part_of_action
+from pipros.ros2.ros1_graph import Ros1Graph, Ros1Poller, Ros1Topic, is_part_of_action
 from pipros.ros2.ros2_graph import Ros2Graph, callable_server
 from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
-LOOK_S: Final = 0.5
+POLL_S: Final = 0.5
 """Interval between queries of the master."""
 TICK_S: Final = 0.1
 """Interval between checks of ROS 2 and of the subscribers on both sides."""
@@ -75,7 +75,7 @@ class Gateway:
         *,
         is_local: bool,
         log: logging.Logger | None = None,
-        look_s: float = LOOK_S,
+        poll_s: float = POLL_S,
     ) -> None:
         """Store the settings.
 
@@ -90,7 +90,7 @@ class Gateway:
         self._rules = rules
         self._pairs = pairs
         self._is_local = is_local
-        self._look_s = look_s
+        self._poll_s = poll_s
         self._limit = node.limits.of(Ros2Limits).ros2_topics
         self._graph: Ros1Graph | None = None
         self._known: Mapping[bytes, Endpoint] = {}
@@ -101,7 +101,7 @@ class Gateway:
         self._before: dict[Key, int] = {}
         self._rates: dict[Key, float] = {}
         self._counted_s = time.monotonic()
-        self._looker = Ros1Looker(node)
+        self._poller = Ros1Poller(node)
         self._seen: tuple[object, object] = (None, None)
         self._compare_at_s = 0.0
         self._diagnostics: LinkDiagnostics | None = None
@@ -118,8 +118,8 @@ class Gateway:
             lambda _: trigger._response_class(True, json.dumps(self.status().values())),
         )
         self._diagnostics = LinkDiagnostics(self._node, "pipros ros2")
-        self._looker.start()
-        for target in (self._look_repeatedly, self._update_repeatedly):
+        self._poller.start()
+        for target in (self._poll_repeatedly, self._update_repeatedly):
             thread = threading.Thread(target=target, name="gateway to ROS 2", daemon=True)
             thread.start()
             self._threads.append(thread)
@@ -128,21 +128,21 @@ class Gateway:
         """Stop the threads. Open topics, services and actions remain until the node and engine are closed."""
         self._is_closed.set()
         self._changed.set()
-        self._looker.close()
+        self._poller.close()
 
     # -- the thread that observes ROS 1 --------------------------------------------------
 
-    def _look_repeatedly(self) -> None:
+    def _poll_repeatedly(self) -> None:
         while not self._is_closed.is_set():
             try:
-                graph = self._looker.look()
+                graph = self._poller.poll()
                 if graph is not None and graph != self._graph:
                     self._graph = graph
                     self._changed.set()
             except Exception as error:
                 if not self._is_closed.is_set():
                     self.log.exception("ROS 1 could not be observed: %s", error)
-            self._is_closed.wait(self._look_s)
+            self._is_closed.wait(self._poll_s)
 
     # -- the thread that opens and closes topics, services and actions -------------------------
 

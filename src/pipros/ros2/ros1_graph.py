@@ -18,7 +18,7 @@ from pipros.ros2.names import GATEWAY_PREFIX
 from pipros.ros2.node_queries import NodeQueries
 
 _ANSWERS_S = 0.3
-"""Maximum time that `look` waits for nodes to respond."""
+"""Maximum time that `poll` waits for nodes to respond."""
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (empty for services) and nodes of a topic or service."""
 _STATUSES = "actionlib_msgs/GoalStatusArray"
@@ -54,7 +54,7 @@ class Ros1Graph:
     actions: Mapping[str, str] = field(default_factory=dict)
 
 
-class Ros1Looker:
+class Ros1Poller:
     """Takes snapshots of a ROS 1 system. All calls may block, but only for a limited time."""
 
     def __init__(self, node: Node) -> None:
@@ -69,7 +69,7 @@ class Ros1Looker:
         """Start the loop that queries publishers."""
         self._loop.start()
 
-    def look(self) -> Ros1Graph | None:
+    def poll(self) -> Ros1Graph | None:
         """Return the current graph, or None if the master does not answer.
 
         Topics and services whose nodes do not answer within `_ANSWERS_S` appear in a later graph. A topic

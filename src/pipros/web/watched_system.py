@@ -21,7 +21,7 @@ from pipros.web.topic_watch import TopicWatches
 
 logger = logging.getLogger("pipros.web")
 
-LOOK_INTERVAL_S = 1.0
+POLL_INTERVAL_S = 1.0
 """Interval of observations while at least one browser displays them."""
 MASTER_DEADLINE_S = 30.0
 """Timeout of calls to the master."""
@@ -46,7 +46,7 @@ class WatchedSystem:
         changes: nodes and topics that were recently added or removed.
     """
 
-    def __init__(self, graph: GraphClient, node: Node, *, interval_s: float = LOOK_INTERVAL_S) -> None:
+    def __init__(self, graph: GraphClient, node: Node, *, interval_s: float = POLL_INTERVAL_S) -> None:
         """Store the resources. The system is observed at most once per `interval_s`."""
         self._interval_s = interval_s
         self.graph = graph

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import pytest
 
 from pipros.fleet.fleet_file import FleetFile, FleetRule
-from pipros.fleet.local_graph import LocalGraph, look
+from pipros.fleet.local_graph import LocalGraph, graph_of
 from pipros.graph.definitions import Definition
 from pipros.graph.system_state import SystemState
 
@@ -25,7 +25,7 @@ def graph(names: Iterable[str], member: str, others: Iterable[str]) -> LocalGrap
     nodes = {name: ["/node"] for name in names}
     state = SystemState(nodes, nodes, nodes)
     types = dict.fromkeys(nodes, "std_msgs/String")
-    return look(state, types, FILE, member, others, define, lambda *_: ("std_srvs/Empty", "0" * 32))
+    return graph_of(state, types, FILE, member, others, define, lambda *_: ("std_srvs/Empty", "0" * 32))
 
 
 def offered(names: Iterable[str], member: str, others: Iterable[str]) -> set[str]:

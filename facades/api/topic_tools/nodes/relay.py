@@ -16,7 +16,7 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 class Relay:
     """Republisher of a topic. In lazy mode, it subscribes only while its output has subscribers.
 
-    In stealth mode, it subscribes only while another node subscribes to the topic that `look_at` monitors.
+    In stealth mode, it subscribes only while another node subscribes to the monitored topic.
     """
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
@@ -41,7 +41,7 @@ class Relay:
         if self._lazy and self.source.subscribe():
             rospy.logdebug("lazy mode; resubscribing")
 
-    def look_at(self, topic: str) -> None:
+    def check_subscribers(self, topic: str) -> None:
         """Record whether another node subscribes to `topic`. Used by `follow` and the input's callback.
 
         If the master does not respond, log an error.
@@ -56,7 +56,7 @@ class Relay:
         self._is_watched = bool(nodes - {rospy.get_name()})
 
     def follow(self) -> None:
-        """Subscribe or unsubscribe according to the last call to `look_at`."""
+        """Subscribe or unsubscribe according to the last call to `check_subscribers`."""
         if self._is_watched:
             self.source.subscribe()
         else:
@@ -84,9 +84,9 @@ def main() -> int:
             return 1
         ended = threading.Event()
         rospy.on_shutdown(ended.set)
-        relay.look_at(topic)
+        relay.check_subscribers(topic)
         while not ended.wait(1.0 / rate):
-            relay.look_at(topic)
+            relay.check_subscribers(topic)
             relay.follow()
         return 0
     rospy.spin()

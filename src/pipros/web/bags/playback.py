@@ -32,7 +32,7 @@ from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
 from pipros.web.limits import PageLimits
 from pipros.web.topic_watch import TopicWatch, TopicWatches
-from pipros.web.watched_system import LOOK_INTERVAL_S, WatchedSystem
+from pipros.web.watched_system import POLL_INTERVAL_S, WatchedSystem
 
 FIRST_WINDOW_NS: Final = NS_PER_S // 10
 """Length of the first time window that is searched for the newest message before a moment."""
@@ -113,7 +113,7 @@ class BagSystem(WatchedSystem):
         """Yield the topics of the bag, with the nodes that published them."""
         while True:
             yield self.observation
-            await asyncio.sleep(LOOK_INTERVAL_S)
+            await asyncio.sleep(POLL_INTERVAL_S)
 
 
 class BagTopics(TopicWatches):

@@ -15,7 +15,7 @@ from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.watched_system import WatchedSystem
 
-LOOK_INTERVAL_S: Final = 1.0
+POLL_INTERVAL_S: Final = 1.0
 MAX_LAUNCHES: Final = 50
 _COLOURS: Final = re.compile(r"\x1b\[[\d;]*[A-Za-z]")
 
@@ -30,7 +30,7 @@ class LaunchViews:
         """Yield the nodes of the current run's launches, about once a second."""
         while True:
             yield await self._system.questions.run(self._found)
-            await asyncio.sleep(LOOK_INTERVAL_S)
+            await asyncio.sleep(POLL_INTERVAL_S)
 
     async def launch_output(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the last part of a node's output, now and after each change."""
@@ -41,7 +41,7 @@ class LaunchViews:
             if answer != shown:
                 shown = answer
                 yield {"output": [[str(source), _plain(text)] for source, text in answer["output"]]}
-            await asyncio.sleep(LOOK_INTERVAL_S)
+            await asyncio.sleep(POLL_INTERVAL_S)
 
     async def restart_launched(self, arguments: Mapping[str, Any]) -> Any:
         """Restart a launched node."""

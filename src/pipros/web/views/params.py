@@ -17,7 +17,7 @@ from pipros.web.messages.tree import message_tree
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
-LOOK_INTERVAL_S = 2.0
+POLL_INTERVAL_S = 2.0
 MAX_PARAMETERS = 20_000
 
 
@@ -38,7 +38,7 @@ class ParamViews:
             if values != shown:
                 shown = values
                 yield values
-            await asyncio.sleep(LOOK_INTERVAL_S)
+            await asyncio.sleep(POLL_INTERVAL_S)
 
     def _read(self) -> Mapping[str, Any]:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))

@@ -18,7 +18,7 @@ from pipros.web.bounded_list import bounded_list
 from pipros.web.process_usage import ProcessUsage, has_proc, usage_of
 from pipros.web.watched_system import WatchedSystem
 
-LOOK_INTERVAL_S = 2.0
+POLL_INTERVAL_S = 2.0
 ASKING_S = 3.0
 """Maximum time for querying process ids in one update. The remaining nodes are queried in the next update."""
 
@@ -38,7 +38,7 @@ class ProcessViews:
                 "nodes": bounded_list(await self._system.questions.run(table.rows, observation)),
                 "error": problem,
             }
-            await asyncio.sleep(LOOK_INTERVAL_S)
+            await asyncio.sleep(POLL_INTERVAL_S)
 
 
 @dataclass(slots=True)
@@ -108,7 +108,7 @@ def _figures(process: _Process) -> Mapping[str, Any]:
         "threads": usage.threads,
         "files": usage.files,
     }
-    if now_s - process.read_s >= LOOK_INTERVAL_S / 2:
+    if now_s - process.read_s >= POLL_INTERVAL_S / 2:
         used_s = usage.processor_s - process.usage.processor_s
         figures["cpu"] = round(100 * used_s / (now_s - process.read_s), 1)
         process.usage, process.read_s = usage, now_s

@@ -28,7 +28,7 @@ from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
-LOOK_INTERVAL_S = 0.1
+POLL_INTERVAL_S = 0.1
 ANSWER_S = 10.0
 DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates", "/set_parameters"
 MAX_BYTES = 1_000_000
@@ -67,7 +67,7 @@ class ReconfigureViews:
                     shown = numbers
                     for each in await self._system.computations.run(_shown, described, updates, is_changed):
                         yield each
-                await asyncio.sleep(LOOK_INTERVAL_S)
+                await asyncio.sleep(POLL_INTERVAL_S)
 
     async def set_reconfigured(self, arguments: Mapping[str, Any]) -> Any:
         """Change a server's parameters and group states. Return the new values."""
@@ -80,7 +80,7 @@ class ReconfigureViews:
             while described.newest is None:
                 if time.monotonic() > end_s:
                     raise RequestRefused(f"{name} does not describe its parameters")
-                await asyncio.sleep(LOOK_INTERVAL_S)
+                await asyncio.sleep(POLL_INTERVAL_S)
 
             def call(master: MasterClient, calls: OpenCalls) -> Any:
                 groups = _description(described)

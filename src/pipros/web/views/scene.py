@@ -43,7 +43,7 @@ from pipros.workspace.index import PackageIndex
 
 SEND_INTERVAL_S: Final = 0.033
 CLOUD_INTERVAL_S: Final = 0.1
-LOOK_INTERVAL_S: Final = 1.0
+POLL_INTERVAL_S: Final = 1.0
 MAX_FEEDBACK_TOPICS: Final = 100
 FEEDBACK_QUEUE: Final = 100
 MAX_POINTS: Final = 2_000_000
@@ -91,7 +91,7 @@ class SceneViews:
                     "version": version,
                     "simulated": await self._system.questions.run(self._is_simulated),
                 }
-            await asyncio.sleep(LOOK_INTERVAL_S / 2)
+            await asyncio.sleep(POLL_INTERVAL_S / 2)
 
     async def save(self, arguments: Mapping[str, Any]) -> Any:
         """Write the file that the scene was loaded from."""
@@ -198,7 +198,7 @@ class SceneViews:
                 yield found
             if "links" in found:
                 return
-            await asyncio.sleep(LOOK_INTERVAL_S)
+            await asyncio.sleep(POLL_INTERVAL_S)
 
     async def resource(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the content of a mesh or texture, once."""

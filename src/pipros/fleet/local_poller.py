@@ -9,7 +9,7 @@ from typing import Final
 from pipros.basics.errors import PiprosError
 from pipros.fleet import keys
 from pipros.fleet.fleet_file import FleetFile
-from pipros.fleet.local_graph import LocalGraph, look
+from pipros.fleet.local_graph import LocalGraph, graph_of
 from pipros.fleet.zenoh_session import Question
 from pipros.graph.definitions import TopicDefinitions
 from pipros.graph.services import header_at, uri_of
@@ -22,7 +22,7 @@ _MAX_HEADERS: Final = 10_000
 """Maximum number of services whose types are cached."""
 
 
-class LocalLooks:
+class LocalPoller:
     """Reader of the local master's state. The methods may block for seconds, but not after `close`."""
 
     def __init__(self, node: Node, member: str, file: FleetFile) -> None:
@@ -42,7 +42,7 @@ class LocalLooks:
         self._calls.interrupt()
         self._loop.stop()
 
-    def look(self, others: Iterable[str]) -> LocalGraph | None:
+    def poll(self, others: Iterable[str]) -> LocalGraph | None:
         """Return the topics and services that this member offers, except those in namespaces of `others`.
 
         Return None if the master does not answer.
@@ -50,7 +50,7 @@ class LocalLooks:
         found = read_state(self._node.master)
         if found is None:
             return None
-        return look(
+        return graph_of(
             *found, self._file, self._member, others, self._definitions.of_topic, self._service_header
         )
 
