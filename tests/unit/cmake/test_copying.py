@@ -130,6 +130,17 @@ def test_links_are_copied_as_links(tmp_path: Path) -> None:
     assert os.readlink(target) == "nowhere"
 
 
+def test_links_to_folders_are_copied_with_their_folder(tmp_path: Path) -> None:
+    tree(tmp_path / "s", "meshes/base.stl")
+    (tmp_path / "s" / "latest").symlink_to("meshes")
+    for only_matching in (False, True):
+        item = Copy(f"{tmp_path}/s/", f"t{only_matching}", is_folder=True, only_matching=only_matching)
+        copy(item, tmp_path, lambda _line: None)
+    assert os.readlink(tmp_path / "tFalse" / "latest") == "meshes"
+    assert (tmp_path / "tFalse" / "latest" / "base.stl").is_file()
+    assert not os.path.lexists(tmp_path / "tTrue" / "latest")  # FILES_MATCHING, and no pattern matches
+
+
 def test_a_missing_file_is_refused_unless_it_is_optional(tmp_path: Path) -> None:
     missing = Copy(str(tmp_path / "nope"), "t")
     with pytest.raises(CannotCopy, match="nope"):

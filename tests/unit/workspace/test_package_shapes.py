@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
+from pipros.packages import SHARE
 from pipros.workspace import genuine_catkin
 from pipros.workspace.layout import SourcePackage
 from tests.support.workspaces import Workspace
@@ -192,3 +194,31 @@ def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
     built.clear()
     assert workspace.build().errors == []
     assert set(built) >= {"cpp", "cfg", "cpp_user"}
+
+
+def test_packages_may_use_actions_and_parameters_of_packages_in_their_workspace(workspace: Workspace) -> None:
+    for name in ("actionlib_msgs", "dynamic_reconfigure"):
+        # as genuine packages, which define their commands in CMake files
+        extras = (
+            "macro(add_action_files)\nmessage(FATAL_ERROR actions)\nendmacro()\n"
+            "macro(generate_dynamic_reconfigure_options)\nmessage(FATAL_ERROR parameters)\nendmacro()\n"
+        )
+        cmake = f"find_package(catkin REQUIRED)\ncatkin_package(CFG_EXTRAS {name}-extras.cmake)"
+        folder = workspace.add(name, cmake, **{f"cmake__{name}-extras_dot_cmake": extras})
+        for kind in ("msg", "srv"):
+            if Path(SHARE, name, kind).is_dir():
+                shutil.copytree(Path(SHARE, name, kind), folder / kind)
+    workspace.add(
+        "p",
+        "find_package(catkin REQUIRED COMPONENTS actionlib_msgs dynamic_reconfigure message_generation)\n"
+        "add_action_files(FILES Go.action)\ngenerate_messages(DEPENDENCIES actionlib_msgs std_msgs)\n"
+        "generate_dynamic_reconfigure_options(cfg/P.cfg)\ncatkin_package()",
+        "actionlib_msgs dynamic_reconfigure std_msgs",
+        action__Go_dot_action="---\n---\n",
+        cfg__P_dot_cfg=CFG,
+    )
+    result = workspace.build()
+    assert result.errors == []
+    assert result.built == ["actionlib_msgs", "dynamic_reconfigure", "p"]
+    assert "Generating Python from ACTION p/Go" in workspace.lines
+    assert "Generating dynamic reconfigure files from cfg/P.cfg" in "\n".join(workspace.lines)
