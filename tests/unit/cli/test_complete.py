@@ -31,6 +31,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "scripts/drive.py").chmod(0o755)
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
     monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("PATH", "/nowhere")  # without a genuine rosdep, which is asked for its options
     return folder
 
 
@@ -70,6 +71,10 @@ def offered(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
         ("rosclean ", ["check", "purge"]),
         ("rosconsole ", ["echo", "get", "list", "set"]),
         ("rosconsole echo --nocol", ["--nocolor"]),
+        ("rosdep ", ["check", "init", "install", "keys", "update"]),
+        ("rosdep ins", ["install"]),
+        ("rosdep check --from", ["--from-paths"]),
+        ("rosdep check --from-paths ", []),
         ("rosstack fi", ["find"]),
         ("rosstack find robots", ["robots"]),
         ("pipros e", ["env"]),
@@ -87,6 +92,16 @@ def test_files_are_found_by_their_names_and_paths(package: Path, capsys: pytest.
     for name in ("go.launch", "launch/go.launch"):
         assert complete.main(["--find", "robots", name]) == 0
         assert capsys.readouterr().out == f"{package}/launch/go.launch\n"
+
+
+def test_the_options_of_a_genuine_rosdep_are_completed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    genuine = tmp_path / "rosdep"
+    genuine.write_text('#!/bin/sh\n[ "$*" = "check --help" ] && echo "  --os=NAME  genuine"\n')
+    genuine.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert offered(capsys, "rosdep", "check", "--") == ["--os"]
 
 
 def test_every_subcommand_of_pipros_is_completed() -> None:

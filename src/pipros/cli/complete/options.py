@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 
-from pipros.basics.rooms import loaded, rooms
+from pipros.basics.rooms import loaded, own_rooms, rooms
 
 SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
@@ -37,7 +37,11 @@ def words_after(command: str) -> list[str]:
         from pipros.cli.subcommands import subcommands
 
         return sorted(subcommands())
-    return SUBCOMMANDS.get(command, "").split()
+    known = SUBCOMMANDS.get(command)
+    if known is None:
+        of_rooms = (room.programs[command] for room in own_rooms() if command in room.programs)
+        known = next((program.subcommands for program in of_rooms), "")
+    return known.split()
 
 
 def options(command: str, before: Sequence[str]) -> list[str]:
@@ -50,8 +54,8 @@ def options(command: str, before: Sequence[str]) -> list[str]:
     main = _main_of(command)
     if main is None:
         return []
-    has_subcommands = command == "pipros" or command in SUBCOMMANDS
-    subcommand = [word for word in before if not word.startswith("-")][:1] if has_subcommands else []
+    words = [word for word in before if not word.startswith("-")]
+    subcommand = words[:1] if words_after(command) else []
     help_text = io.StringIO()
     arguments, sys.argv = sys.argv, [command]
     try:

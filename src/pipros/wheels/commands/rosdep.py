@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import subprocess
 import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
@@ -11,6 +12,8 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.cli.entry_point import command
+
+_OUTPUT_LIMIT_S = 10.0
 
 
 @command
@@ -99,13 +102,28 @@ def _run_genuine(arguments: Sequence[str]) -> None:
     """Replace this process by a genuine rosdep, from PyPI or Debian, if there is one."""
     if importlib.util.find_spec("rosdep2") is not None:
         code = "import sys; from rosdep2.main import rosdep_main; sys.exit(rosdep_main())"
-        os.execv(sys.executable, [sys.executable, "-c", code, *arguments])  # noqa: S606
+        _become([sys.executable, "-c", code, *arguments])
     own = os.path.realpath(sys.argv[0])
     for folder in os.environ.get("PATH", "").split(os.pathsep):
         program = os.path.join(folder, "rosdep")
         if not os.access(program, os.X_OK) or os.path.realpath(program) == own or _is_ours(program):
             continue
-        os.execv(program, [program, *arguments])  # noqa: S606
+        _become([program, *arguments])
+
+
+def _become(words: list[str]) -> None:
+    """Replace this process by a program; or, if `sys.stdout` is replaced, print the output there and exit.
+
+    Completion reads the options from the help in this way.
+    """
+    if sys.stdout is sys.__stdout__:
+        os.execv(words[0], words)  # noqa: S606
+    try:
+        ended = subprocess.run(words, capture_output=True, text=True, timeout=_OUTPUT_LIMIT_S, check=False)  # noqa: S603
+    except subprocess.TimeoutExpired:
+        sys.exit(f"rosdep: {words[0]} did not finish within {_OUTPUT_LIMIT_S:.0f} s")
+    print(ended.stdout, end="")
+    sys.exit(ended.returncode)
 
 
 def _is_ours(program: str) -> bool:
