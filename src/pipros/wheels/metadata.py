@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import pipros
 from pipros.wheels.dependencies import Dependency, Source
-from pipros.wheels.names import distribution_name, escaped
+from pipros.wheels.names import ON_PYPI, distribution_name, escaped
 from pipros.workspace.catkin.project import Project
 from pipros.workspace.layout import SourcePackage
 
@@ -42,7 +42,9 @@ def metadata_text(package: SourcePackage, project: Project | None, dependencies:
     """
     manifest = package.manifest
     description = " ".join(_TAGS.sub(" ", manifest.description or "").split())
-    requirements = dict.fromkeys(["pipros", *(item.requirement for item in dependencies if item.requirement)])
+    _, on_pypi = ON_PYPI.get(package.name, ("", ""))
+    wanted = ("pipros", on_pypi, *(item.requirement for item in dependencies))
+    requirements = dict.fromkeys(filter(None, wanted))
     people = [_person(person) for person in manifest.maintainers]
     lines = [
         "Metadata-Version: 2.1",

@@ -11,6 +11,15 @@ from pipros.basics.printable import printable
 
 PREFIX = "ros1-"
 
+ON_PYPI = {
+    "urdfdom_py": ("urdf_parser_py", "urdf-parser-py>=0.0.4"),
+    "xacro": ("xacro", "xacro>=1.13.3"),
+}
+"""Packages whose Python module is also a PyPI project, which an extra of pipros installs, and the requirement.
+
+Their wheels require the project, because its files and those of a wheel with the module would be the same.
+"""
+
 _NAME_CHARACTERS = 200  # so that the names of files fit, too
 _REQUIREMENT_CHARACTERS = 300
 

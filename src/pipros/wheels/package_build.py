@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from filecmp import cmp
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ from pipros.packages.installed_packages import EDITABLE, MODULES
 from pipros.reconfigure import cfg_file
 from pipros.wheels.archive import Entry
 from pipros.wheels.file_tree import WheelRefused, collected, copy_whole
-from pipros.wheels.names import own_modules
+from pipros.wheels.names import ON_PYPI, own_modules
 from pipros.workspace.catkin.context import FoundPackage
 from pipros.workspace.catkin.installation import Installation
 from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
@@ -157,7 +158,8 @@ def package_files(
     else:
         _note_missing(package, prefix, result)
     result.entries |= collected(prefix, package.folder)
-    _remove_own_modules(result)
+    _remove_second_copies(result.entries)
+    _remove_modules_of_others(package.name, result)
     for module in sorted(_top_modules(result.entries)):
         result.entries[f"data/data/share/{MODULES}/{module}"] = Entry(f"{package.name}\n".encode())
     return result
@@ -232,18 +234,36 @@ def _top_modules(entries: Mapping[str, Entry]) -> set[str]:
     return {path.partition("/")[0].removesuffix(".py") for path in entries if not path.startswith("data/")}
 
 
+def _remove_second_copies(entries: dict[str, Entry]) -> None:
+    """Remove modules from a folder that was added as a whole if the wheel also has them at its top."""
+    for path, entry in list(entries.items()):
+        if path.startswith("data/") and path.endswith(".py") and not entry.is_program:
+            parts = path.split("/")
+            ends = ("/".join(parts[start:]) for start in range(1, len(parts)))
+            if any(end in entries and _have_same_bytes(entry, entries[end]) for end in ends):
+                del entries[path]
+
+
+def _have_same_bytes(one: Entry, other: Entry) -> bool:
+    both = one.content, other.content
+    return isinstance(both[0], Path) and isinstance(both[1], Path) and cmp(both[0], both[1], shallow=False)
+
+
 def _is_made(entry: Entry) -> bool:
     """Return whether a file is the one that the installation writes for a package with messages."""
     return isinstance(entry.content, Path) and read_text(entry.content, errors="replace").startswith(MADE)
 
 
-def _remove_own_modules(result: PackageFiles) -> None:
-    """Remove modules that pipros has, such as rospy: an installation would overwrite them."""
-    clashing = _top_modules(result.entries) & own_modules()
-    for name in sorted(clashing):
+def _remove_modules_of_others(package: str, result: PackageFiles) -> None:
+    """Remove modules that pipros or a required PyPI project has: an installation would overwrite them."""
+    owners = dict.fromkeys(own_modules(), "pipros itself")
+    if package in ON_PYPI:
+        module, project = ON_PYPI[package]
+        owners[module] = f"the PyPI project {project}"
+    for name in sorted(_top_modules(result.entries) & owners.keys()):
         files = [path for path in result.entries if path.startswith((f"{name}/", f"{name}.py"))]
         has_code = any(path.endswith(".py") and not _is_made(result.entries[path]) for path in files)
         for path in files:
             del result.entries[path]
         if has_code:
-            result.notes.append(f"left out: the Python module {name}, which pipros itself installs")
+            result.notes.append(f"left out: the Python module {name}, which {owners[name]} installs")

@@ -17,6 +17,7 @@ from pipros.basics.limits import Limits
 from pipros.wheels import file_tree
 from pipros.wheels.limits import WheelLimits
 from pipros.wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
+from tests.support.wheel_forms import FORMS, write_forms
 from tests.support.workspaces import Workspace
 
 MESSAGES = (
@@ -99,6 +100,19 @@ def test_a_wheel_has_the_files_of_the_install_space(workspace: Workspace) -> Non
     assert {"arm_lib/__init__.py", "arm/msg/__init__.pyi", "lib/arm/move", "lib/arm/tool"} < made
     programs = [path for path, info in found.items() if info.external_attr >> 16 & 0o111]
     assert programs == ["lib/arm/move", "lib/arm/tool"]
+
+
+def test_twelve_forms_of_packages_have_their_program_and_launch_file(workspace: Workspace) -> None:
+    write_forms(workspace.base / "src")
+    built = wheels(workspace)
+    assert set(built) == set(FORMS)
+    for name, wheel in built.items():
+        found = names(wheel)
+        programs = [path for path, info in found.items() if info.external_attr >> 16 & 0o111]
+        assert f"share/{name}/launch/hello.launch" in found
+        assert f"lib/{name}/hello" in programs or f"share/{name}/scripts/hello" in programs
+    assert required(built["form_plugins"]) == ["pipros", "ros1-form-three"]
+    assert required(built["form_three"]) == ["pipros"]
 
 
 def test_two_builds_have_the_same_bytes(
@@ -196,6 +210,23 @@ def test_a_package_that_installs_nothing_is_added_as_a_whole(workspace: Workspac
         assert archive.read("arm/__init__.py") == b"WHO = 'arm'"
 
 
+def test_modules_of_a_package_that_is_added_as_a_whole_are_in_the_wheel_once(workspace: Workspace) -> None:
+    folder = add_arm(workspace)
+    file = folder / "CMakeLists.txt"
+    kept = [line for line in file.read_text().splitlines() if "install" not in line]
+    file.write_text("\n".join(kept))
+    (folder / "src" / "arm_lib" / "curve.yaml").write_text("a: 1\n")
+    (folder / "scripts" / "arm_lib.py").write_text("WHO = 'another'\n")
+    found = names(wheels(workspace)["arm"])
+    assert [name for name in found if "arm_lib" in name] == [
+        "arm_lib/__init__.py",
+        "arm_lib/curve.yaml",
+        "share/arm/scripts/arm_lib.py",
+        "share/arm/src/arm_lib/curve.yaml",
+        "share/pipros/modules/arm_lib",
+    ]
+
+
 def test_usual_folders_that_are_not_installed_are_named(workspace: Workspace) -> None:
     cmake = "catkin_package()\ninstall(FILES a.txt DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"
     workspace.add("arm", cmake, a_dot_txt="", launch__a_dot_launch="<launch/>")
@@ -220,6 +251,18 @@ def test_modules_of_pipros_are_not_overwritten(workspace: Workspace) -> None:
     wheel = wheels(workspace)["tf"]
     assert "left out: the Python module tf, which pipros itself installs" in wheel.notes
     assert "tf/__init__.py" not in names(wheel)
+
+
+def test_modules_that_are_on_pypi_are_required_from_there(workspace: Workspace) -> None:
+    folder = workspace.add("xacro", "catkin_package()", scripts__a="#!/bin/sh\n")
+    (folder / "src" / "xacro").mkdir(parents=True)
+    (folder / "src" / "xacro" / "__init__.py").write_text("WHO = 'xacro'")
+    wheel = wheels(workspace)["xacro"]
+    assert wheel.notes[1:] == (
+        "left out: the Python module xacro, which the PyPI project xacro>=1.13.3 installs",
+    )
+    assert not any(name.startswith("xacro/") for name in names(wheel))
+    assert required(wheel) == ["pipros", "xacro>=1.13.3"]
 
 
 def add(cmake: str = "catkin_package()", name: str = "arm", **files: str) -> tuple[str, str, dict[str, str]]:
