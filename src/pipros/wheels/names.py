@@ -15,7 +15,7 @@ ON_PYPI = {
     "urdfdom_py": ("urdf_parser_py", "urdf-parser-py>=0.0.4"),
     "xacro": ("xacro", "xacro>=1.13.3"),
 }
-"""Packages whose Python module is also a PyPI project, which an extra of pipros installs, and the requirement.
+"""Packages whose Python module is on PyPI, too, where extras of pipros have it from, and the requirement.
 
 Their wheels require the project, because its files and those of a wheel with the module would be the same.
 """
