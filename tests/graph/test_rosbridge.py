@@ -589,12 +589,12 @@ def test_a_client_that_sends_too_much_is_read_more_slowly(make_node: MakeNode) -
                 flooding.send("set_level", level="none")
             wait_until(
                 lambda: (
-                    server.door.clients()[0].received.messages > limits.of(BridgeLimits).bridge_client_rate
+                    server.server.clients()[0].received.messages > limits.of(BridgeLimits).bridge_client_rate
                 )
             )
             other.send("unknown")
             assert other.wait_for("status")["level"] == "error"
-            assert server.door.clients()[0].received.messages < 500
+            assert server.server.clients()[0].received.messages < 500
     finally:
         server.close()
 

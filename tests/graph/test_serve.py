@@ -20,7 +20,7 @@ from websockets.typing import Subprotocol
 
 from pipros.basics.env import Environment
 from pipros.bridges import serve
-from pipros.bridges.door import Handler
+from pipros.bridges.bridge_server import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS
 from pipros.master.master import Master
 from pipros.node import Node
@@ -72,7 +72,7 @@ def test_the_node_ends_while_connections_and_protocols_end(master: Master) -> No
             outcome.append(node_ends.wait(20))
 
     node.on_shutdown(node_ends.set)
-    assert serve.serve(node, serve.DoorOptions("test", 0, closing_s=30.0), lambda *_: Waiting(), None) == 0
+    assert serve.serve(node, serve.BridgeOptions("test", 0, closing_s=30.0), lambda *_: Waiting(), None) == 0
     assert outcome == [True]
 
 

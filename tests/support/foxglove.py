@@ -14,7 +14,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from pipros.bridges.admission import Admission
-from pipros.bridges.door import Door
+from pipros.bridges.bridge_server import BridgeServer
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
@@ -28,13 +28,13 @@ def serving(node: Node, rules: Rules = CONTROL) -> Iterator[str]:
     loop = BackgroundLoop("foxglove")
     loop.start()
     handler = FoxgloveHandler(node, loop, rules)
-    door = Door(dict.fromkeys(SUBPROTOCOLS, handler), Admission(), limits=node.limits)
-    loop.run(door.open("127.0.0.1", 0))
+    server = BridgeServer(dict.fromkeys(SUBPROTOCOLS, handler), Admission(), limits=node.limits)
+    loop.run(server.open("127.0.0.1", 0))
     handler.start()
     try:
-        yield f"ws://127.0.0.1:{door.port}"
+        yield f"ws://127.0.0.1:{server.port}"
     finally:
-        loop.run(door.close())
+        loop.run(server.close())
         handler.close()
         loop.stop()
 

@@ -177,7 +177,7 @@ class BridgeConnection(PortConnection):
         if self._is_encrypted or self.transport.get_write_buffer_size():
             return 0
         try:
-            return sockets.send_gathered(self._visitor, parts)
+            return sockets.send_gathered(self._accepted_socket, parts)
         except OSError:  # the socket is full or broken; the transport's next write handles both cases
             return 0
 

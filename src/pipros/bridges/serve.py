@@ -16,7 +16,7 @@ from typing import Final, Protocol
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.bridges.admission import Admission
-from pipros.bridges.door import Door, Handler
+from pipros.bridges.bridge_server import BridgeServer, Handler
 from pipros.bridges.freed_memory import share_one_arena
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
@@ -27,11 +27,11 @@ from pipros.server.token_file import read_tokens
 from pipros.server.view_server import PageServer
 
 ENDING_S: Final = 0.1
-"""Maximum time (s) to wait for remaining tasks after `DoorOptions.closing_s`."""
+"""Maximum time (s) to wait for remaining tasks after `BridgeOptions.closing_s`."""
 
 
 @dataclass(frozen=True, slots=True)
-class DoorOptions:
+class BridgeOptions:
     """The address on which a program listens, and the conditions for its clients.
 
     Attributes:
@@ -95,7 +95,7 @@ class Protocols(Protocol):
 
 def serve(
     node: Node,
-    options: DoorOptions,
+    options: BridgeOptions,
     make: Callable[[Node, BackgroundLoop], Protocols],
     secret: Secret | None,
 ) -> int:
@@ -115,7 +115,7 @@ def serve(
 
 def _serve(
     node: Node,
-    options: DoorOptions,
+    options: BridgeOptions,
     make: Callable[[Node, BackgroundLoop], Protocols],
     secret: Secret | None,
     life: ProgramLife,
@@ -136,7 +136,7 @@ def _serve(
             return
         loop.start()
         protocols = make(node, loop)
-        door = Door(
+        server = BridgeServer(
             protocols.handlers(),
             admission,
             protocols.page,
@@ -144,8 +144,8 @@ def _serve(
             has_control=options.has_control,
         )
         try:
-            loop.run(_open(door, options, protocols, tls))
-            _announce(options, door.port, protocols.page, secret)
+            loop.run(_open(server, options, protocols, tls))
+            _announce(options, server.port, protocols.page, secret)
             over.wait()
         except OSError as error:
             reason = error.strerror or error
@@ -159,13 +159,13 @@ def _serve(
             for ending in endings:
                 ending.start()
             with contextlib.suppress(TimeoutError):
-                loop.run(door.close(), options.closing_s)
+                loop.run(server.close(), options.closing_s)
             for ending in endings:
                 ending.join(max(end_s - time.monotonic(), 0.0))
             loop.stop(ENDING_S)
 
 
-def secret_of(options: DoorOptions) -> Secret | None:
+def secret_of(options: BridgeOptions) -> Secret | None:
     """Return the secret in the token file, or None if there is no token file.
 
     Raises:
@@ -174,13 +174,15 @@ def secret_of(options: DoorOptions) -> Secret | None:
     return Secret(tokens=read_tokens(options.token_file)) if options.token_file is not None else None
 
 
-async def _open(door: Door, options: DoorOptions, protocols: Protocols, tls: ssl.SSLContext | None) -> None:
+async def _open(
+    server: BridgeServer, options: BridgeOptions, protocols: Protocols, tls: ssl.SSLContext | None
+) -> None:
     names = () if options.is_local else (options.shown_host.lower(), socket.gethostname().lower())
-    await door.open(options.host.strip("[]"), options.port, names=names, tls=tls)
+    await server.open(options.host.strip("[]"), options.port, names=names, tls=tls)
     protocols.start()
 
 
-def _announce(options: DoorOptions, port: int, page: PageServer | None, secret: Secret | None) -> None:
+def _announce(options: BridgeOptions, port: int, page: PageServer | None, secret: Secret | None) -> None:
     """Print the addresses on stderr, because roslaunch writes the standard output of nodes to files."""
     shown = options.shown_host
     scheme = "ws" if options.certificate is None else "wss"

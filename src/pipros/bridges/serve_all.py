@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.rooms import offered
-from pipros.bridges.door import Handler
+from pipros.bridges.bridge_server import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.bridges.rosapi import RosApi
 from pipros.bridges.rosbridge.protocol import RosbridgeSettings
 from pipros.bridges.rosbridge.server import RosbridgeHandler
 from pipros.bridges.rosbridge.session import RosbridgeNode
-from pipros.bridges.serve import DoorOptions, secret_of, serve
+from pipros.bridges.serve import BridgeOptions, secret_of, serve
 from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
@@ -82,7 +82,7 @@ class AllProtocols:
         self._loop.asyncio.call_later(delay_s, self._workers.run, function)
 
 
-def serve_all(node: Node, options: DoorOptions) -> int:
+def serve_all(node: Node, options: BridgeOptions) -> int:
     """Serve the page, rosbridge and Foxglove until Ctrl-C; see `pipros.bridges.serve.serve`.
 
     On a network, all clients need a token: one from the token file if there is one, otherwise the page's

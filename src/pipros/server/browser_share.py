@@ -25,7 +25,7 @@ class Browser:
 _BROWSER: ContextVar[Browser] = ContextVar("browser")
 
 
-def begin_browser() -> None:
+def set_current_browser() -> None:
     """Make the current context serve a new browser."""
     _BROWSER.set(Browser())
 

@@ -1,9 +1,9 @@
 """Accept connections from browsers, and limit connections that have not been authenticated yet.
 
 Theory of operation. Like a node's servers, the listening socket counts each connection in a `ConnectionTable`
-when it is accepted, before the TLS handshake. Until `Visitor.admit` is called, a connection is closed after
-`login_s` without a request. If there are too many connections, a new one replaces the connection that has
-been silent longest, among those that have not been admitted.
+when it is accepted, before the TLS handshake. Until `AcceptedSocket.admit` is called, a connection is closed
+after `login_s` without a request. If there are too many connections, a new one replaces the connection that
+has been silent longest, among those that have not been admitted.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ ACCEPTED_AT_A_TIME: Final = 4
 _BACKLOG: Final = 128
 
 
-class Visitor(socket.socket):
+class AcceptedSocket(socket.socket):
     """An accepted connection."""
 
     peer = ""
     last_used = 0.0
-    _entrance: Entrance | None = None
+    _listener: Listener | None = None
     _transport: asyncio.BaseTransport | None = None
     _deadline: asyncio.TimerHandle | None = None
 
-    def enter(self, entrance: Entrance, peer: str, limit_s: float) -> bool:
+    def register(self, listener: Listener, peer: str, limit_s: float) -> bool:
         """Take a slot in the table. Return False if the table is full.
 
         The first request must arrive within `limit_s`.
@@ -45,11 +45,11 @@ class Visitor(socket.socket):
         self.peer = peer
         loop = asyncio.get_running_loop()
         self.last_used = loop.time()
-        if not entrance.table.add(self):
+        if not listener.table.add(self):
             return False
-        self._entrance = entrance
+        self._listener = listener
         self._deadline = loop.call_later(limit_s, self.abort)
-        entrance.visitors[self.fileno()] = self
+        listener.accepted[self.fileno()] = self
         return True
 
     def set_transport(self, transport: asyncio.BaseTransport) -> None:
@@ -59,13 +59,13 @@ class Visitor(socket.socket):
     def note_request(self) -> None:
         """Cancel the deadline for the first request. The protocol sets its own deadlines."""
         self._cancel_deadline()
-        if self._entrance is not None:
-            self._entrance.table.mark_used(self)
+        if self._listener is not None:
+            self._listener.table.mark_used(self)
 
     def admit(self) -> None:
         """Protect the connection from being closed in favour of others: its client has authenticated."""
-        if self._entrance is not None:
-            self._entrance.table.mark_busy(self)
+        if self._listener is not None:
+            self._listener.table.mark_busy(self)
 
     def abort(self) -> None:
         """Close immediately, discarding unsent data."""
@@ -76,10 +76,10 @@ class Visitor(socket.socket):
 
     def close(self) -> None:
         self._cancel_deadline()
-        if self._entrance is not None:
-            self._entrance.visitors.pop(self.fileno(), None)
-            self._entrance.table.remove(self)
-            self._entrance = None
+        if self._listener is not None:
+            self._listener.accepted.pop(self.fileno(), None)
+            self._listener.table.remove(self)
+            self._listener = None
         super().close()
 
     def _cancel_deadline(self) -> None:
@@ -88,24 +88,24 @@ class Visitor(socket.socket):
             self._deadline = None
 
 
-class Entrance:
+class Listener:
     """Listening sockets and their accepted connections. For use in one event loop.
 
     Attributes:
         limit: maximum number of connections.
         table: all connections. Connections that have not been authenticated count as idle: the table may
             close them to make room for new ones.
-        visitors: connections by file descriptor.
+        accepted: connections by file descriptor.
     """
 
-    def __init__(self, limits: Limits, *, most: int, log: logging.Logger, share: float = SHARE) -> None:
-        """Create an entrance for at most `most` connections, or fewer if `share` requires it.
+    def __init__(self, limits: Limits, *, limit: int, log: logging.Logger, share: float = SHARE) -> None:
+        """Create a listener for at most `limit` connections, or fewer if `share` requires it.
 
         Args:
             share: share of the process's file descriptors that the connections may use.
         """
-        self.limit = min(most, sockets.connections_that_fit(share))
-        self.visitors: dict[int, Visitor] = {}
+        self.limit = min(limit, sockets.connections_that_fit(share))
+        self.accepted: dict[int, AcceptedSocket] = {}
         self.table = ConnectionTable(
             limit=self.limit, limit_per_peer=self.limit // 2, refusals=Refusals(log), spares_loopback=True
         )
@@ -117,22 +117,22 @@ class Entrance:
         Raises:
             OSError: the port is in use, or an address does not belong to this machine.
         """
-        return [_Listener(self, opened) for opened in sockets.listen_all(hosts, port)]
+        return [_ListeningSocket(self, opened) for opened in sockets.listen_all(hosts, port)]
 
-    def start(self, listeners: Sequence[socket.socket]) -> None:
+    def start(self, listening: Sequence[socket.socket]) -> None:
         """Enlarge the backlog for bursts of connections. Call this after asyncio has set its own value."""
-        for listener in listeners:
-            listener.listen(_BACKLOG)
+        for each in listening:
+            each.listen(_BACKLOG)
 
-    def visitor_of(self, transport: asyncio.BaseTransport) -> Visitor:
+    def accepted_socket(self, transport: asyncio.BaseTransport) -> AcceptedSocket:
         """Return the connection that a transport serves."""
-        return self.visitors[transport.get_extra_info("socket").fileno()]
+        return self.accepted[transport.get_extra_info("socket").fileno()]
 
-    def welcome(self, visitor: Visitor, address: Any) -> bool:
+    def register(self, accepted: AcceptedSocket, address: Any) -> bool:
         """Count a new connection. Return False if there is no room for it."""
-        return visitor.enter(self, plain_address(str(address[0])), self._limit_s)
+        return accepted.register(self, plain_address(str(address[0])), self._limit_s)
 
-    def close_strangers(self) -> None:
+    def close_unadmitted(self) -> None:
         """Close the connections that have not been admitted."""
         self.table.close_overdue(math.inf, 0.0)
 
@@ -141,18 +141,18 @@ class Entrance:
         self.table.close_all()
 
 
-class _Listener(socket.socket):
+class _ListeningSocket(socket.socket):
     """Listening socket that counts the connections it accepts."""
 
-    def __init__(self, entrance: Entrance, listening: socket.socket) -> None:
+    def __init__(self, listener: Listener, listening: socket.socket) -> None:
         super().__init__(fileno=listening.detach())
         self.setblocking(False)
-        self._entrance = entrance
+        self._listener = listener
 
     def accept(self) -> tuple[socket.socket, Any]:
         sock, address = super().accept()
-        visitor = Visitor(fileno=sock.detach())
-        if not self._entrance.welcome(visitor, address):
-            visitor.close()
+        accepted = AcceptedSocket(fileno=sock.detach())
+        if not self._listener.register(accepted, address):
+            accepted.close()
             raise BlockingIOError("too many connections")  # tells asyncio that no connection is pending
-        return visitor, address
+        return accepted, address

@@ -33,7 +33,7 @@ from websockets.http11 import Request, Response
 from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
 from pipros.net import sockets
-from pipros.server.listener import ACCEPTED_AT_A_TIME, Entrance, Visitor
+from pipros.server.listener import ACCEPTED_AT_A_TIME, AcceptedSocket, Listener
 
 CLOSING_S: Final = 0.2
 """Time (s) for clients to acknowledge the closing of connections, and again for the server's tasks to end."""
@@ -83,7 +83,7 @@ class PortConnection(ServerConnection):
 
     def __init__(
         self,
-        entrance: Entrance,
+        listener: Listener,
         limit_bytes: int,
         *args: Any,
         pace: Pace | None = None,
@@ -96,9 +96,9 @@ class PortConnection(ServerConnection):
         self._pace = pace or Pace()
         self._unparsed = b""  # received before the connection rests
         self._is_resting = False
-        self._entrance = entrance
+        self._listener = listener
         self._bytes_left: float = limit_bytes
-        self._visitor: Visitor
+        self._accepted_socket: AcceptedSocket
         self._input: Budget | None = None
         self._message_bytes: float = math.inf
         self._request_s = request_s
@@ -114,17 +114,17 @@ class PortConnection(ServerConnection):
         self._is_cut = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self._visitor = self._entrance.visitor_of(transport)
-        self._visitor.set_transport(transport)
+        self._accepted_socket = self._listener.accepted_socket(transport)
+        self._accepted_socket.set_transport(transport)
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)  # not available on Windows
         if option is not None:
-            self._visitor.setsockopt(socket.IPPROTO_TCP, option, UNSENT_BYTES)
+            self._accepted_socket.setsockopt(socket.IPPROTO_TCP, option, UNSENT_BYTES)
         super().connection_made(transport)
 
     def data_received(self, data: bytes) -> None:
         self._bytes_left -= len(data)
         if self._bytes_left < 0:
-            self._visitor.abort()
+            self._accepted_socket.abort()
         elif self._is_resting:
             self._unparsed += data
         elif not self._is_cut:
@@ -249,11 +249,11 @@ class PortConnection(ServerConnection):
 
         While a connection is not read, asyncio does not report its end.
         """
-        return not self._is_reading and sockets.has_left(self._visitor)
+        return not self._is_reading and sockets.has_left(self._accepted_socket)
 
     def note_request(self) -> None:
         """Cancel the deadline, because the request has arrived."""
-        self._visitor.note_request()
+        self._accepted_socket.note_request()
 
     def admit(self, input: Budget, message_bytes: int) -> None:  # noqa: A002
         """Replace the limits on unauthenticated clients, because this client has authenticated.
@@ -262,7 +262,7 @@ class PortConnection(ServerConnection):
             input: the data that the client may make the server hold.
             message_bytes: maximum size of a message.
         """
-        self._visitor.admit()
+        self._accepted_socket.admit()
         self._bytes_left = math.inf
         self._input = input
         self._message_bytes = message_bytes + _UNCOUNTED_BYTES
@@ -275,9 +275,9 @@ class ServerPort:
         limit: maximum number of connections.
     """
 
-    def __init__(self, entrance: Entrance, limits: Limits) -> None:
-        self.limit = entrance.limit
-        self._entrance = entrance
+    def __init__(self, listener: Listener, limits: Limits) -> None:
+        self.limit = listener.limit
+        self._listener = listener
         self._limits = limits
         self._servers: list[Server] = []
 
@@ -286,8 +286,8 @@ class ServerPort:
         host: str,
         port: int,
         *,
-        attend: Callable[[Any], Awaitable[None]],
-        answer: Callable[[Any, Request], Response | None],
+        handle_websocket: Callable[[Any], Awaitable[None]],
+        respond: Callable[[Any, Request], Response | None],
         max_bytes: int,
         tls: ssl.SSLContext | None = None,
         connection_class: type[PortConnection] = PortConnection,
@@ -298,8 +298,8 @@ class ServerPort:
         Args:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
-            attend: serves a WebSocket until it is closed.
-            answer: returns the response to a request, or None to continue with the WebSocket handshake.
+            handle_websocket: serves a WebSocket until it is closed.
+            respond: returns the response to a request, or None to continue with the WebSocket handshake.
             max_bytes: maximum size of a message from an admitted client.
             options: additional keyword arguments for `websockets.asyncio.server.serve`.
 
@@ -307,23 +307,23 @@ class ServerPort:
             OSError: the port is in use, or the address does not belong to this machine.
         """
         found = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_STREAM)
-        listeners = self._entrance.listen([str(each[4][0]) for each in found], port)
+        listening = self._listener.listen([str(each[4][0]) for each in found], port)
         create_connection: Any = partial(
             connection_class,
-            self._entrance,
+            self._listener,
             self._limits.login_bytes,
             pace=Pace(),
             request_s=self._limits.request_s,
         )
         if tls is not None:
             options |= {"ssl": tls, "ssl_handshake_timeout": self._limits.login_s}
-        for listener in listeners:
+        for each in listening:
             self._servers.append(
                 await serve(
-                    attend,
-                    sock=listener,
+                    handle_websocket,
+                    sock=each,
                     create_connection=create_connection,
-                    process_request=answer,
+                    process_request=respond,
                     max_size=max_bytes,
                     max_queue=None,  # connections limit the bytes instead
                     write_limit=65536,
@@ -335,17 +335,17 @@ class ServerPort:
                     **options,
                 )
             )
-        self._entrance.start(listeners)
-        number: int = listeners[0].getsockname()[1]
+        self._listener.start(listening)
+        number: int = listening[0].getsockname()[1]
         return number
 
     async def close(self) -> None:
         """Close the port and all connections. Wait at most `CLOSING_S` for clients to acknowledge this."""
         for server in self._servers:
             server.close()
-        self._entrance.close_strangers()
+        self._listener.close_unadmitted()
         if not await self._have_closed():
-            self._entrance.close_all()
+            self._listener.close_all()
             await self._have_closed()
 
     async def _have_closed(self) -> bool:

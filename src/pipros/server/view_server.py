@@ -39,9 +39,9 @@ from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.server.access import LOOPBACK_HOSTS, Access
-from pipros.server.browser_share import begin_browser
+from pipros.server.browser_share import set_current_browser
 from pipros.server.json_text import json_text
-from pipros.server.listener import Entrance
+from pipros.server.listener import Listener
 from pipros.server.port import READ_AHEAD_BYTES, PortConnection, ServerPort
 from pipros.server.secret import Denied, Secret
 
@@ -114,8 +114,8 @@ class PageServer:
         self._services = services
         self._secret = secret or Secret()
         self._limits = process_limits()
-        entrance = Entrance(self._limits, most=BROWSERS + self._limits.handshakes, log=logger)
-        self._port = ServerPort(entrance, self._limits)
+        listener = Listener(self._limits, limit=BROWSERS + self._limits.handshakes, log=logger)
+        self._port = ServerPort(listener, self._limits)
         self._browsers = 0
         self._input = Budget(BROWSERS * REQUEST_BYTES // 2)
         self._logged: set[tuple[str, type[BaseException]]] = set()
@@ -136,7 +136,12 @@ class PageServer:
             OSError: the port is in use, or the address does not belong to this machine.
         """
         number = await self._port.open(
-            host, port, attend=self.attend, answer=self.answer, max_bytes=REQUEST_BYTES, tls=tls
+            host,
+            port,
+            handle_websocket=self.handle_websocket,
+            respond=self.respond,
+            max_bytes=REQUEST_BYTES,
+            tls=tls,
         )
         self.access = Access(
             number,
@@ -150,7 +155,7 @@ class PageServer:
         """Close the port and all connections; see `ServerPort.close`."""
         await self._port.close()
 
-    def answer(self, connection: PortConnection, request: Request) -> Response | None:
+    def respond(self, connection: PortConnection, request: Request) -> Response | None:
         """Return the response to a request, or None to continue with the WebSocket handshake."""
         connection.note_request()
         headers = request.headers
@@ -164,9 +169,9 @@ class PageServer:
             return plain_response(HTTPStatus.FORBIDDEN, str(error))
         return _file_response(path, self._services.pages, headers)
 
-    async def attend(self, connection: PortConnection) -> None:
+    async def handle_websocket(self, connection: PortConnection) -> None:
         """Serve one browser until it disconnects."""
-        begin_browser()
+        set_current_browser()
         try:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
             self.access.secret.check_first_message(first)

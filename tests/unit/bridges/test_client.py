@@ -26,10 +26,10 @@ class Transport(asyncio.Transport):
         return False
 
 
-class Entrance:
-    """Stands for `pipros.server.listener.Entrance`, and for the visitor that it returns."""
+class Listener:
+    """Stands for `pipros.server.listener.Listener`, and for the accepted that it returns."""
 
-    def visitor_of(self, transport: object) -> Entrance:
+    def accepted_socket(self, transport: object) -> Listener:
         return self
 
     def set_transport(self, transport: object) -> None:
@@ -42,9 +42,9 @@ class Entrance:
 def test_nothing_is_written_while_the_transport_resumes_writing() -> None:
     # If such a write fails, asyncio closes the transport twice, and logs an error for the second time.
     async def resume() -> None:
-        entrance: Any = Entrance()
+        listener: Any = Listener()
         server = MagicMock(handler=AsyncMock())
-        connection = BridgeConnection(entrance, 1_000, ServerProtocol(), server, ping_interval=None)
+        connection = BridgeConnection(listener, 1_000, ServerProtocol(), server, ping_interval=None)
         transport = Transport()
         connection.connection_made(transport)
         has_resumed = asyncio.Event()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.bridges.serve import DoorOptions
+from pipros.bridges.serve import BridgeOptions
 
 
 @pytest.mark.parametrize(
@@ -18,4 +18,4 @@ from pipros.bridges.serve import DoorOptions
     ],
 )
 def test_a_printed_address_is_one_that_the_server_listens_at(host: str, shown: str) -> None:
-    assert DoorOptions("bridge", 0, host=host).shown_host == shown
+    assert BridgeOptions("bridge", 0, host=host).shown_host == shown

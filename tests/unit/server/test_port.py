@@ -11,7 +11,7 @@ from websockets.asyncio.client import connect
 
 from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
-from pipros.server.listener import Entrance
+from pipros.server.listener import Listener
 from pipros.server.port import (
     LONG_S,
     MOST_REST_S,
@@ -70,7 +70,7 @@ def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: f
             connections.append(Recorded(Work(long_s), *args, **options))
             return connections[-1]
 
-        async def attend(connection: Recorded) -> None:
+        async def handle_websocket(connection: Recorded) -> None:
             connection.admit(Budget(1_000_000), 1_000_000)
             connection.work.parts = 0
             connection.work.long_parts = 3 if connections.index(connection) == 1 else 0
@@ -84,12 +84,12 @@ def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: f
                 assert await asyncio.wait_for(received.get(), 30) == MESSAGE
 
         limits = Limits()
-        port = ServerPort(Entrance(limits, most=5, log=logging.getLogger("test")), limits)
+        port = ServerPort(Listener(limits, limit=5, log=logging.getLogger("test")), limits)
         number = await port.open(
             "127.0.0.1",
             0,
-            attend=attend,
-            answer=lambda *_: None,
+            handle_websocket=handle_websocket,
+            respond=lambda *_: None,
             max_bytes=1_000_000,
             connection_class=make,  # type: ignore[arg-type]  # a function that makes one
         )

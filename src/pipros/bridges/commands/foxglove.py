@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.bridges.commands.door_options import add_door_options, client_limits, door_options
+from pipros.bridges.commands.bridge_options import add_bridge_options, bridge_options, client_limits
 from pipros.cli.runner import CommandError, option_parser, run
 from pipros.cli.server_options import without_remappings
 
@@ -24,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros foxglove", "[options]")
-    add_door_options(parser, PORT)
+    add_bridge_options(parser, PORT)
     for name, what in (("topic", "topics"), ("service", "services"), ("param", "parameters")):
         parser.add_option(
             f"--{name}",
@@ -54,7 +54,7 @@ def _main(argv: Sequence[str]) -> int:
         longest_look_s=options.max_update_ms / 1000,
     )
     node = Node("foxglove_bridge", anonymous=True, argv=argv, limits=client_limits(options))
-    return serve_foxglove(node, door_options("pipros foxglove", options), rules)
+    return serve_foxglove(node, bridge_options("pipros foxglove", options), rules)
 
 
 def node_main(argv: Sequence[str] | None = None) -> int:
@@ -67,7 +67,7 @@ def _node_main(argv: Sequence[str]) -> int:
     from pipros.bridges.foxglove.handler import CAPABILITIES, Rules
     from pipros.bridges.foxglove.serve import compiled, serve_foxglove
     from pipros.bridges.limits import BridgeLimits
-    from pipros.bridges.serve import DoorOptions
+    from pipros.bridges.serve import BridgeOptions
     from pipros.node import Node
 
     given = _PrivateParameters(Node("foxglove_bridge", argv=argv))
@@ -75,7 +75,7 @@ def _node_main(argv: Sequence[str]) -> int:
     queue_bytes = max(1, given.number("send_buffer_limit", BUFFER_BYTES))
     limits = limits.with_table(limits.of(BridgeLimits)._replace(bridge_queue_bytes=queue_bytes))
     has_tls = bool(given.get("tls", False))
-    options = DoorOptions(
+    options = BridgeOptions(
         "foxglove_bridge",
         given.number("port", PORT),
         given.text("address", "127.0.0.1"),

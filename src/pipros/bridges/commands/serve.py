@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.bridges.commands.door_options import add_door_options, client_limits, door_options
+from pipros.bridges.commands.bridge_options import add_bridge_options, bridge_options, client_limits
 from pipros.cli.runner import option_parser, run
 from pipros.cli.server_options import without_remappings
 
@@ -18,7 +18,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros serve", "[options]")
-    add_door_options(parser, PORT)
+    add_bridge_options(parser, PORT)
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")
@@ -26,4 +26,4 @@ def _main(argv: Sequence[str]) -> int:
     from pipros.node import Node
 
     node = Node("pipros_serve", anonymous=True, argv=argv, limits=client_limits(options))
-    return serve_all(node, door_options("pipros serve", options))
+    return serve_all(node, bridge_options("pipros serve", options))

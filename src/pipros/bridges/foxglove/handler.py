@@ -1,4 +1,4 @@
-"""The `Door` handler for the Foxglove protocol, with the state that its clients share."""
+"""The `BridgeServer` handler for the Foxglove protocol, with the state that its clients share."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class FoxgloveHandler:
     def __init__(
         self, node: Node, loop: BackgroundLoop, rules: Rules, topics: SharedTopics | None = None
     ) -> None:
-        """Create a handler. `loop` is the door's event loop; `topics` may be shared with other handlers."""
+        """Create a handler. `loop` is the server's event loop; `topics` may be shared with other handlers."""
         self.node = node
         self._rules = rules
         self.topics = topics or SharedTopics(node)

@@ -6,9 +6,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.door import Handler
+from pipros.bridges.bridge_server import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
-from pipros.bridges.serve import DoorOptions, secret_of, serve
+from pipros.bridges.serve import BridgeOptions, secret_of, serve
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 
@@ -35,7 +35,7 @@ class FoxgloveProtocol:
         self._handler.close()
 
 
-def serve_foxglove(node: Node, options: DoorOptions, rules: Rules) -> int:
+def serve_foxglove(node: Node, options: BridgeOptions, rules: Rules) -> int:
     """Serve Foxglove clients until Ctrl-C; see `pipros.bridges.serve.serve`."""
 
     def make(node: Node, loop: BackgroundLoop) -> FoxgloveProtocol:

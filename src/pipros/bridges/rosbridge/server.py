@@ -13,8 +13,8 @@ from typing import Any, Final, TypeVar
 
 from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
+from pipros.bridges.bridge_server import PING_S, PONG_S, BridgeServer
 from pipros.bridges.client import BridgeClient
-from pipros.bridges.door import PING_S, PONG_S, Door
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.protocol import RosbridgeSettings
@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 
 class RosbridgeHandler:
-    """The rosbridge protocol, as a handler for a `Door`.
+    """The rosbridge protocol, as a handler for a `BridgeServer`.
 
     Sessions run in threads, because publishing and calls to the master may block.
     """
@@ -54,10 +54,10 @@ class RosbridgeHandler:
         self._on_change = on_change
         self._threads = DaemonPool("rosbridge client", bridge.limits.of(BridgeLimits).bridge_clients)
 
-    def open(self, client: BridgeClient) -> DoorSession:
+    def open(self, client: BridgeClient) -> WebSocketSession:
         """Start a session for a client."""
         asyncio.get_running_loop().call_soon(self._on_change)
-        return DoorSession(
+        return WebSocketSession(
             client, self._bridge.connect(client.outbox, client.shares), self._threads, self._on_change
         )
 
@@ -72,8 +72,8 @@ class RosbridgeHandler:
         return operation.get("op") == "auth" and self._authenticator.accepts(operation)
 
 
-class DoorSession:
-    """The session of one client of a `Door`."""
+class WebSocketSession:
+    """The session of one client of a `BridgeServer`."""
 
     def __init__(
         self,
@@ -213,7 +213,7 @@ class WebSocketServer:
         admission = Admission(
             secret, options.origins, options.allows_null_origin, "websocket_null_origin:=true"
         )
-        self.door = Door({"": handler}, admission, limits=self._runtime.limits)
+        self.server = BridgeServer({"": handler}, admission, limits=self._runtime.limits)
 
     def start(self) -> int:
         """Open the port and return its number. May be called again after an error.
@@ -223,20 +223,20 @@ class WebSocketServer:
             ssl.SSLError: the certificate cannot be used.
         """
         options = self._options
-        opening = self.door.open(
+        opening = self.server.open(
             options.host, options.port, tls=_tls(options), ping_s=options.ping_s, pong_s=options.pong_s
         )
         self._runtime.start(opening, self.close)
         self._clients.report([])
-        return self.door.port
+        return self.server.port
 
     def close(self) -> None:
         """Disconnect the clients and close the port."""
-        self._runtime.close(self.door.close)
+        self._runtime.close(self.server.close)
         self._clients.close()
 
     def _report(self) -> None:
-        self._clients.report([(row.address, row.since) for row in self.door.clients()])
+        self._clients.report([(row.address, row.since) for row in self.server.clients()])
 
 
 class ClientTopics:

@@ -11,8 +11,8 @@ from collections.abc import AsyncIterator, Callable
 from typing import Any, Final
 
 from pipros.basics.printable import printable
+from pipros.bridges.bridge_server import DESCRIPTORS_SHARE
 from pipros.bridges.client import Wakeups
-from pipros.bridges.door import DESCRIPTORS_SHARE
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.pace import ReadPace
@@ -102,7 +102,7 @@ class TcpServer(StreamServer):
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
         # longest silent client first
         self._sessions: dict[asyncio.StreamWriter, RosbridgeSession] = {}
-        self._entrance = asyncio.Lock()  # ensures that a new client gets the slot freed for it
+        self._admission_lock = asyncio.Lock()  # ensures that a new client gets the slot freed for it
         self._has_reported_strangers = False
 
     async def _open(self) -> int:
@@ -131,16 +131,16 @@ class TcpServer(StreamServer):
             self._connections.pop(writer, None)
             writer.transport.abort()
 
-        task = asyncio.create_task(self._attend(reader, writer))
+        task = asyncio.create_task(self._serve_client(reader, writer))
         self._connections[writer] = task
         task.add_done_callback(close)
 
-    async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _serve_client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve one client until it disconnects."""
         has_data = asyncio.Event()
         shares = self.shares.client(is_reader=not self._options.settings.has_control)
         host = plain_address(str(writer.get_extra_info("peername")[0]))
-        async with self._entrance:
+        async with self._admission_lock:
             if len(self._clients) >= self._most_clients:
                 await self._end_idle()
             session = self._connect(writer, host, has_data.set, shares)

@@ -96,7 +96,7 @@ class UdpServer(StreamServer):
         if session is None:
             return None
         client = self._known[address] = _UdpClient(session, shares)
-        client.task = asyncio.create_task(self._attend(client, address))
+        client.task = asyncio.create_task(self._serve_client(client, address))
         return client
 
     def _remove(self, address: Any) -> None:
@@ -107,7 +107,7 @@ class UdpServer(StreamServer):
             client.task.cancel()
             self._disconnect(address, client.session)
 
-    async def _attend(self, client: _UdpClient, address: Any) -> None:
+    async def _serve_client(self, client: _UdpClient, address: Any) -> None:
         pace = ReadPace(self._limits, work=self.shares.work)
         session = client.session
         try:

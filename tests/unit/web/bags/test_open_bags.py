@@ -12,7 +12,7 @@ import pytest
 from pipros.bag import BagReader, BagWriter
 from pipros.graph.client import GraphClient
 from pipros.node import Node
-from pipros.server.browser_share import begin_browser
+from pipros.server.browser_share import set_current_browser
 from pipros.server.view_server import RequestRefused, Services
 from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.playback import BagPlayback
@@ -22,7 +22,7 @@ from pipros.web.watched_system import WatchedSystem
 def in_a_browser() -> contextvars.Context:
     """Return a context that serves a new browser."""
     context = contextvars.copy_context()
-    context.run(begin_browser)
+    context.run(set_current_browser)
     return context
 
 

@@ -23,7 +23,7 @@ from pipros.bag.errors import BagError
 from pipros.basics.limits import process_limits
 from pipros.graph.client import GraphClient
 from pipros.node import Node
-from pipros.server.browser_share import begin_browser
+from pipros.server.browser_share import set_current_browser
 from pipros.server.view_server import RequestRefused
 from pipros.web.bags.folder import BagFolder
 from pipros.web.bags.open_bags import OpenBags
@@ -53,7 +53,7 @@ class Browser:
         """Run a coroutine in an event loop while the bag is open."""
 
         async def run() -> None:
-            begin_browser()
+            set_current_browser()
             with self._showing:
                 self._showing.enter_context(
                     self.open_bags.showing(BagPlayback(self.system, BagReader(self._path)))
@@ -166,7 +166,7 @@ def test_a_bag_that_fails_to_open_after_its_view_was_closed_leaves_no_error(
     monkeypatch.setattr(browser.system.computations, "start", recording_start)
 
     async def check() -> None:
-        begin_browser()
+        set_current_browser()
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(lambda _, context: problems.append(context["message"]))
         view = browser.views.bag({"name": "run.bag"})

@@ -35,7 +35,7 @@ from pipros.bridges.outbox import ClientTraffic
 from pipros.bridges.pace import ReadPace
 from pipros.bridges.shares import ServerShares
 from pipros.server.access import LOOPBACK_HOSTS, Access
-from pipros.server.listener import Entrance
+from pipros.server.listener import Listener
 from pipros.server.port import ServerPort
 from pipros.server.secret import Denied, Secret
 from pipros.server.view_server import SOCKET_PATH, PageServer, only_header, plain_response
@@ -78,7 +78,7 @@ class Session(Protocol):
 
 
 class Handler(Protocol):
-    """A protocol that a door offers."""
+    """A protocol that a server offers."""
 
     def open(self, client: BridgeClient) -> Session:
         """Start a session for a client. Called in the event loop."""
@@ -112,7 +112,7 @@ class ClientRow:
     waiting_bytes: int
 
 
-class Door:
+class BridgeServer:
     """Serves clients until it is closed. For use in one event loop.
 
     Attributes:
@@ -129,7 +129,7 @@ class Door:
         *,
         has_control: bool = True,
     ) -> None:
-        """Create a door.
+        """Create a server.
 
         Args:
             handlers: handlers by subprotocol, in order of preference; "" for clients without a subprotocol.
@@ -143,13 +143,13 @@ class Door:
         self._limits = limits or process_limits()
         self.shares = ServerShares(self._limits)
         self._has_control = has_control
-        entrance = Entrance(
+        listener = Listener(
             self._limits,
-            most=self._limits.of(BridgeLimits).bridge_clients + self._limits.handshakes,
+            limit=self._limits.of(BridgeLimits).bridge_clients + self._limits.handshakes,
             log=logger,
             share=DESCRIPTORS_SHARE,
         )
-        self._server_port = ServerPort(entrance, self._limits)
+        self._server_port = ServerPort(listener, self._limits)
         self._clients: dict[BridgeClient, tuple[Session, float]] = {}
         self._numbers = itertools.count(1)
         self._has_reported_origin = False
@@ -185,8 +185,8 @@ class Door:
         self.port = await self._server_port.open(
             host,
             port,
-            attend=self._attend,
-            answer=self._answer,
+            handle_websocket=self._handle_websocket,
+            respond=self._respond,
             max_bytes=self._limits.of(BridgeLimits).bridge_message_bytes,
             tls=tls,
             connection_class=BridgeConnection,
@@ -227,17 +227,17 @@ class Door:
             for client, (session, since) in self._clients.items()
         ]
 
-    def _answer(self, connection: BridgeConnection, request: Request) -> Response | None:
+    def _respond(self, connection: BridgeConnection, request: Request) -> Response | None:
         """Return the HTTP response to a request, or None to continue with the WebSocket handshake."""
         is_upgrade = (request.headers.get("Upgrade") or "").lower() == "websocket"
         path = request.path.partition("?")[0]
         if self._page is not None and path != CLIENTS_PATH and (not is_upgrade or path == SOCKET_PATH):
             connection.is_page = True
-            return self._page.answer(connection, request)
+            return self._page.respond(connection, request)
         connection.note_request()
         try:
             if not is_upgrade:
-                return self._answer_http(path, request)
+                return self._respond_http(path, request)
             self._admission.check_origin(_origin(request))
         except Denied as error:
             if is_upgrade and not self._has_reported_origin:  # a browser does not show the response
@@ -254,7 +254,7 @@ class Door:
     def _enter(self, connection: BridgeConnection) -> None:
         connection.enter(self.shares.client(is_reader=not self._has_control))
 
-    def _answer_http(self, path: str, request: Request) -> Response:
+    def _respond_http(self, path: str, request: Request) -> Response:
         if path != CLIENTS_PATH:
             offered = ", ".join(filter(None, self._handlers)) or "none"
             return plain_response(
@@ -276,13 +276,13 @@ class Door:
             return None
         raise NegotiationError(f"supported subprotocols: {', '.join(filter(None, self._handlers))}")
 
-    async def _attend(self, connection: BridgeConnection) -> None:
+    async def _handle_websocket(self, connection: BridgeConnection) -> None:
         """Serve one client until it disconnects.
 
         If it has left before its last messages are handled, those that change the system still are.
         """
         if connection.is_page and self._page is not None:
-            await self._page.attend(connection)
+            await self._page.handle_websocket(connection)
             return
         name = connection.subprotocol or ""
         handler = self._handlers[name]

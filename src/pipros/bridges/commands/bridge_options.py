@@ -10,10 +10,10 @@ from pipros.cli.server_options import bind_address
 
 if TYPE_CHECKING:
     from pipros.basics.limits import Limits
-    from pipros.bridges.serve import DoorOptions
+    from pipros.bridges.serve import BridgeOptions
 
 
-def add_door_options(parser: OptionParser, port: int) -> None:
+def add_bridge_options(parser: OptionParser, port: int) -> None:
     """Add the options for the address, TLS, access and client limits. `port` is the default port."""
     parser.add_option("--port", type="int", default=port, help=f"the port ({port}); 0 selects a free one")
     parser.add_option(
@@ -44,13 +44,13 @@ def add_door_options(parser: OptionParser, port: int) -> None:
     )
 
 
-def door_options(tool: str, options: Any) -> DoorOptions:
-    """Return the values of the options added by `add_door_options`."""
-    from pipros.bridges.serve import DoorOptions
+def bridge_options(tool: str, options: Any) -> BridgeOptions:
+    """Return the values of the options added by `add_bridge_options`."""
+    from pipros.bridges.serve import BridgeOptions
 
     host, port = bind_address(options.bind)
     origins = options.origin or []
-    return DoorOptions(
+    return BridgeOptions(
         tool,
         port or options.port,
         host,

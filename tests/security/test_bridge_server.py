@@ -23,8 +23,8 @@ from websockets.typing import Subprotocol
 
 from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
+from pipros.bridges.bridge_server import BridgeServer
 from pipros.bridges.client import BridgeClient
-from pipros.bridges.door import Door
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import WebSocketFrame, text_frame
 from pipros.server.secret import Secret
@@ -77,24 +77,24 @@ async def opened(
     handler: Echo | None = None,
     *,
     has_control: bool = True,
-) -> AsyncIterator[Door]:
-    door = Door(
+) -> AsyncIterator[BridgeServer]:
+    server = BridgeServer(
         {PROTOCOL: handler or Echo()}, admission or Admission(), limits=limits, has_control=has_control
     )
-    await door.open("127.0.0.1", 0)
+    await server.open("127.0.0.1", 0)
     try:
-        yield door
+        yield server
     finally:
-        await door.close()
+        await server.close()
 
 
-def connected(door: Door, path: str = "/", **options: Any) -> connect:
+def connected(server: BridgeServer, path: str = "/", **options: Any) -> connect:
     options = {"subprotocols": [PROTOCOL], "max_size": None, **options}
-    return connect(f"ws://127.0.0.1:{door.port}{path}", proxy=None, open_timeout=30, **options)
+    return connect(f"ws://127.0.0.1:{server.port}{path}", proxy=None, open_timeout=30, **options)
 
 
 async def condition(check: Any) -> None:
-    """Wait for a condition in the loop of the door."""
+    """Wait for a condition in the loop of the server."""
     await asyncio.to_thread(wait_until, check)
 
 
@@ -104,7 +104,7 @@ def run(body: Coroutine[Any, Any, None]) -> None:
 
 def test_messages_of_any_size_arrive_in_order() -> None:
     async def body() -> None:
-        async with opened() as door, connected(door) as client:
+        async with opened() as server, connected(server) as client:
             sent = ["", "é" * 60, "x" * 126, "y" * 70_000, b"\1" * 200, b"\2" * 17_000, b"\3" * 3_000_000]
             for message in sent:
                 await client.send(message)
@@ -117,7 +117,7 @@ def test_messages_of_any_size_arrive_in_order() -> None:
 def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) -> None:
     async def body() -> None:
         handler = Echo()
-        door = Door(
+        server = BridgeServer(
             {PROTOCOL: handler},
             Admission(),
             limits=Limits(tables=(BridgeLimits(bridge_queue_bytes=100_000_000),)),
@@ -126,11 +126,11 @@ def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) 
         if is_encrypted:
             tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
             tls.load_cert_chain(CERTIFICATES / "cert.pem", CERTIFICATES / "key.pem")
-        await door.open("127.0.0.2", 0, tls=tls)
+        await server.open("127.0.0.2", 0, tls=tls)
         scheme = "wss" if is_encrypted else "ws"
         trusting = ssl.create_default_context(cafile=str(CERTIFICATES / "cert.pem")) if is_encrypted else None
         async with connect(
-            f"{scheme}://127.0.0.2:{door.port}",
+            f"{scheme}://127.0.0.2:{server.port}",
             subprotocols=[Subprotocol(PROTOCOL)],
             ssl=trusting,
             proxy=None,
@@ -149,7 +149,7 @@ def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) 
                 assert await client.recv() == b"%d" % number + large
                 assert await client.recv() == b"|" + large
             await pong
-        await door.close()
+        await server.close()
 
     run(body())
 
@@ -158,8 +158,8 @@ def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) 
 def test_a_client_without_the_token_is_turned_away(path: str) -> None:
     async def body() -> None:
         handler = Echo()
-        async with opened(Admission(Secret(tokens=[TOKEN])), handler=handler) as door:
-            async with connected(door, path) as client:
+        async with opened(Admission(Secret(tokens=[TOKEN])), handler=handler) as server:
+            async with connected(server, path) as client:
                 await client.send("open sesame")
                 with pytest.raises(ConnectionClosed) as closed:
                     await client.recv()
@@ -183,8 +183,8 @@ def test_a_client_without_the_token_is_turned_away(path: str) -> None:
 def test_a_client_with_the_token_enters(path: str, headers: dict[str, str], first: str | None) -> None:
     async def body() -> None:
         async with (
-            opened(Admission(Secret(tokens=[TOKEN]))) as door,
-            connected(door, path, additional_headers=headers) as client,
+            opened(Admission(Secret(tokens=[TOKEN]))) as server,
+            connected(server, path, additional_headers=headers) as client,
         ):
             if first is not None:
                 await client.send(first)
@@ -197,7 +197,7 @@ def test_a_client_with_the_token_enters(path: str, headers: dict[str, str], firs
 def test_a_silent_stranger_is_disconnected() -> None:
     async def body() -> None:
         limits = Limits(login_s=2.0)  # it also limits the opening handshake
-        async with opened(Admission(Secret(tokens=[TOKEN])), limits) as door, connected(door) as client:
+        async with opened(Admission(Secret(tokens=[TOKEN])), limits) as server, connected(server) as client:
             with pytest.raises(ConnectionClosed):
                 await client.recv()
 
@@ -207,7 +207,7 @@ def test_a_silent_stranger_is_disconnected() -> None:
 def test_a_stranger_cannot_send_much() -> None:
     async def body() -> None:
         limits = Limits(login_bytes=10_000)
-        async with opened(Admission(Secret(tokens=[TOKEN])), limits) as door, connected(door) as client:
+        async with opened(Admission(Secret(tokens=[TOKEN])), limits) as server, connected(server) as client:
             with contextlib.suppress(ConnectionClosed):
                 await client.send("x" * 1_000_000)
             with pytest.raises(ConnectionClosed):
@@ -218,12 +218,12 @@ def test_a_stranger_cannot_send_much() -> None:
 
 def test_a_page_of_another_site_cannot_connect() -> None:
     async def body() -> None:
-        async with opened() as door:
+        async with opened() as server:
             with pytest.raises(InvalidStatus) as refused:
-                await connected(door, origin=Origin("https://evil.example"))
+                await connected(server, origin=Origin("https://evil.example"))
             assert refused.value.response.status_code == 403
             assert b"https://evil.example may not connect" in (refused.value.response.body or b"")
-            async with connected(door, origin=Origin("http://localhost:3000")) as client:
+            async with connected(server, origin=Origin("http://localhost:3000")) as client:
                 await client.send("hello")
                 assert await client.recv() == "hello"
 
@@ -233,9 +233,9 @@ def test_a_page_of_another_site_cannot_connect() -> None:
 @pytest.mark.parametrize("offered", [None, ["something.else"]])
 def test_unknown_subprotocols_are_refused(offered: Any) -> None:
     async def body() -> None:
-        async with opened() as door:
+        async with opened() as server:
             with pytest.raises(InvalidStatus) as refused:
-                await connected(door, subprotocols=offered)
+                await connected(server, subprotocols=offered)
             assert refused.value.response.status_code == 400
             assert PROTOCOL.encode() in (refused.value.response.body or b"")
 
@@ -246,11 +246,11 @@ def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected(
     async def body() -> None:
         handler = Echo()
         limits = Limits(tables=(BridgeLimits(bridge_stall_s=1.0, bridge_queue_bytes=1_000_000),))
-        async with opened(limits=limits, handler=handler) as door, connected(door) as stuck:
+        async with opened(limits=limits, handler=handler) as server, connected(server) as stuck:
             await condition(lambda: handler.sessions)
             first = handler.sessions[0]
             stuck.transport.pause_reading()
-            async with connected(door) as other:
+            async with connected(server) as other:
                 await condition(lambda: len(handler.sessions) == 2)
                 second = handler.sessions[1]
                 for _ in range(20):  # more than its queue, before it may be disconnected
@@ -273,7 +273,7 @@ def test_writing_to_a_client_that_has_vanished_logs_nothing(caplog: pytest.LogCa
     async def body() -> None:
         handler = Echo()
         limits = Limits(tables=(BridgeLimits(bridge_queue_bytes=100_000_000),))
-        async with opened(limits=limits, handler=handler) as door, connected(door) as client:
+        async with opened(limits=limits, handler=handler) as server, connected(server) as client:
             await condition(lambda: handler.sessions)
             client.transport.get_extra_info("socket").shutdown(socket.SHUT_RDWR)
             handler.sessions[0].client.outbox.put("topic", WebSocketFrame((bytes(50_000_000),)))
@@ -287,7 +287,7 @@ def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
     async def body() -> None:
         handler = Echo()
         limits = Limits(tables=(BridgeLimits(bridge_queue_bytes=100_000),))
-        async with opened(limits=limits, handler=handler) as door, connected(door) as client:
+        async with opened(limits=limits, handler=handler) as server, connected(server) as client:
             await condition(lambda: handler.sessions)
             client.transport.pause_reading()
             for _ in range(500):
@@ -301,8 +301,8 @@ def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
 def test_a_message_that_is_too_large_ends_the_connection() -> None:
     async def body() -> None:
         async with (
-            opened(limits=Limits(tables=(BridgeLimits(bridge_message_bytes=100_000),))) as door,
-            connected(door) as client,
+            opened(limits=Limits(tables=(BridgeLimits(bridge_message_bytes=100_000),))) as server,
+            connected(server) as client,
         ):
             await client.send("x" * 200_000)
             with pytest.raises(ConnectionClosed) as closed:
@@ -315,7 +315,7 @@ def test_a_message_that_is_too_large_ends_the_connection() -> None:
 
 def test_a_deflate_bomb_is_not_decompressed() -> None:
     async def body() -> None:
-        async with opened() as door, connected(door, compression="deflate") as client:
+        async with opened() as server, connected(server, compression="deflate") as client:
             assert client.protocol.extensions == []
 
     run(body())
@@ -323,7 +323,7 @@ def test_a_deflate_bomb_is_not_decompressed() -> None:
 
 def test_a_compressed_frame_ends_the_connection() -> None:
     async def body() -> None:
-        async with opened() as door, connected(door) as client:
+        async with opened() as server, connected(server) as client:
             bomb = zlib.compress(bytes(50_000), wbits=-15)
             client.transport.write(b"\xc2" + bytes([0x80 | len(bomb)]) + bytes(4) + bomb)
             with pytest.raises(ConnectionClosed) as closed:
@@ -337,12 +337,12 @@ def test_a_compressed_frame_ends_the_connection() -> None:
 def test_too_many_clients_are_refused() -> None:
     async def body() -> None:
         async with (
-            opened(limits=Limits(tables=(BridgeLimits(bridge_clients=1),))) as door,
-            connected(door) as first,
+            opened(limits=Limits(tables=(BridgeLimits(bridge_clients=1),))) as server,
+            connected(server) as first,
         ):
             await first.send("hello")
             await first.recv()
-            async with connected(door) as second:
+            async with connected(server) as second:
                 with pytest.raises(ConnectionClosed, match="bridge_clients"):
                     await second.recv()
 
@@ -352,7 +352,7 @@ def test_too_many_clients_are_refused() -> None:
 def test_a_defect_ends_the_client_that_met_it_only(caplog: pytest.LogCaptureFixture) -> None:
     async def body() -> None:
         handler = Echo()
-        async with opened(handler=handler) as door, connected(door) as client, connected(door) as other:
+        async with opened(handler=handler) as server, connected(server) as client, connected(server) as other:
             await client.send("defect")
             with pytest.raises(ConnectionClosed):
                 await client.recv()
@@ -367,19 +367,19 @@ def test_a_defect_ends_the_client_that_met_it_only(caplog: pytest.LogCaptureFixt
 def test_half_open_connections_leave_room_for_others() -> None:
     async def body() -> None:
         limits = Limits(handshakes=5, tables=(BridgeLimits(bridge_clients=5),))
-        async with opened(limits=limits) as door:
+        async with opened(limits=limits) as server:
             with contextlib.ExitStack() as stack:
                 for _ in range(50):
-                    stack.enter_context(socket.create_connection(("127.0.0.1", door.port)))
-                async with connected(door) as client:
+                    stack.enter_context(socket.create_connection(("127.0.0.1", server.port)))
+                async with connected(server) as client:
                     await client.send("hello")
                     assert await client.recv() == "hello"
 
     run(body())
 
 
-def get(door: Door, path: str, headers: dict[str, str]) -> tuple[int, bytes]:
-    connection = http.client.HTTPConnection("127.0.0.1", door.port, timeout=30)
+def get(server: BridgeServer, path: str, headers: dict[str, str]) -> tuple[int, bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", server.port, timeout=30)
     with contextlib.closing(connection):
         connection.request("GET", path, headers=headers)
         answer = connection.getresponse()
@@ -390,12 +390,12 @@ def test_the_list_of_clients_has_what_each_takes_and_lost() -> None:
     async def body() -> None:
         handler = Echo()
         agent = "robot app"
-        async with opened(handler=handler) as door, connected(door, user_agent_header=agent) as client:
+        async with opened(handler=handler) as server, connected(server, user_agent_header=agent) as client:
             await client.send("hello")
             await client.recv()
             handler.sessions[0].client.outbox.put("topic", WebSocketFrame((b"12345",)))
             await client.recv()
-            status, text = await asyncio.to_thread(get, door, "/clients", {})
+            status, text = await asyncio.to_thread(get, server, "/clients", {})
             assert status == 200
             [row] = json.loads(text)
             assert row["agent"] == agent
@@ -403,13 +403,13 @@ def test_the_list_of_clients_has_what_each_takes_and_lost() -> None:
             assert row["publishes"] == ["/command"]
             assert row["received"] == {"messages": 1, "bytes": 5, "lost": 0}
             assert row["topics"] == {"/chatter": {"messages": 1, "bytes": 5, "lost": 0}}
-            status, _ = await asyncio.to_thread(get, door, "/clients", {"Host": "evil.example"})
+            status, _ = await asyncio.to_thread(get, server, "/clients", {"Host": "evil.example"})
             assert status == 403
-            assert (await asyncio.to_thread(get, door, "/", {}))[0] == 426
-        async with opened(Admission(Secret(tokens=[TOKEN]))) as door:
-            assert (await asyncio.to_thread(get, door, "/clients", {}))[0] == 403
+            assert (await asyncio.to_thread(get, server, "/", {}))[0] == 426
+        async with opened(Admission(Secret(tokens=[TOKEN]))) as server:
+            assert (await asyncio.to_thread(get, server, "/clients", {}))[0] == 403
             bearer = {"Authorization": f"Bearer {TOKEN}"}
-            assert await asyncio.to_thread(get, door, "/clients", bearer) == (200, b"[]")
+            assert await asyncio.to_thread(get, server, "/clients", bearer) == (200, b"[]")
 
     run(body())
 
@@ -418,8 +418,8 @@ def test_tokens_are_not_logged(caplog: pytest.LogCaptureFixture) -> None:
     async def body() -> None:
         silent = logging.Logger("client")
         async with (
-            opened(Admission(Secret(tokens=[TOKEN]))) as door,
-            connected(door, f"/{TOKEN}", logger=silent) as client,
+            opened(Admission(Secret(tokens=[TOKEN]))) as server,
+            connected(server, f"/{TOKEN}", logger=silent) as client,
         ):
             await client.send("defect")
             with pytest.raises(ConnectionClosed):
@@ -440,9 +440,9 @@ def masked(opcode: int, data: bytes, size: int | None = None) -> bytes:
 FRAGMENT, CONTINUATION, LAST, TEXT = 0x01, 0x00, 0x80, 0x81
 
 
-async def raw(door: Door) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+async def raw(server: BridgeServer) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
     """Connect without a WebSocket library, to send invalid or incomplete frames."""
-    reader, writer = await asyncio.open_connection("127.0.0.1", door.port)
+    reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     writer.write(
         b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
@@ -469,9 +469,9 @@ async def sent_until_cut(reader: asyncio.StreamReader, writer: asyncio.StreamWri
 def test_a_message_without_end_is_cut_before_it_fills_the_memory(frame: bytes) -> None:
     async def body() -> None:
         limits = Limits(tables=(BridgeLimits(bridge_message_bytes=1_000_000),))
-        async with opened(limits=limits) as door:
-            shares = door.shares
-            reader, writer = await raw(door)
+        async with opened(limits=limits) as server:
+            shares = server.shares
+            reader, writer = await raw(server)
             writer.write(masked(FRAGMENT, b"begin"))
             said = await sent_until_cut(reader, writer, frame * 100)
             assert b"exceeds" in said or not said
@@ -494,17 +494,17 @@ def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it() -> 
                 ),
             )
         )
-        async with opened(limits=limits) as door, connected(door) as other:
-            clients = [await raw(door) for _ in range(20)]
+        async with opened(limits=limits) as server, connected(server) as other:
+            clients = [await raw(server) for _ in range(20)]
             for _, writer in clients:
                 writer.write(masked(TEXT, b"x" * 900_000, 950_000))
-            await condition(lambda: door.shares.memory.used > 3_000_000)
-            assert door.shares.memory.peak <= 8_000_000
+            await condition(lambda: server.shares.memory.used > 3_000_000)
+            assert server.shares.memory.peak <= 8_000_000
             await other.send("y" * 100_000)
             assert await other.recv() == "y" * 100_000
             for _, writer in clients:
                 writer.transport.abort()
-            await condition(lambda: door.shares.memory.used == 0)
+            await condition(lambda: server.shares.memory.used == 0)
 
     run(body())
 
@@ -512,8 +512,8 @@ def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it() -> 
 @pytest.mark.parametrize("part", [masked(FRAGMENT, b"begin"), masked(TEXT, b"x" * 100, 1000)])
 def test_an_incomplete_message_must_end_in_time(part: bytes) -> None:
     async def body() -> None:
-        async with opened(limits=Limits(request_s=0.3)) as door:
-            reader, writer = await raw(door)
+        async with opened(limits=Limits(request_s=0.3)) as server:
+            reader, writer = await raw(server)
             writer.write(part)
             assert b"did not arrive in time" in await reader.read(1000)
             writer.close()
@@ -535,13 +535,13 @@ def test_a_slow_session_stops_the_reading_but_loses_no_message() -> None:
     release = asyncio.Event()
 
     async def body() -> None:
-        async with opened(handler=Slow()) as door, connected(door) as client:
+        async with opened(handler=Slow()) as server, connected(server) as client:
             sending = [
                 asyncio.create_task(client.send(f"{number:010}" + "x" * 200_000)) for number in range(50)
             ]
             # Two messages are read in any case, of which the first 256 KiB are the client's own.
-            await condition(lambda: door.shares.memory.peak > 100_000)
-            assert door.shares.memory.peak < 2_000_000
+            await condition(lambda: server.shares.memory.peak > 100_000)
+            assert server.shares.memory.peak < 2_000_000
             release.set()
             assert [await client.recv() for _ in range(50)] == [f"{number:010}" for number in range(50)]
             await asyncio.gather(*sending)
@@ -568,12 +568,12 @@ def test_only_requests_that_change_the_system_are_handled_after_a_client_left(ha
     release, handler = asyncio.Event(), Slow()
 
     async def body() -> None:
-        async with opened(handler=handler, has_control=has_control) as door:
-            _, writer = await raw(door)
+        async with opened(handler=handler, has_control=has_control) as server:
+            _, writer = await raw(server)
             writer.transport.set_write_buffer_limits(0)
             writer.write(masked(TEXT, b"x" * 100) * 3000)
             await writer.drain()
-            await condition(lambda: door.shares.memory.peak > 0)
+            await condition(lambda: server.shares.memory.peak > 0)
             writer.transport.abort()
             release.set()
             await condition(lambda: handler.is_closed)
@@ -587,15 +587,15 @@ def test_a_client_that_uses_nothing_makes_room_for_another() -> None:
     async def body() -> None:
         handler = Echo()
         async with (
-            opened(limits=Limits(tables=(BridgeLimits(bridge_clients=2),)), handler=handler) as door,
-            connected(door) as first,
-            connected(door) as second,
+            opened(limits=Limits(tables=(BridgeLimits(bridge_clients=2),)), handler=handler) as server,
+            connected(server) as first,
+            connected(server) as second,
         ):
             for client in (first, second):
                 await client.send("hello")
                 await client.recv()
             handler.sessions[1].is_unused = True
-            async with connected(door) as third:
+            async with connected(server) as third:
                 await third.send("hello")
                 assert await third.recv() == "hello"
                 with pytest.raises(ConnectionClosed, match="needs the place"):
