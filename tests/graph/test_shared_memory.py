@@ -22,7 +22,7 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
-from pipros.net import shared_memory, shared_segment
+from pipros.net import local_stream, shared_memory, shared_segment
 from pipros.net.outgoing_state import State
 from pipros.net.timings import LinkTimings
 from pipros.node import Node
@@ -43,7 +43,7 @@ from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_conne
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(
-    not shared_memory.is_enabled(for_views=True), reason="needs shared memory of Linux"
+    not local_stream.shares_memory(for_views=True), reason="needs shared memory of Linux"
 )
 
 Image: Any = load_message_class("sensor_msgs/Image")

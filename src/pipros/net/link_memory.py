@@ -1,6 +1,6 @@
-"""One subscriber's share of a topic's shared memory, and the shared memory of a whole node.
+"""One subscriber's share of a topic's shared memory.
 
-See `pipros.net.shared_memory` for how they are used.
+See `pipros.net.shared_memory` for how it is used.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import array
 import os
 import socket
 import sys
-import threading
 from typing import Any, NamedTuple, Protocol
 
 from pipros.net.shared_segment import Segment
@@ -26,27 +25,6 @@ class SlotGiver(Protocol):
     def remove(self, link: LinkMemory) -> None: ...
 
     def report(self, error: OSError) -> None: ...
-
-
-class MemoryBudget:
-    """The shared memory of all topics of a node. Thread-safe."""
-
-    def __init__(self, limit_bytes: int) -> None:
-        self.limit_bytes = limit_bytes
-        self._used = 0
-        self._lock = threading.Lock()
-
-    def reserve(self, size: int) -> bool:
-        """Add `size` bytes. Return False if this would exceed the limit."""
-        with self._lock:
-            if self._used + size > self.limit_bytes:
-                return False
-            self._used += size
-            return True
-
-    def release(self, size: int) -> None:
-        with self._lock:
-            self._used -= size
 
 
 class SharingLink(Protocol):

@@ -30,6 +30,10 @@ VERSION: Final = "v1"
 
 SWITCH: Final = "PIPROS_LOCAL"
 """The environment variable that turns Unix streams off if it is `off`."""
+MEMORY_SWITCH: Final = "PIPROS_SHARED_MEMORY"
+"""The environment variable that turns shared memory off if it is `off`. It is used for all subscribers if it
+is `on`, and otherwise for those with `zero_copy`.
+"""
 
 _BACKLOG: Final = 1024
 _UNMAPPED_USER: Final = 65534
@@ -39,6 +43,13 @@ _UNMAPPED_USER: Final = 65534
 def is_enabled() -> bool:
     """Return whether this process uses Unix streams."""
     return HAS_LOCAL_SOCKETS and os.environ.get(SWITCH) != "off"
+
+
+def shares_memory(*, for_views: bool) -> bool:
+    """Return whether this process shares memory with subscribers that copy, or `for_views`, do not."""
+    value = os.environ.get(MEMORY_SWITCH)
+    is_wanted = value != "off" if for_views else value == "on"
+    return is_wanted and is_enabled() and hasattr(os, "memfd_create")
 
 
 def is_local(sock: socket.socket) -> bool:

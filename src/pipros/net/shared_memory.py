@@ -27,21 +27,16 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Final
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import ProtocolError
 from pipros.basics.limits import Limits, limit_text
 from pipros.basics.posix import call_in_children
-from pipros.net import local_stream
 from pipros.net.backlog import WireMessage
-from pipros.net.link_memory import LinkMemory, MemoryBudget, PlacedMessage, SharingLink
+from pipros.net.link_memory import LinkMemory, PlacedMessage, SharingLink
 from pipros.net.loop import BackgroundLoop
 from pipros.net.shared_segment import Segment
 from pipros.net.slot_table import FEWEST_SLOTS, SLOTS, SlotTable
 from pipros.wire.slot_frames import DROP, SLOT, ControlFrame, Slot, decode_acknowledgements, encode
-
-SWITCH: Final = "PIPROS_SHARED_MEMORY"
-"""The environment variable that turns shared memory off if it is `off`. It is used for all subscribers if it
-is `on`, and otherwise for those with `zero_copy`.
-"""
 
 LEAST_BYTES: Final = 128 * 1024
 """Minimum size of a message in shared memory. Smaller messages are cheaper to send than to share."""
@@ -57,13 +52,6 @@ _READ_BYTES: Final = 4096
 _WATCH_CLOSE_S: Final = 0.1
 
 
-def is_enabled(*, for_views: bool) -> bool:
-    """Return whether this process shares memory with subscribers that copy, or `for_views`, do not."""
-    value = os.environ.get(SWITCH)
-    is_wanted = value != "off" if for_views else value == "on"
-    return is_wanted and local_stream.is_enabled() and hasattr(os, "memfd_create")
-
-
 class TopicMemory:
     """The shared memory of one topic. Thread-safe.
 
@@ -75,7 +63,7 @@ class TopicMemory:
         topic: str,
         loop: BackgroundLoop,
         limits: Limits,
-        budget: MemoryBudget,
+        budget: Budget,
         log: logging.Logger,
         keep_s: float,
     ) -> None:
@@ -265,14 +253,14 @@ class TopicMemory:
             limit = limit_text("shared_topic_bytes", self._limit_bytes)
             self._refuse(f"{FEWEST_SLOTS} messages of {size} bytes exceed its share; {limit}")
             return None
-        if not self._budget.reserve(slot_bytes * slots):
-            limit = limit_text("shared_bytes", self._budget.limit_bytes)
+        if not self._budget.take(slot_bytes * slots):
+            limit = limit_text("shared_bytes", int(self._budget.limit))
             self._refuse(f"this node's topics use all of it; {limit}")
             return None
         try:
             created = Segment(self._numbers + 1, slot_bytes, slots)
         except OSError as error:
-            self._budget.release(slot_bytes * slots)
+            self._budget.give_back(slot_bytes * slots)
             self.report(error)
             return None
         self._numbers += 1
@@ -301,7 +289,7 @@ class TopicMemory:
                 self._table.remove_segment(segment.number)
                 del self._segments[segment.number]
                 segment.close()
-                self._budget.release(segment.size)
+                self._budget.give_back(segment.size)
 
     # -- in the event loop --------------------------------------------------------
 

@@ -6,10 +6,10 @@ import logging
 from collections.abc import Callable
 from typing import NamedTuple
 
+from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
-from pipros.net.link_memory import MemoryBudget
 from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
 from pipros.node.timings import NODE_TIMINGS, NodeTimings
@@ -41,5 +41,5 @@ class NodeContext(NamedTuple):
     attempts: Attempts
     published: PublishCount
     received: PublishCount
-    memory: MemoryBudget
+    memory: Budget
     timings: NodeTimings = NODE_TIMINGS

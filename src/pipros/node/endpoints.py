@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.basics.ports import AdvertisedAddress
@@ -16,7 +17,6 @@ from pipros.net.address import uri
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
-from pipros.net.link_memory import MemoryBudget
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
@@ -97,7 +97,7 @@ class Endpoints:
             self.attempts,
             PublishCount(),
             PublishCount(),
-            MemoryBudget(limits.shared_bytes),
+            Budget(limits.shared_bytes),
             timings,
         )
         self.service_uri = uri(*self.address, "rosrpc")

@@ -13,12 +13,9 @@ from pipros.basics.printable import printable
 from pipros.net.backlog import Buffer, WireMessage
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
-from pipros.net.local_stream import is_local
+from pipros.net.local_stream import is_local, shares_memory
 from pipros.net.outgoing import OutgoingLink, SendStatistics
-from pipros.net.outgoing_local import LocalOutgoingLink
 from pipros.net.outgoing_state import State
-from pipros.net.shared_memory import LEAST_BYTES, TopicMemory
-from pipros.net.shared_memory import is_enabled as shares_memory
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
@@ -31,6 +28,8 @@ from pipros.wire.slot_frames import COPIES, HEADER_FIELD, VIEWS
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+    from pipros.net.shared_memory import TopicMemory
+    from pipros.node.shared_publication import SharedPublication
 
 
 JOIN_LIMIT_BYTES = 32 * 1024
@@ -99,7 +98,7 @@ class Publication:
         self._lock = threading.Lock()
         self._links_lock = threading.Lock()
         self._batch = MessageBatch()
-        self._memory: TopicMemory | None = None  # created for the first subscriber that accepts it
+        self._shared: SharedPublication | None = None  # created for the first subscriber that accepts it
         self._received = context.received
         self._received_before = 0  # the value of `_received` at the last message
         self._sharing = PacketSharing(
@@ -138,7 +137,7 @@ class Publication:
                 if not batch:
                     return
                 self._send_together(batch)
-            is_shared = size >= LEAST_BYTES and self._memory is not None and self._share(links, data, size)
+            is_shared = self._shared is not None and self._shared.send(links, data, size)
             if batch is None and not is_shared:
                 for peer in links:
                     peer.link.send(data, size)
@@ -146,30 +145,8 @@ class Publication:
             if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
                 return
-        if is_shared and self.queue_size is None and self._memory is not None:
-            sharing = [peer.link.memory for peer in links if isinstance(peer.link, LocalOutgoingLink)]
-            self._memory.wait_for_space(sharing, self._context.limits.stall_s)
-
-    def _share(self, links: Sequence[PublisherLink], data: WireMessage, size: int) -> bool:
-        """Send a message in shared memory if that pays; otherwise return False. The caller holds `_lock`."""
-        memory = self._memory
-        if memory is None:
-            return False
-        local = [peer.link for peer in links if isinstance(peer.link, LocalOutgoingLink)]
-        memory.offer([link.memory for link in local])
-        able = [link.memory for link in local if link.state is _IDLE]
-        placed = memory.place(able, data, size - len(data[0]))
-        if placed is None:
-            return False
-        try:
-            for peer in links:
-                if isinstance(peer.link, LocalOutgoingLink):
-                    peer.link.send_placed(placed, data, size)
-                else:
-                    peer.link.send(data, size)
-        finally:
-            memory.release(placed.slot)
-        return True
+        if is_shared and self.queue_size is None and self._shared is not None:
+            self._shared.wait_for_space(links, self._context.limits.stall_s)
 
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Send a message to a single subscriber."""
@@ -266,22 +243,13 @@ class Publication:
         context, wanted = self._context, connection.fields.get(HEADER_FIELD)
         is_wanted = wanted in (COPIES, VIEWS) and shares_memory(for_views=wanted == VIEWS)
         if is_wanted and is_local(connection.sock):
-            if self._memory is None:
-                self._memory = TopicMemory(
-                    self.topic,
-                    context.loop,
-                    context.limits,
-                    context.memory,
-                    context.log,
-                    context.timings.links.keep_memory_s,
-                )
-            return LocalOutgoingLink(
+            if self._shared is None:
+                from pipros.node.shared_publication import SharedPublication
+
+                self._shared = SharedPublication(self.topic, context)
+            return self._shared.link(
                 connection.sock,
-                context.loop,
                 queue_size=self.queue_size,
-                limits=context.limits,
-                timings=context.timings.links,
-                memory=self._memory,
                 takes_views=wanted == VIEWS,
                 on_closed=lambda link: self._detach(link, entry),
             )
@@ -298,7 +266,7 @@ class Publication:
     @property
     def memory(self) -> TopicMemory | None:
         """The memory that the topic shares with subscribers on this machine; None if there were none yet."""
-        return self._memory
+        return self._shared.memory if self._shared is not None else None
 
     def _send_latched(self) -> None:
         """Send the latched message to all waiting subscribers, encoding it only once."""
@@ -356,8 +324,8 @@ class Publication:
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())
             peer.link.close()
-        if self._memory is not None:
-            self._memory.close()
+        if self._shared is not None:
+            self._shared.memory.close()
 
     def statistics(self) -> dict[str, int]:
         """Return the totals of all links; see `Publisher.statistics`."""

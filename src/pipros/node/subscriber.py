@@ -14,7 +14,6 @@ from pipros.basics.printable import printable
 from pipros.net import local_stream, tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.rpc_async_client import call_async
-from pipros.net.shared_memory import is_enabled as shares_memory
 from pipros.net.shared_receiver import NoSharedMemory
 from pipros.net.workers import interpreter_ends
 from pipros.node.any_msg import AnyMsg
@@ -203,7 +202,9 @@ class Subscription:
         )
         limits = self._context.limits
         if isinstance(address, str):
-            shares = shares_memory(for_views=self._takes_views) and uri not in self._without_memory
+            shares = (
+                local_stream.shares_memory(for_views=self._takes_views) and uri not in self._without_memory
+            )
             if shares:
                 wanted[HEADER_FIELD] = VIEWS if self._takes_views else COPIES
             try:

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import Refused, Unreachable
 from pipros.basics.limits import Limits
 from pipros.net import unreachable
 from pipros.net.busy_poll import PublishCount
-from pipros.net.link_memory import MemoryBudget
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
 from pipros.node.publisher_connector import (
@@ -70,7 +70,7 @@ def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector
         Attempts(100),
         PublishCount(),
         PublishCount(),
-        MemoryBudget(0),
+        Budget(0),
     )
     return PublisherConnector("/chatter", context, publishers.connect), lines
 

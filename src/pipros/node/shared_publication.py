@@ -1,0 +1,89 @@
+"""The part of a publication that uses shared memory. Loaded with the first subscriber that accepts it."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from pipros.net.backlog import WireMessage
+from pipros.net.outgoing import OutgoingLink
+from pipros.net.outgoing_local import LocalOutgoingLink
+from pipros.net.outgoing_state import State
+from pipros.net.shared_memory import LEAST_BYTES, TopicMemory
+from pipros.node.context import NodeContext
+
+if TYPE_CHECKING:
+    from pipros.node.publisher import PublisherLink
+
+_IDLE = State.IDLE
+
+
+class SharedPublication:
+    """The memory of one topic, and its links to the subscribers that use it.
+
+    Attributes:
+        memory: what `rosnode info` shows.
+    """
+
+    def __init__(self, topic: str, context: NodeContext) -> None:
+        self._context = context
+        self.memory = TopicMemory(
+            topic,
+            context.loop,
+            context.limits,
+            context.memory,
+            context.log,
+            context.timings.links.keep_memory_s,
+        )
+
+    def link(
+        self,
+        sock: socket.socket,
+        *,
+        queue_size: int | None,
+        takes_views: bool,
+        on_closed: Callable[[OutgoingLink], object],
+    ) -> LocalOutgoingLink:
+        """Return the link to a new subscriber."""
+        return LocalOutgoingLink(
+            sock,
+            self._context.loop,
+            queue_size=queue_size,
+            limits=self._context.limits,
+            timings=self._context.timings.links,
+            memory=self.memory,
+            takes_views=takes_views,
+            on_closed=on_closed,
+        )
+
+    def send(self, links: Sequence[PublisherLink], message: WireMessage, size: int) -> bool:
+        """Send a message, to some subscribers in shared memory, if that pays; otherwise return False.
+
+        Called by one thread at a time.
+        """
+        if size < LEAST_BYTES:
+            return False
+        local = _local(links)
+        self.memory.offer([link.memory for link in local])
+        able = [link.memory for link in local if link.state is _IDLE]
+        placed = self.memory.place(able, message, size - len(message[0]))
+        if placed is None:
+            return False
+        try:
+            for peer in links:
+                if isinstance(peer.link, LocalOutgoingLink):
+                    peer.link.send_placed(placed, message, size)
+                else:
+                    peer.link.send(message, size)
+        finally:
+            self.memory.release(placed.slot)
+        return True
+
+    def wait_for_space(self, links: Sequence[PublisherLink], stall_s: float) -> None:
+        """Wait until the subscribers have room for another message, for at most `stall_s`."""
+        self.memory.wait_for_space([link.memory for link in _local(links)], stall_s)
+
+
+def _local(links: Sequence[PublisherLink]) -> list[LocalOutgoingLink]:
+    return [peer.link for peer in links if isinstance(peer.link, LocalOutgoingLink)]
