@@ -370,7 +370,7 @@ def test_a_read_only_server_changes_nothing(make_node: MakeNode) -> None:
     make_node("server").serve("/switch", SetBool, lambda _: SetBool._response_class())
     channel = {"id": 1, "topic": "/a", "encoding": "json", "schemaName": "std_msgs/String"}
     bridge = make_node("bridge")
-    with serving(bridge, Rules(longest_look_s=0.2)) as address, connected(address) as client:
+    with serving(bridge, Rules(max_poll_s=0.2)) as address, connected(address) as client:
         assert not {"clientPublish", "services"} & set(client.next("serverInfo")["capabilities"])
         client.send("advertise", channels=[channel])
         assert "read-only" in client.next("status", level=2)["message"]
@@ -390,7 +390,7 @@ def test_whitelists_hide_names(make_node: MakeNode) -> None:
         node.advertise(topic, String)
         node.serve(f"{topic}_service", SetBool, lambda _: SetBool._response_class())
     allowed = only("/open/.*")
-    rules = Rules(allowed, allowed, allowed, has_control=True, longest_look_s=0.2)
+    rules = Rules(allowed, allowed, allowed, has_control=True, max_poll_s=0.2)
     with serving(make_node("bridge"), rules) as address, connected(address) as client:
         client.until(lambda: client.channels and client.services)
         client.send("subscribeConnectionGraph")

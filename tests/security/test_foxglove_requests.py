@@ -23,7 +23,7 @@ from tests.support.nodes import MakeNode
 from tests.support.waiting import wait_until
 
 MIB = 1024 * 1024
-READER = Rules(longest_look_s=0.2)
+READER = Rules(max_poll_s=0.2)
 URI = "package://my_robot/meshes/arm.stl"
 
 

@@ -19,7 +19,7 @@ from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 
-CONTROL = Rules(has_control=True, longest_look_s=0.2)
+CONTROL = Rules(has_control=True, max_poll_s=0.2)
 
 
 @contextlib.contextmanager

@@ -28,12 +28,12 @@ class CallTurns:
 
     def __init__(self, name: str, at_once: int) -> None:
         self._slots = Budget(at_once)
-        self._most = 1 + int(at_once * PART_OF_A_CLIENT)
+        self._calls_of_a_client = 1 + int(at_once * PART_OF_A_CLIENT)
         self._workers = Workers(name)
 
     def user(self) -> ClientCalls:
         """Return the calls of a new client."""
-        return ClientCalls(self._workers, Budget(self._most, self._slots, part=0.5, own=1))
+        return ClientCalls(self._workers, Budget(self._calls_of_a_client, self._slots, part=0.5, own=1))
 
     def close(self) -> None:
         """End the idle threads."""

@@ -72,13 +72,13 @@ class Wakeups:
 
 
 class BridgeConnection(PortConnection):
-    """WebSocket connection that reports when its socket buffer is full and when it has room.
+    """WebSocket connection that reports when its socket buffer is full and when it can be written again.
 
     Attributes:
         is_page: whether the request was for the page.
         is_known: whether the request contained the token; True if no token is required.
         shares: what the client may use, once it has been admitted; None for the page's clients.
-        on_room: called when the buffer is no longer full.
+        on_writable: called when the buffer is no longer full.
         on_full: called when the buffer becomes full.
         on_lost: called when the connection is lost.
     """
@@ -86,7 +86,7 @@ class BridgeConnection(PortConnection):
     is_page = False
     is_known = False
     shares: ClientShares | None = None
-    on_room: Callable[[], object] | None = None
+    on_writable: Callable[[], object] | None = None
     on_full: Callable[[], object] | None = None
     on_lost: Callable[[], object] | None = None
     _is_encrypted = False
@@ -128,8 +128,8 @@ class BridgeConnection(PortConnection):
 
     def _resume(self) -> None:
         self._write_rest()
-        if self.on_room is not None:
-            self.on_room()
+        if self.on_writable is not None:
+            self.on_writable()
 
     def send_data(self) -> None:
         """Write control frames, or leave them to `_write_rest` while a large frame is incomplete."""
@@ -137,7 +137,7 @@ class BridgeConnection(PortConnection):
             super().send_data()
 
     @property
-    def has_room(self) -> bool:
+    def is_writable(self) -> bool:
         """Whether a frame may be written now."""
         is_free = not self.paused and not self._rest
         return is_free and self.protocol.state is State.OPEN and not self.transport.is_closing()
@@ -145,7 +145,7 @@ class BridgeConnection(PortConnection):
     def write(self, frame: WebSocketFrame) -> None:
         """Start writing a frame.
 
-        Call only if `has_room` is True. Afterwards, `has_room` is False until the whole frame is written.
+        Call only if `is_writable` is True. Afterwards, it is False until the whole frame is written.
         """
         parts = (frame_head(frame.size, is_text=frame.is_text), *frame.parts)
         if frame.size <= JOINED_BYTES:
@@ -182,12 +182,12 @@ class BridgeConnection(PortConnection):
             return 0
 
 
-def _first_bytes(buffers: Sequence[Buffer], most: int) -> bytes:
+def _first_bytes(buffers: Sequence[Buffer], max_bytes: int) -> bytes:
     """Return a copy of the first bytes of several buffers."""
     pieces: list[memoryview] = []
     for buffer in buffers:
-        pieces.append(memoryview(buffer)[:most])
-        most -= len(pieces[-1])
+        pieces.append(memoryview(buffer)[:max_bytes])
+        max_bytes -= len(pieces[-1])
     return b"".join(pieces)
 
 
@@ -246,7 +246,7 @@ class BridgeClient:
         self._sent = asyncio.Event()  # set while no response waits or is being written
         self._is_lost = False
         self._ending: asyncio.Task[None] | None = None
-        connection.on_room = self._flush
+        connection.on_writable = self._flush
         connection.on_full = self._watch_progress
         connection.on_lost = self._note_lost
 
@@ -269,7 +269,7 @@ class BridgeClient:
 
     @property
     def _is_writing(self) -> bool:
-        return bool(self._frames) or not self._connection.has_room
+        return bool(self._frames) or not self._connection.is_writable
 
     @property
     def has_left(self) -> bool:
@@ -296,7 +296,7 @@ class BridgeClient:
     def close(self) -> None:
         """Discard all queued data after the connection has closed."""
         self.outbox.close()
-        self._connection.on_room = self._connection.on_full = None
+        self._connection.on_writable = self._connection.on_full = None
         if self._watch is not None:
             self._watch.cancel()
 
@@ -308,7 +308,7 @@ class BridgeClient:
         left = TURN_BYTES
         if not (self._is_writing or self.outbox.has_answers):
             self._sent.set()
-        while connection.has_room:
+        while connection.is_writable:
             if not self._frames:
                 self._frames.extend(self.outbox.pop() or ())
                 if not self._frames:

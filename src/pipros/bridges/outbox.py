@@ -94,7 +94,7 @@ class ClientOutbox:
         self._limit_bytes = limit_bytes
         self._wake = wake
         self._budget = budget
-        self._room = UNCOUNTED_BYTES if budget is not None else limit_bytes
+        self._granted_bytes = UNCOUNTED_BYTES if budget is not None else limit_bytes
         self._bytes = 0
         self._next = 0
         self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # keyed by `number`
@@ -118,7 +118,7 @@ class ClientOutbox:
             found = self._subscriptions.pop(key, None)
             for number in found.numbers if found is not None else ():
                 self._bytes -= self._messages.pop(number).size
-            self._give_back_room()
+            self._give_back_unused()
 
     def put(self, key: Hashable, *frames: WebSocketFrame) -> None:
         """Add a message; its frames are sent or dropped together.
@@ -132,7 +132,7 @@ class ClientOutbox:
                 return
             while found.queue_length and len(found.numbers) >= found.queue_length:
                 self._drop(found.numbers[0])
-            self._make_room(size)
+            self._drop_until_fitting(size)
             was_empty = self._is_empty()
             found.numbers.append(self._next)
             self._messages[self._next] = _Waiting(self._next, frames, size, found)
@@ -147,7 +147,7 @@ class ClientOutbox:
         with self._lock:
             if self._is_closed:
                 return
-            self._make_room(size)
+            self._drop_until_fitting(size)
             wakes = self._is_empty()
             if not self._fits(size) and not wakes:
                 self.is_overrun = wakes = self._is_closed = True
@@ -170,7 +170,7 @@ class ClientOutbox:
             else:
                 return None
             self._bytes -= taken.size
-            self._give_back_room()
+            self._give_back_unused()
             if taken.subscription is not None:
                 taken.subscription.numbers.popleft()
                 for traffic in (self.total, taken.subscription.traffic):
@@ -207,7 +207,7 @@ class ClientOutbox:
     def _is_empty(self) -> bool:
         return not self._messages and not self._answers
 
-    def _make_room(self, size: int) -> None:
+    def _drop_until_fitting(self, size: int) -> None:
         """Drop the oldest messages until `size` bytes fit or only responses remain."""
         while not self._fits(size) and self._messages:
             self._drop(next(iter(self._messages)))
@@ -217,24 +217,24 @@ class ClientOutbox:
         needed = self._bytes + size
         if needed > self._limit_bytes:
             return False
-        if needed > self._room and self._budget is not None:
-            missing = needed - self._room
+        if needed > self._granted_bytes and self._budget is not None:
+            missing = needed - self._granted_bytes
             step = max(missing, _STEP_BYTES)
             if not self._budget.take(step):
                 step = missing
                 if not self._budget.take(step):
                     return False
-            self._room += step
+            self._granted_bytes += step
         return True
 
-    def _give_back_room(self) -> None:
+    def _give_back_unused(self) -> None:
         """Return room to the budget if the queue has become empty or much shorter."""
-        if self._room <= UNCOUNTED_BYTES or self._budget is None:
+        if self._granted_bytes <= UNCOUNTED_BYTES or self._budget is None:
             return
-        unused = self._room - max(self._bytes, UNCOUNTED_BYTES)
+        unused = self._granted_bytes - max(self._bytes, UNCOUNTED_BYTES)
         if unused > (2 * _STEP_BYTES if self._bytes else 0):
             self._budget.give_back(unused)
-            self._room -= unused
+            self._granted_bytes -= unused
 
     def _drop(self, number: int) -> None:
         """Drop and count the oldest message of a subscription."""
@@ -251,4 +251,4 @@ class ClientOutbox:
         for found in self._subscriptions.values():
             found.numbers.clear()
         self._bytes = 0
-        self._give_back_room()
+        self._give_back_unused()

@@ -54,7 +54,7 @@ SMALL_PARTS_S: Final = 10.0
 LONG_S: Final = 0.005
 """Processor time from which on a part takes long. Frames of 64 kB take a hundredth of it."""
 RESTS: Final = 40
-MOST_REST_S: Final = 1.0
+MAX_REST_S: Final = 1.0
 _GROWTH_BYTES: Final = 1024 * 1024
 
 # At level DEBUG, websockets logs messages and paths, including tokens.
@@ -142,7 +142,7 @@ class PortConnection(ServerConnection):
             if work_s > LONG_S:
                 self._pace.note_long_part(self.loop.time())
                 self._unparsed = data[position:]
-                self._rest_for(min(work_s * RESTS, MOST_REST_S))
+                self._rest_for(min(work_s * RESTS, MAX_REST_S))
             if self._input is not None:
                 self._check_input()
 

@@ -48,7 +48,7 @@ def test_nothing_is_written_while_the_transport_resumes_writing() -> None:
         transport = Transport()
         connection.connection_made(transport)
         has_resumed = asyncio.Event()
-        connection.on_room = has_resumed.set
+        connection.on_writable = has_resumed.set
         connection.pause_writing()
         connection.resume_writing()
         assert not has_resumed.is_set()

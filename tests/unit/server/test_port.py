@@ -14,7 +14,7 @@ from pipros.basics.limits import Limits
 from pipros.server.listener import Listener
 from pipros.server.port import (
     LONG_S,
-    MOST_REST_S,
+    MAX_REST_S,
     PART_BYTES,
     RESTS,
     SMALL_PART_BYTES,
@@ -59,7 +59,7 @@ class Recorded(PortConnection):
 
 
 @pytest.mark.parametrize(
-    ("long_s", "rest_s"), [(2 * LONG_S, 2 * LONG_S * RESTS), (3.0, MOST_REST_S)], ids=["usual", "longest"]
+    ("long_s", "rest_s"), [(2 * LONG_S, 2 * LONG_S * RESTS), (3.0, MAX_REST_S)], ids=["usual", "longest"]
 )
 def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: float, rest_s: float) -> None:
     async def run() -> None:

@@ -51,7 +51,7 @@ def _main(argv: Sequence[str]) -> int:
         compiled(options.service or [".*"]),
         compiled(options.param or [".*"]),
         has_control=bool(options.control),
-        longest_look_s=options.max_update_ms / 1000,
+        max_poll_s=options.max_update_ms / 1000,
     )
     node = Node("foxglove_bridge", anonymous=True, argv=argv, limits=client_limits(options))
     return serve_foxglove(node, bridge_options("pipros foxglove", options), rules)
@@ -92,7 +92,7 @@ def _node_main(argv: Sequence[str]) -> int:
         compiled(given.texts("param_whitelist", everything)),
         has_control=True,
         capabilities=given.texts("capabilities", list(CAPABILITIES)),
-        longest_look_s=given.number("max_update_ms", MAX_UPDATE_MS) / 1000,
+        max_poll_s=given.number("max_update_ms", MAX_UPDATE_MS) / 1000,
     )
     return serve_foxglove(Node("foxglove_bridge", argv=argv, limits=limits), options, rules)
 

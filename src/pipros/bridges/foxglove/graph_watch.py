@@ -22,7 +22,7 @@ Patterns = Sequence[re.Pattern[str]]
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class GraphSnapshot:
     """Snapshot of the system, restricted to what clients may see.
 
     Attributes:
@@ -47,25 +47,25 @@ class GraphWatch:
         self,
         master: MasterClient,
         definitions: TopicDefinitions,
-        on_look: Callable[[Look], object],
+        on_snapshot: Callable[[GraphSnapshot], object],
         *,
         topics: Patterns,
         services: Patterns,
-        longest_s: float,
+        max_poll_s: float,
     ) -> None:
         """Initialize the watch without starting the thread.
 
         Args:
-            on_look: called in the thread with each snapshot.
+            on_snapshot: called in the thread with each snapshot.
             topics, services: patterns of the names that clients may see.
-            longest_s: maximum interval between queries.
+            max_poll_s: maximum interval between queries.
         """
         self._master = master
         self._definitions = definitions
-        self._on_look = on_look
+        self._on_snapshot = on_snapshot
         self._topics = topics
         self._services = services
-        self._longest_s = max(longest_s, SHORTEST_S)
+        self._max_poll_s = max(max_poll_s, SHORTEST_S)
         self._is_needed = False
         self._is_closed = False
         self._changed = threading.Condition()
@@ -89,7 +89,7 @@ class GraphWatch:
 
     def _run(self) -> None:
         interval_s = SHORTEST_S
-        last: Look | None = None
+        last: GraphSnapshot | None = None
         while True:
             with self._changed:
                 if self._changed.wait_for(lambda: self._is_urgent or self._is_closed, interval_s):
@@ -99,17 +99,17 @@ class GraphWatch:
                 if self._is_closed:
                     return
             try:
-                look = self.look()
+                snapshot = self.snapshot()
             except (PiprosError, ValueError):  # the master does not respond, or violates the protocol
-                interval_s = min(2 * interval_s, self._longest_s)
+                interval_s = min(2 * interval_s, self._max_poll_s)
                 continue
-            if look == last:
-                interval_s = min(2 * interval_s, self._longest_s)
+            if snapshot == last:
+                interval_s = min(2 * interval_s, self._max_poll_s)
             else:
-                last, interval_s = look, SHORTEST_S
-                self._on_look(look)
+                last, interval_s = snapshot, SHORTEST_S
+                self._on_snapshot(snapshot)
 
-    def look(self) -> Look:
+    def snapshot(self) -> GraphSnapshot:
         """Query the master, and the peers whose definitions are unknown. Blocks.
 
         Raises:
@@ -135,7 +135,7 @@ class GraphWatch:
             lambda name: self._definitions.of_service(name, state.services[name]),
             at_once=ASKED_AT_ONCE,
         )
-        return Look(
+        return GraphSnapshot(
             state,
             {name: found for name, found in topics.items() if found is not None},
             {name: found for name, found in services.items() if found is not None},

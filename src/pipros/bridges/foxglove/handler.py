@@ -16,7 +16,7 @@ from pipros.bridges.client import BridgeClient
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import TopicCatalog
 from pipros.bridges.foxglove.graph_changes import EMPTY
-from pipros.bridges.foxglove.graph_watch import GraphWatch, Look, is_allowed
+from pipros.bridges.foxglove.graph_watch import GraphSnapshot, GraphWatch, is_allowed
 from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
 from pipros.bridges.foxglove.parameters import flattened
 from pipros.bridges.foxglove.publishing import ENCODINGS
@@ -55,7 +55,7 @@ class Rules:
         topics, services, parameters: patterns that must match the whole name.
         has_control: whether clients may publish, call services and set parameters.
         capabilities: the offered subset of `CAPABILITIES`.
-        longest_look_s: maximum interval between two queries of the graph.
+        max_poll_s: maximum interval between two queries of the graph.
     """
 
     topics: Sequence[re.Pattern[str]] = (re.compile(".*"),)
@@ -63,7 +63,7 @@ class Rules:
     parameters: Sequence[re.Pattern[str]] = (re.compile(".*"),)
     has_control: bool = False
     capabilities: Sequence[str] = CAPABILITIES
-    longest_look_s: float = 5.0
+    max_poll_s: float = 5.0
 
 
 class FoxgloveHandler:
@@ -92,10 +92,10 @@ class FoxgloveHandler:
         self._graph_watch = GraphWatch(
             node.master,
             self._definitions,
-            self._on_look,
+            self._on_snapshot,
             topics=rules.topics,
             services=rules.services if self.offers("services") else (),
-            longest_s=rules.longest_look_s,
+            max_poll_s=rules.max_poll_s,
         )
         self._session_id = secrets.token_hex(8)
 
@@ -179,12 +179,12 @@ class FoxgloveHandler:
 
     # -- reports from the threads ---------------------------------------------------------
 
-    def _on_look(self, look: Look) -> None:
-        self._loop.call(self._apply, look)
+    def _on_snapshot(self, snapshot: GraphSnapshot) -> None:
+        self._loop.call(self._apply, snapshot)
 
-    def _apply(self, look: Look) -> None:
-        channels = self.catalog.update_channels(look.topics)
-        services = self.catalog.update_services(look.services)
+    def _apply(self, snapshot: GraphSnapshot) -> None:
+        channels = self.catalog.update_channels(snapshot.topics)
+        services = self.catalog.update_services(snapshot.services)
         news = []
         if channels.removed:
             news.append(frames.unadvertise(channels.removed))
@@ -194,12 +194,12 @@ class FoxgloveHandler:
             news.append(frames.unadvertise_services(services.removed))
         if services.added:
             news.append(frames.advertise_services(services.added))
-        self.state = look.state
+        self.state = snapshot.state
         for session, client in self._sessions.items():
             session.remove_channels(channels.removed)
             for frame in news:
                 client.send(frame)
-            session.show_graph(look.state)
+            session.show_graph(snapshot.state)
 
     def _on_parameters(self, changes: Changes) -> None:
         allowed = {name: value for name, value in changes.items() if self.allows_parameter(name)}

@@ -15,7 +15,7 @@ _NAMES = ("client", "dest", "rand", "level")
 CLOCKS_DIFFER_S = 5
 """Maximum difference between `t` and the clock of this machine."""
 SECRET_CHARACTERS = 16
-_MOST_USED = 10_000
+_MAX_USED = 10_000
 
 
 class Authenticator:
@@ -49,7 +49,7 @@ class Authenticator:
         now_s = self._now_s()
         self._used = {key: t for key, t in self._used.items() if abs(now_s - t) < CLOCKS_DIFFER_S}
         once = str(rand), sent_s
-        is_new = once not in self._used and len(self._used) < _MOST_USED
+        is_new = once not in self._used and len(self._used) < _MAX_USED
         if abs(now_s - sent_s) >= CLOCKS_DIFFER_S or end_s <= now_s or not is_new:
             return False
         self._used[once] = sent_s

@@ -35,8 +35,8 @@ _ELEMENT_BYTES: Final = 120
 _DOCUMENT_BYTES: Final = 250
 
 
-def parsed_bson_bytes(data: bytes, most: float) -> int:
-    """Return an upper bound for the memory of a document and its values. Stop counting above `most`.
+def parsed_bson_bytes(data: bytes, limit: float) -> int:
+    """Return an upper bound for the memory of a document and its values. Stop counting above `limit`.
 
     Raises:
         BadInput: the document violates the specification, or has elements of a type that no message needs.
@@ -46,7 +46,7 @@ def parsed_bson_bytes(data: bytes, most: float) -> int:
     needed = 2 * len(data)
     position = _SIZE.size
     try:
-        while position < len(data) and needed <= most:
+        while position < len(data) and needed <= limit:
             kind = data[position]
             position += 1
             if not kind:  # the end of a document

@@ -89,7 +89,7 @@ def check_codec(encoding: Encoding) -> None:
         _cbor()
 
 
-MOST_FRAGMENTS = 10_000
+MAX_FRAGMENTS = 10_000
 """Maximum number of fragments of an operation. If there would be more, larger fragments are used."""
 
 _NUMBERS = itertools.count(1)
@@ -118,7 +118,7 @@ def fragment_frames(whole: WebSocketFrame, size: int) -> Sequence[WebSocketFrame
     if not size or not whole.is_text or whole.size <= size:
         return (whole,)
     text = b"".join(whole.parts).decode()
-    size = max(size, -(-len(text) // MOST_FRAGMENTS))
+    size = max(size, -(-len(text) // MAX_FRAGMENTS))
     parts = [text[start : start + size] for start in range(0, len(text), size)]
     identity = f"fragments_{next(_NUMBERS)}"
     total = len(parts)

@@ -76,7 +76,7 @@ class Filler:
 
     def __init__(self, now_ns: Callable[[], int], limits: Limits | None = None) -> None:
         self._now_ns = now_ns
-        self._most_values = (limits or process_limits()).message_values
+        self._max_values = (limits or process_limits()).message_values
 
     def fill(self, message: Message, values: Any) -> None:
         """Set the fields of `message` from a dictionary, or from a list of the first fields' values.
@@ -89,15 +89,15 @@ class Filler:
         if isinstance(values, list):
             values = dict(zip(message.__slots__, values, strict=False))
         if isinstance(values, dict):
-            _Filling(self._now_ns, self._most_values).fill(message, values)
+            _Filling(self._now_ns, self._max_values).fill(message, values)
 
 
 class _Filling:
     """Fills one message."""
 
-    def __init__(self, now_ns: Callable[[], int], most_values: int) -> None:
+    def __init__(self, now_ns: Callable[[], int], max_values: int) -> None:
         self._now_ns = now_ns
-        self._most_values = self._values_left = most_values
+        self._max_values = self._values_left = max_values
         self._sizes: dict[type[Message], int] = {}
 
     @cached_property
@@ -205,7 +205,7 @@ class _Filling:
             self._sizes[cls] = _value_count(cls())
         self._values_left -= self._sizes[cls]
         if self._values_left < 0:
-            limit = limit_text("message_values", self._most_values)
+            limit = limit_text("message_values", self._max_values)
             raise WrongValue(base, f"makes the message too large; {limit}")
         message = cls()
         self._fill_message(base, message, value)

@@ -148,7 +148,7 @@ class ClientProtocol:
         self._settings = settings
         self._resolve = resolve
         self._clock_s = clock_s
-        self._most_names = limits.of(BridgeLimits).bridge_subscriptions
+        self._max_names = limits.of(BridgeLimits).bridge_subscriptions
         self.is_authenticated = settings.authenticator is None
         self.parsed_bytes = 0
         self._level = Level.ERROR
@@ -299,14 +299,14 @@ class ClientProtocol:
         key = _key(operation)
         known = self._topics.get(topic)
         if known is None:
-            self._check_room(self._topics, "subscriptions")
+            self._check_limit(self._topics, "subscriptions")
             known = _TopicState(kind)
         elif kind is not None and known.kind is not None and kind != known.kind:
             raise BadOperation(f"{topic} is already subscribed to with the type {known.kind}, not {kind}")
         elif known.requests.get(key) == request and kind in (None, known.kind):
             return
         if key not in known.requests:
-            self._check_room(known.requests, f"subscriptions to {topic}")
+            self._check_limit(known.requests, f"subscriptions to {topic}")
             self._shares.keep(_cost(key) + (0 if topic in self._topics else _cost_of_name(topic)))
         known.kind = known.kind or kind
         known.requests[key] = request
@@ -339,7 +339,7 @@ class ClientProtocol:
         self._check_advertised(topic)
         ids = self._advertised.get(topic, set())
         if key not in ids:
-            self._check_room(ids, f"advertisements of {topic}")
+            self._check_limit(ids, f"advertisements of {topic}")
             self._shares.keep(_cost(key) + (0 if ids else _cost_of_name(topic)))
             self._advertised.setdefault(topic, set()).add(key)
         yield Advertise(topic, kind, latch, queue_size, operation)
@@ -380,7 +380,7 @@ class ClientProtocol:
     def _advertise_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
         service, kind = self._name(operation, "service", self._settings.services), _type(operation)
         if service not in self._offered:
-            self._check_room(self._offered, "offered services")
+            self._check_limit(self._offered, "offered services")
             self._shares.keep(_cost_of_name(service))
         self._offered.add(service)
         yield OfferService(service, kind, operation)
@@ -443,11 +443,11 @@ class ClientProtocol:
 
     def _check_advertised(self, topic: str) -> None:
         if topic not in self._advertised:
-            self._check_room(self._advertised, "advertised topics")
+            self._check_limit(self._advertised, "advertised topics")
 
-    def _check_room(self, known: Any, what: str) -> None:
-        if len(known) >= self._most_names:
-            limit = limit_text("bridge_subscriptions", self._most_names)
+    def _check_limit(self, known: Any, what: str) -> None:
+        if len(known) >= self._max_names:
+            limit = limit_text("bridge_subscriptions", self._max_names)
             raise BadOperation(f"too many {what}; {limit}")
 
 

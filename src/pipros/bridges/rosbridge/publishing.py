@@ -75,7 +75,7 @@ class SharedPublishers:
         with self._lock:
             found = self._shared.get(topic)
             if found is None:
-                self._make_room()
+                self._close_oldest()
                 found = self._shared[topic] = _SharedPublisher(
                     self._node, topic, message_class, latch, queue_size, self._call_later
                 )
@@ -149,7 +149,7 @@ class SharedPublishers:
             del self._shared[topic]
         found.close()
 
-    def _make_room(self) -> None:
+    def _close_oldest(self) -> None:
         """If there are too many publishers, unregister the one that has been unused for the longest time.
 
         Raises:

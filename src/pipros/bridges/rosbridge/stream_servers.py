@@ -48,8 +48,8 @@ class StreamServer:
         self.bridge = self._runtime.bridge
         self._limits = self._runtime.limits
         self.shares = ServerShares(self._limits)
-        room = sockets.connections_that_fit(DESCRIPTORS_SHARE) - ENTERING
-        self._most_clients = min(self._limits.of(BridgeLimits).bridge_clients, room)
+        fitting = sockets.connections_that_fit(DESCRIPTORS_SHARE) - ENTERING
+        self._max_clients = min(self._limits.of(BridgeLimits).bridge_clients, fitting)
         self._topics = ClientTopics(node)
         self._clients: dict[Any, tuple[str, float]] = {}
         self._threads = DaemonPool("rosbridge client", self._limits.of(BridgeLimits).bridge_clients)
@@ -80,7 +80,7 @@ class StreamServer:
         self, key: Any, host: str, wake: Callable[[], object], shares: ClientShares
     ) -> RosbridgeSession | None:
         """Return a session for a new client, or None if there are too many clients."""
-        if len(self._clients) >= self._most_clients:
+        if len(self._clients) >= self._max_clients:
             return None
         self._clients[key] = f"{host}:0", time.time()
         self._topics.report(list(self._clients.values()))
@@ -123,7 +123,7 @@ class TcpServer(StreamServer):
 
     def _welcome(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Start serving a client, in a task that closes the connection even if it is cancelled at once."""
-        if len(self._connections) >= self._most_clients + ENTERING:
+        if len(self._connections) >= self._max_clients + ENTERING:
             writer.transport.abort()
             return
 
@@ -141,7 +141,7 @@ class TcpServer(StreamServer):
         shares = self.shares.client(is_reader=not self._options.settings.has_control)
         host = plain_address(str(writer.get_extra_info("peername")[0]))
         async with self._admission_lock:
-            if len(self._clients) >= self._most_clients:
+            if len(self._clients) >= self._max_clients:
                 await self._end_idle()
             session = self._connect(writer, host, has_data.set, shares)
         if session is None:

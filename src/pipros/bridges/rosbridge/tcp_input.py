@@ -75,15 +75,15 @@ class TcpInput:
         self._shares.input.give_back(self._held_bytes)
         self._held_bytes = 0
 
-    async def _read(self, most: int, incomplete_bytes: int) -> bytes:
+    async def _read(self, max_bytes: int, incomplete_bytes: int) -> bytes:
         is_known = self._session.is_logged_in
         if not is_known:
-            most = min(most, self._login_bytes)
-            if not most:
+            max_bytes = min(max_bytes, self._login_bytes)
+            if not max_bytes:
                 raise EOFError
         end_s = self._deadline(incomplete_bytes) if is_known else self._login_end_s
         left_s = None if end_s is None else end_s - self._loop.time()
-        data = await asyncio.wait_for(self._reader.read(most), left_s)
+        data = await asyncio.wait_for(self._reader.read(max_bytes), left_s)
         if not is_known:
             self._login_bytes -= len(data)
         return data

@@ -88,7 +88,7 @@ class UdpServer(StreamServer):
         return []
 
     def _new_client(self, address: Any) -> _UdpClient | None:
-        if len(self._clients) >= self._most_clients:
+        if len(self._clients) >= self._max_clients:
             unused = (each for each, client in self._known.items() if client.session.is_unused)
             self._remove(next(unused, None))
         shares = self.shares.client(is_reader=not self._options.settings.has_control)
