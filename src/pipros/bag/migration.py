@@ -175,12 +175,12 @@ class Migrator:
                 made[connection.id] = self._connect(
                     writer, connection, None if is_kept else self.target(connection)
                 )
-            own, target = made[connection.id]
+            written, target = made[connection.id]
             if target is not None:
                 buffer = io.BytesIO()
                 self.migrate(bag.decode(stored), target).serialize(buffer)
                 data = buffer.getvalue()
-            writer.write(own, *divmod(time_ns, NS_PER_S), data)
+            writer.write(written, *divmod(time_ns, NS_PER_S), data)
         writer.finish()
         return []
 

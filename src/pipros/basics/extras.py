@@ -23,9 +23,9 @@ def _pip() -> str:
     import shlex
     import shutil
 
-    own = Path(sys.executable).parent
+    folder = Path(sys.executable).parent
     found = shutil.which("pip")
-    return "pip" if found and Path(found).parent == own else f"{shlex.quote(sys.executable)} -m pip"
+    return "pip" if found and Path(found).parent == folder else f"{shlex.quote(sys.executable)} -m pip"
 
 
 def _origin() -> dict[str, Any]:

@@ -40,16 +40,16 @@ def fallback_home() -> str:
             os.mkdir(folder, 0o700)
         if _is_mine_alone(folder):
             return folder
-        own = tempfile.mkdtemp(prefix=f"{name}-")
+        private = tempfile.mkdtemp(prefix=f"{name}-")
     except OSError:
         return os.path.join(os.sep, "tmp", name)
     from pipros.basics.warn_once import warn_once
 
     warn_once(
-        f"WARNING: HOME is not set, and another user could have created {folder}. ROS files go to {own}; "
+        f"WARNING: HOME is not set, and another user could have created {folder}. ROS files go to {private}; "
         "set HOME or ROS_HOME"
     )
-    return own
+    return private
 
 
 def _is_mine_alone(folder: str) -> bool:

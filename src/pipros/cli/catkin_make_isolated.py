@@ -122,8 +122,8 @@ def _parse(arguments: Sequence[str]) -> Namespace:
             help="All arguments that follow; -DNAME=VALUE of --cmake-args counts",
         )
     add("--override-build-tool-check", action="store_true", help="Accepted for compatibility with Noetic")
-    own, collected = _split(arguments)
-    options = parser.parse_args(own)
+    remaining, collected = _split(arguments)
+    options = parser.parse_args(remaining)
     options.cmake_args = collected["--cmake-args"]
     options.make_args = collected["--make-args"]
     if options.only_pkg_with_deps and not (options.merge or options.install):
@@ -136,17 +136,17 @@ def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
 
     Such an option takes all arguments up to the next such option.
     """
-    own: list[str] = []
+    remaining: list[str] = []
     collected: dict[str, list[str]] = {option: [] for option in _COLLECTING}
-    current = own
+    current = remaining
     for word in arguments:
         if word in collected:
             current = collected[word]
-        elif current is own and (word.startswith(("-j", "-l")) and word[2:].isdecimal()):
+        elif current is remaining and (word.startswith(("-j", "-l")) and word[2:].isdecimal()):
             collected["--make-args"].append(word)
         else:
             current.append(word)
-    return own, collected
+    return remaining, collected
 
 
 def _layout(options: Namespace) -> WorkspaceFolders:

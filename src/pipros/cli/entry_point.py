@@ -113,9 +113,9 @@ def _reporting_output(stream: Any) -> Any:
     if stream is not sys.__stdout__ or not isinstance(stream, io.TextIOWrapper) or type(raw) is not io.FileIO:
         return stream
     stream.flush()
-    own = _ReportingFile(raw.fileno(), "wb", closefd=False)
+    reporting = _ReportingFile(raw.fileno(), "wb", closefd=False)
     return io.TextIOWrapper(
-        io.BufferedWriter(own) if is_buffered else own,  # Python does not buffer with -u
+        io.BufferedWriter(reporting) if is_buffered else reporting,  # Python does not buffer with -u
         encoding=stream.encoding,
         errors=_lenient_errors(stream),
         line_buffering=stream.line_buffering,

@@ -41,10 +41,10 @@ def access_rules(members: Mapping[str, FleetRole]) -> dict[str, object]:
     subjects: list[dict[str, object]] = [{"id": ROUTER, "cert_common_names": [ROUTER]}]
     policies: list[dict[str, object]] = [{"rules": ["receives", "routes"], "subjects": [ROUTER]}]
     for name, role in sorted(members.items()):
-        own = _rules_of(name, role)
-        rules += own
+        member_rules = _rules_of(name, role)
+        rules += member_rules
         subjects.append({"id": name, "cert_common_names": [name]})
-        policies.append({"rules": ["receives", *(rule["id"] for rule in own)], "subjects": [name]})
+        policies.append({"rules": ["receives", *(rule["id"] for rule in member_rules)], "subjects": [name]})
     return {
         "enabled": True,
         "default_permission": "deny",

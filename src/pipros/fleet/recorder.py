@@ -133,11 +133,11 @@ class FleetRecorder:
 
     def start(self) -> None:
         """Start recording."""
-        link, own = self._link, to_json(Directory(ROUTER, self._instance, 1))
+        link, directory = self._link, to_json(Directory(ROUTER, self._instance, 1))
         self._thread.start()
         self._workers.run(self._files.recover)
         self._declared = [
-            link.serve(keys.directory(ROUTER), lambda question: _answer(question, own)),
+            link.serve(keys.directory(ROUTER), lambda question: _answer(question, directory)),
             link.serve(keys.wanted(ROUTER, "*"), self._answer_requests),
             link.serve(keys.history("*"), self._on_history_request),
             link.serve(keys.history("*", "*"), self._on_history_request),

@@ -54,8 +54,8 @@ def describe_registrations(master: MasterClient, node: str) -> str:
     types: Mapping[str, str] = dict(master.get_published_topics())
     lines = [f"Node [{node}]"]
     for heading, topics in (("Publications", state.publishers), ("Subscriptions", state.subscribers)):
-        own = of_node(node, topics)
-        lines += _section(heading, [f"{topic} [{types.get(topic, 'unknown type')}]" for topic in own])
+        node_topics = of_node(node, topics)
+        lines += _section(heading, [f"{topic} [{types.get(topic, 'unknown type')}]" for topic in node_topics])
     lines += _section("Services", of_node(node, state.services))
     return "\n".join(lines)
 

@@ -35,9 +35,9 @@ def is_local(machine: Machine) -> bool:
         import getpass
 
         try:
-            own = getpass.getuser()
+            this_user = getpass.getuser()
         except (KeyError, OSError):  # the user id has no name
             return False
-        if machine.user != own:
+        if machine.user != this_user:
             return False
     return is_this_machine(machine.address)

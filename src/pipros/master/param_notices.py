@@ -28,11 +28,11 @@ def _notices(
 ) -> Iterator[Notice]:
     changed = names.as_namespace(key)
     for subscribed in subscribed_keys:
-        own = names.as_namespace(subscribed)
-        if changed.startswith(own):
+        namespace = names.as_namespace(subscribed)
+        if changed.startswith(namespace):
             params = (MASTER_ID, changed, value)
         else:
-            params = (MASTER_ID, own, value_below(value, own[len(changed) :], {}))
+            params = (MASTER_ID, namespace, value_below(value, namespace[len(changed) :], {}))
         # All subscribers to a key share one tuple, so that it is encoded only once.
         for name in registry.names_of(Role.PARAM_SUBSCRIBER, subscribed):
             if name != except_node:

@@ -150,8 +150,10 @@ def child_package_path(path: str, shipped: str, installed: Sequence[str] = ()) -
         installed: the folders of the packages that pip installed, which precede Debian's.
     """
     folders = [folder for folder in path.split(os.pathsep) if folder]
-    own = os.path.realpath(shipped)
-    place = next((at for at, folder in enumerate(folders) if os.path.realpath(folder) == own), len(folders))
+    shipped_folder = os.path.realpath(shipped)
+    place = next(
+        (at for at, folder in enumerate(folders) if os.path.realpath(folder) == shipped_folder), len(folders)
+    )
     first = folders[:place]
     added = [*installed, *([] if any(map(is_share_folder, first)) else [SYSTEM_SHARE])]
     return os.pathsep.join([*first, *added, *folders[place:]]) if added else path

@@ -28,10 +28,10 @@ _CODE = ("cache.py", "cfg_file.py", "generator.py")
 
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
     """Return the path, size and modification time of each module's file, except Python's and pipros's."""
-    own = str(Path(__file__).resolve().parents[2])
+    source_folder = str(Path(__file__).resolve().parents[2])
     fixed = tuple(
         os.path.join(os.path.realpath(folder), "")
-        for folder in {sys.prefix, sys.base_prefix, sys.exec_prefix, own}
+        for folder in {sys.prefix, sys.base_prefix, sys.exec_prefix, source_folder}
     )
     found = []
     for module in modules:

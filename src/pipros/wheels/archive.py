@@ -63,8 +63,8 @@ def write_wheel(file: Path, entries: Mapping[str, Entry], info: str) -> None:
                         target.write(chunk)
                 text = base64.urlsafe_b64encode(digest.digest()).rstrip(b"=").decode()
                 record.append(f"{_quoted(path)},sha256={text},{size}\n")
-            own = f"{info}/RECORD"
-            archive.writestr(_zip_info(own, date, False), "".join([*record, f"{own},,\n"]))
+            record_name = f"{info}/RECORD"
+            archive.writestr(_zip_info(record_name, date, False), "".join([*record, f"{record_name},,\n"]))
         made.replace(file)
 
 

@@ -131,8 +131,8 @@ def write_index(folder: Path) -> list[Path]:
     names = sorted({wheel.name for wheel in wheels})
     pages = {simple / "index.html": _page("Index", [_link(f"{name}/", name) for name in names])}
     for name in names:
-        own = [wheel for wheel in wheels if wheel.name == name]
-        pages[simple / name / "index.html"] = _page(name, map(_link_to_wheel, own))
+        matching = [wheel for wheel in wheels if wheel.name == name]
+        pages[simple / name / "index.html"] = _page(name, map(_link_to_wheel, matching))
     pages[folder / LOCK_FILE] = lock_text(wheels)
     for outdated in simple.glob("*/index.html"):
         if outdated not in pages:
@@ -148,9 +148,9 @@ def lock_text(wheels: Sequence[IndexedWheel]) -> str:
     """Return requirements with hashes: the newest version of each distribution."""
     lines = ["# Written by pipros index. pip install --require-hashes -r requirements.lock"]
     for name in dict.fromkeys(wheel.name for wheel in wheels):
-        own = [wheel for wheel in wheels if wheel.name == name]
-        newest = max(own, key=lambda wheel: _version_key(wheel.version)).version
-        hashes = sorted(wheel.sha256 for wheel in own if wheel.version == newest)
+        matching = [wheel for wheel in wheels if wheel.name == name]
+        newest = max(matching, key=lambda wheel: _version_key(wheel.version)).version
+        hashes = sorted(wheel.sha256 for wheel in matching if wheel.version == newest)
         lines.append(
             " \\\n    ".join([f"{name}=={newest}", *(f"--hash=sha256:{digest}" for digest in hashes)])
         )

@@ -71,8 +71,8 @@ def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[Step]:
     A dependency is, in this order: one of the packages; a wheel in a folder or index; part of pipros; an
     installed package; a PyPI project; a Debian package, which is only named.
     """
-    own = {package.name for package in packages}
-    users: dict[str, list[str]] = {name: [] for name in own}
+    names = {package.name for package in packages}
+    users: dict[str, list[str]] = {name: [] for name in names}
     for package in packages:
         for name in sorted(run_dependencies(package)):
             users.setdefault(name, []).append(package.name)
@@ -80,7 +80,7 @@ def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[Step]:
     index = PackageIndex.from_environment()
     steps = []
     for name, needed_by in sorted(users.items()):
-        if name in own:
+        if name in names:
             step = Step(name, Provider.SOURCE, distribution_name(name))
         else:
             step = _step(name, known, places, index)

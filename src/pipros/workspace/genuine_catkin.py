@@ -301,8 +301,8 @@ def native_environment(tools: NativeTools, variables: Mapping[str, str]) -> dict
     """
     left_out = ("VIRTUAL_ENV", "PYTHONHOME", "ROS_ROOT", "ROS_ETC_DIR")
     result = {name: value for name, value in variables.items() if name not in left_out}
-    own = os.path.dirname(os.path.abspath(sys.executable))
-    entries = [entry for entry in result.get("PATH", os.defpath).split(os.pathsep) if entry != own]
+    folder = os.path.dirname(os.path.abspath(sys.executable))
+    entries = [entry for entry in result.get("PATH", os.defpath).split(os.pathsep) if entry != folder]
     result |= DISTRIBUTION
     if tools.prefix != Path("/usr"):
         entries.insert(0, str(tools.prefix / "bin"))

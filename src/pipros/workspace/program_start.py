@@ -32,11 +32,11 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
     have the values that Noetic's setup files set.
     """
     environment = {**DISTRIBUTION, **variables}
-    own = os.path.dirname(os.path.abspath(executable))
+    folder = os.path.dirname(os.path.abspath(executable))
     search_path = environment.get("PATH", os.defpath)
     found = shutil.which("python3", path=search_path) or shutil.which("python", path=search_path)
-    if found is None or os.path.dirname(found) != own:
-        environment["PATH"] = own + os.pathsep + search_path
+    if found is None or os.path.dirname(found) != folder:
+        environment["PATH"] = folder + os.pathsep + search_path
     return environment
 
 

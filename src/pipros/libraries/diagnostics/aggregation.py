@@ -24,13 +24,13 @@ class Aggregation:
             other_as_errors: whether to report statuses without an analyzer as errors.
         """
         self.base = f"/{base.strip('/')}" if base.strip("/") else ""
-        self._own = AnalyzerGroup(self.base.rpartition("/")[2], self.base, analyzers)
+        self._configured = AnalyzerGroup(self.base.rpartition("/")[2], self.base, analyzers)
         self._added: dict[str, AnalyzerGroup] = {}
         self._other = OtherAnalyzer(self.base, other_as_errors)
 
     def problems(self) -> dict[str, str]:
         """Return the errors of the configured analyzers that could not be created, by path."""
-        return _problems(self._own)
+        return _problems(self._configured)
 
     def add(self, owner: str, analyzers: Mapping[str, Any]) -> None:
         """Add another node's analyzers.
@@ -57,13 +57,13 @@ class Aggregation:
 
     def take(self, status: Status, now_s: float) -> None:
         """Process a received status."""
-        taken = [group.analyze(status, now_s) for group in (self._own, *self._added.values())]
+        taken = [group.analyze(status, now_s) for group in (self._configured, *self._added.values())]
         if not any(taken):
             self._other.analyze(status, now_s)
 
     def report(self, now_s: float) -> list[Status]:
         """Return the statuses to publish. Their names are paths."""
-        reported = self._own.report(now_s)
+        reported = self._configured.report(now_s)
         for group in self._added.values():
             of_group = group.report(now_s)
             reported += of_group[1:] if self.base else of_group

@@ -80,23 +80,27 @@ class Estimates:
     def _publish_transform(self, time_s: float, base: Pose) -> None:
         if self._tf is None:
             return
-        own = self._settings
-        parent, child, pose = own.world_frame, own.base_frame_output, base
-        if own.world_frame == own.map_frame:
+        settings = self._settings
+        parent, child, pose = settings.world_frame, settings.base_frame_output, base
+        if settings.world_frame == settings.map_frame:
             stamp_ns = in_time(time_s).to_nsec()
-            odom = self._frames.find(own.odom_frame, own.base_frame, stamp_ns, own.tf_timeout_s)
+            odom = self._frames.find(
+                settings.odom_frame, settings.base_frame, stamp_ns, settings.tf_timeout_s
+            )
             if odom is None:
-                self._complain(f"no transform from {own.base_frame} to {own.odom_frame}: none is sent")
+                self._complain(
+                    f"no transform from {settings.base_frame} to {settings.odom_frame}: none is sent"
+                )
                 return
-            child, pose = own.odom_frame, composed(base, inverted(odom))
-        elif own.world_frame != own.odom_frame:
+            child, pose = settings.odom_frame, composed(base, inverted(odom))
+        elif settings.world_frame != settings.odom_frame:
             self._complain("world_frame must be map_frame or odom_frame: no transform is sent")
             return
-        if own.inverts_tf:
+        if settings.inverts_tf:
             parent, child, pose = child, parent, inverted(pose)
         transform = self._transform_class(child_frame_id=child)
         transform.header.frame_id = parent
-        transform.header.stamp = in_time(time_s + own.tf_offset_s)
+        transform.header.stamp = in_time(time_s + settings.tf_offset_s)
         _fill(transform.transform.translation, transform.transform.rotation, pose)
         self._tf.publish(self._tf_class([transform]))
 

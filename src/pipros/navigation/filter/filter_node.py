@@ -160,16 +160,16 @@ class FilterNode:
     def _on_twist(self, topic: Topic, message: Any, stamp_ns: int) -> None:
         self._read_twist(topic.twist, message.header.frame_id, message.twist, stamp_ns)
 
-    def _read_pose(self, own: Input, frame: str, given: Any, stamp_ns: int, child: str = "") -> None:
-        if self._is_expected(own, stamp_ns):
+    def _read_pose(self, sensor: Input, frame: str, given: Any, stamp_ns: int, child: str = "") -> None:
+        if self._is_expected(sensor, stamp_ns):
             pose = self._posed(given.pose.position, given.pose.orientation)
             covariance = _square(given.covariance, 6)
-            self._add(self._readings.pose(own, frame, stamp_ns, pose, covariance, child))
+            self._add(self._readings.pose(sensor, frame, stamp_ns, pose, covariance, child))
 
-    def _read_twist(self, own: Input, frame: str, given: Any, stamp_ns: int) -> None:
-        if self._is_expected(own, stamp_ns):
+    def _read_twist(self, sensor: Input, frame: str, given: Any, stamp_ns: int) -> None:
+        if self._is_expected(sensor, stamp_ns):
             twist = _six(given.twist)
-            self._add(self._readings.twist(own, frame, stamp_ns, twist, _square(given.covariance, 6)))
+            self._add(self._readings.twist(sensor, frame, stamp_ns, twist, _square(given.covariance, 6)))
 
     def _on_imu(self, topic: Topic, message: Any, stamp_ns: int) -> None:
         frame = message.header.frame_id
@@ -192,8 +192,8 @@ class FilterNode:
             pushing = message.linear_acceleration
             acceleration = np.array([pushing.x, pushing.y, pushing.z])
             square = _square(uncertainty, 3)
-            own = topic.acceleration
-            self._add(self._readings.acceleration(own, frame, stamp_ns, acceleration, square, attitude))
+            sensor = topic.acceleration
+            self._add(self._readings.acceleration(sensor, frame, stamp_ns, acceleration, square, attitude))
 
     def _posed(self, position: Any, orientation: Any) -> Pose:
         """Return a pose with a normalized quaternion; warn if its norm is wrong."""
@@ -206,17 +206,17 @@ class FilterNode:
             self._log.warning("an orientation of an input has the norm %.3f: it is normalized", norm)
         return (*place, x / norm, y / norm, z / norm, w / norm)
 
-    def _is_expected(self, own: Input, stamp_ns: int) -> bool:
+    def _is_expected(self, sensor: Input, stamp_ns: int) -> bool:
         """Return False if the input has no variables, or sent a later message before."""
-        if not own.flags.any():
+        if not sensor.flags.any():
             return False
-        if stamp_ns < self._last_stamps.get(own.source, 0):
+        if stamp_ns < self._last_stamps.get(sensor.source, 0):
             if self._settings.resets_on_jump and self._node.clock.is_simulated:
                 self._reset()
             else:
-                self._health.warn(own.source, "a message is older than the previous one: it is ignored")
+                self._health.warn(sensor.source, "a message is older than the previous one: it is ignored")
             return False
-        self._last_stamps[own.source] = stamp_ns
+        self._last_stamps[sensor.source] = stamp_ns
         return True
 
     def _reset(self) -> None:

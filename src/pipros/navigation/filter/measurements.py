@@ -98,19 +98,19 @@ class Readings:
         self._previous.clear()
 
     def pose(
-        self, own: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array, child: str = ""
+        self, sensor: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array, child: str = ""
     ) -> Measurement | None:
         """Make a measurement from a pose with its 6 x 6 covariance. `child`: the frame whose pose it is."""
         frame = frame or self.world
-        target = self._find(self.world, self.world if own.is_differential else frame, stamp_ns)
+        target = self._find(self.world, self.world if sensor.is_differential else frame, stamp_ns)
         source = self._find(child, self.base, stamp_ns) if child else IDENTITY
         if target is None or source is None:
             return None
         turned = _matrix(target) @ _matrix(source).T
-        return self._placed(own, stamp_ns, composed(pose, source), covariance, target, turned)
+        return self._placed(sensor, stamp_ns, composed(pose, source), covariance, target, turned)
 
     def attitude(
-        self, own: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array
+        self, sensor: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array
     ) -> Measurement | None:
         """Make a measurement from the orientation of an IMU in the world, mounted in any orientation."""
         mounting = self._find(self.base, frame or self.base, stamp_ns)
@@ -122,34 +122,34 @@ class Readings:
         level = rotation(0.0, 0.0, offsets[2])
         angles = level @ angles
         turned: Pose = (0.0, 0.0, 0.0, *from_roll_pitch_yaw(*angles))
-        return self._placed(own, stamp_ns, turned, covariance, IDENTITY, level)
+        return self._placed(sensor, stamp_ns, turned, covariance, IDENTITY, level)
 
     def _placed(
         self,
-        own: Input,
+        sensor: Input,
         stamp_ns: int,
         pose: Pose,
         covariance: Array,
         target: Pose,
         matrix: Array,
     ) -> Measurement | None:
-        flags = own.flags.copy()
+        flags = sensor.flags.copy()
         flags[POSITION], flags[ANGLES] = _turned(matrix, flags[POSITION]), _turned(matrix, flags[ANGLES])
-        if own.is_differential:
-            return self._difference(own, stamp_ns, pose, covariance, flags, _twice(matrix))
-        if own.is_relative:
-            pose = composed(inverted(self._first.setdefault(own.source, pose)), pose)
+        if sensor.is_differential:
+            return self._difference(sensor, stamp_ns, pose, covariance, flags, _twice(matrix))
+        if sensor.is_relative:
+            pose = composed(inverted(self._first.setdefault(sensor.source, pose)), pose)
         pose = composed(target, pose)
         values = np.zeros(SIZE)
         values[POSE] = (*pose[:3], *roll_pitch_yaw(pose))
         both = _twice(matrix)
-        return self._measurement(own, stamp_ns, values, POSE, both @ covariance @ both.T, flags)
+        return self._measurement(sensor, stamp_ns, values, POSE, both @ covariance @ both.T, flags)
 
     def _difference(
-        self, own: Input, stamp_ns: int, pose: Pose, covariance: Array, flags: Flags, both: Array
+        self, sensor: Input, stamp_ns: int, pose: Pose, covariance: Array, flags: Flags, both: Array
     ) -> Measurement | None:
-        previous = self._previous.get(own.source)
-        self._previous[own.source] = stamp_ns, pose, covariance
+        previous = self._previous.get(sensor.source)
+        self._previous[sensor.source] = stamp_ns, pose, covariance
         if previous is None or stamp_ns <= previous[0]:
             return None
         delta_s = (stamp_ns - previous[0]) / 1e9
@@ -158,11 +158,11 @@ class Readings:
         uncertainty = both @ (covariance + previous[2]) @ both.T * delta_s
         shifted = np.zeros(SIZE, bool)
         shifted[TWIST] = flags[POSE]
-        wanted = Input(own.source, shifted, own.threshold)
+        wanted = Input(sensor.source, shifted, sensor.threshold)
         return self.twist(wanted, self.base, stamp_ns, velocity, uncertainty)
 
     def twist(
-        self, own: Input, frame: str, stamp_ns: int, twist: Array, covariance: Array
+        self, sensor: Input, frame: str, stamp_ns: int, twist: Array, covariance: Array
     ) -> Measurement | None:
         """Make a measurement from linear and angular velocities with their 6 x 6 covariance."""
         target = self._find(self.base, frame or self.base, stamp_ns)
@@ -172,14 +172,14 @@ class Readings:
         values = np.zeros(SIZE)
         values[VELOCITY] = matrix @ twist[:3] + np.cross(target[:3], self.state[RATES])
         values[RATES] = matrix @ twist[3:]
-        flags = own.flags.copy()
+        flags = sensor.flags.copy()
         flags[VELOCITY], flags[RATES] = _turned(matrix, flags[VELOCITY]), _turned(matrix, flags[RATES])
         both = _twice(matrix)
-        return self._measurement(own, stamp_ns, values, TWIST, both @ covariance @ both.T, flags)
+        return self._measurement(sensor, stamp_ns, values, TWIST, both @ covariance @ both.T, flags)
 
     def acceleration(
         self,
-        own: Input,
+        sensor: Input,
         frame: str,
         stamp_ns: int,
         acceleration: Array,
@@ -194,8 +194,8 @@ class Readings:
         if target is None:
             return None
         matrix = _matrix(target)
-        if own.removes_gravity:
-            acceleration = acceleration - self._gravity(own, matrix, attitude)
+        if sensor.removes_gravity:
+            acceleration = acceleration - self._gravity(sensor, matrix, attitude)
         arm, rates = np.array(target[:3]), self.state[RATES]
         values = np.zeros(SIZE)
         values[ACCELERATION] = (
@@ -203,30 +203,32 @@ class Readings:
             + np.cross(arm, self.angular_acceleration)
             - np.cross(np.cross(arm, rates), rates)
         )
-        flags = own.flags.copy()
+        flags = sensor.flags.copy()
         flags[ACCELERATION] = _turned(matrix, flags[ACCELERATION])
-        return self._measurement(own, stamp_ns, values, ACCELERATION, matrix @ covariance @ matrix.T, flags)
+        return self._measurement(
+            sensor, stamp_ns, values, ACCELERATION, matrix @ covariance @ matrix.T, flags
+        )
 
-    def _gravity(self, own: Input, mounting: Array, attitude: Pose | None) -> Array:
+    def _gravity(self, sensor: Input, mounting: Array, attitude: Pose | None) -> Array:
         """Return the acceleration that the sensor measures at rest, in its own frame."""
         up = np.array([0.0, 0.0, self.gravity])
         if attitude is None:
-            sensor = rotation(*self.state[ANGLES]) @ mounting
-        elif own.is_relative:
-            sensor = _matrix(attitude) @ mounting
+            orientation = rotation(*self.state[ANGLES]) @ mounting
+        elif sensor.is_relative:
+            orientation = _matrix(attitude) @ mounting
         else:
-            sensor = _matrix(attitude)
-        return np.asarray(sensor.T @ up)
+            orientation = _matrix(attitude)
+        return np.asarray(orientation.T @ up)
 
     def _measurement(
-        self, own: Input, stamp_ns: int, values: Array, part: slice, covariance: Array, flags: Flags
+        self, sensor: Input, stamp_ns: int, values: Array, part: slice, covariance: Array, flags: Flags
     ) -> Measurement:
         whole = np.zeros((SIZE, SIZE))
         whole[part, part] = covariance
         if self.in_plane:
             values[OUT_OF_PLANE], flags[OUT_OF_PLANE] = 0.0, True
             whole[OUT_OF_PLANE, OUT_OF_PLANE] = _PLANE_VARIANCE
-        return Measurement(own.source, seconds(stamp_ns), values, whole, flags, own.threshold)
+        return Measurement(sensor.source, seconds(stamp_ns), values, whole, flags, sensor.threshold)
 
     def _find(self, target: str, source: str, stamp_ns: int) -> Pose | None:
         found = self.lookup(target, source, stamp_ns)

@@ -42,7 +42,7 @@ class Topic:
 
     @property
     def is_used(self) -> bool:
-        return any(own.flags.any() for own in (self.pose, self.twist, self.acceleration))
+        return any(selected.flags.any() for selected in (self.pose, self.twist, self.acceleration))
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,9 +182,9 @@ def _read_topic(parameters: Parameters, kind: str, name: str) -> Topic:
 
     def part(suffix: str, indices: slice, threshold: str, **options: bool) -> Input:
         """Return the settings for a part of the variables; the others are not used."""
-        own = np.zeros(SIZE, bool)
-        own[indices] = flags[indices]
-        return Input(f"{name}_{suffix}", own, parameters.number(f"{name}_{threshold}", inf), **options)
+        selected = np.zeros(SIZE, bool)
+        selected[indices] = flags[indices]
+        return Input(f"{name}_{suffix}", selected, parameters.number(f"{name}_{threshold}", inf), **options)
 
     several = kind in ("odom", "imu")
     nothing = slice(0, 0)

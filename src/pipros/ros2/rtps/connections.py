@@ -93,11 +93,11 @@ class Connections:
             self._try_match(peer, local, remote, now)
 
     def _try_match(self, peer: Peer, local: Local, remote: EndpointData, now: float) -> None:
-        mine, end = local.data, local.end
-        if mine.is_writer is remote.is_writer:
+        endpoint, end = local.data, local.end
+        if endpoint.is_writer is remote.is_writer:
             return
-        entity = mine.guid[12:]
-        found = _mismatched(mine, remote)
+        entity = endpoint.guid[12:]
+        found = _mismatched(endpoint, remote)
         if found is not None:
             self.events.append(found)
             return
@@ -111,7 +111,7 @@ class Connections:
             end.match(remote.guid, address, remote.qos, fragment_bytes, now)
             self.busy.add(end)
         else:
-            is_reliable = mine.qos.is_reliable and remote.qos.is_reliable
+            is_reliable = endpoint.qos.is_reliable and remote.qos.is_reliable
             self.connect_reader(end, remote.guid, address, peer, now, is_reliable=is_reliable)
         self.events.append(Matched(entity, remote, True))
 
@@ -160,11 +160,11 @@ class Connections:
             self.readers.pop(guid, None)
 
 
-def _mismatched(mine: EndpointData, remote: EndpointData) -> Mismatched | None:
+def _mismatched(endpoint: EndpointData, remote: EndpointData) -> Mismatched | None:
     """Return why a local and a remote endpoint of a topic do not match, or None if they do."""
-    offered, requested = (mine, remote) if mine.is_writer else (remote, mine)
-    has_same_type = mine.type_name == remote.type_name
+    offered, requested = (endpoint, remote) if endpoint.is_writer else (remote, endpoint)
+    has_same_type = endpoint.type_name == remote.type_name
     policy = mismatch(offered.qos, requested.qos) if has_same_type else None
     if has_same_type and policy is None:
         return None
-    return Mismatched(mine.guid[12:], remote, policy)
+    return Mismatched(endpoint.guid[12:], remote, policy)

@@ -75,7 +75,7 @@ class RtpsEngine:
     ) -> None:
         self._namespace, _, self._name = node.rpartition("/")
         self._lock = threading.Lock()
-        self._own: list[_Own] = []
+        self._owners: list[_Own] = []
         self._reported: set[tuple[bytes, str]] = set()
         self._has_mismatches = False
         self._nodes: Nodes | None = None
@@ -204,9 +204,9 @@ class RtpsEngine:
     def forget(self, owner: _Own) -> None:
         """Remove a closed endpoint from the node."""
         with self._lock:
-            if owner not in self._own:
+            if owner not in self._owners:
                 return
-            self._own.remove(owner)
+            self._owners.remove(owner)
         self._announce_node()
 
     def _open(self, make: Callable[[], _Made]) -> _Made:
@@ -217,13 +217,13 @@ class RtpsEngine:
 
     def _owned(self, owner: _Owned) -> _Owned:
         with self._lock:
-            self._own.append(owner)
+            self._owners.append(owner)
         self._announce_node()
         return owner
 
     def _announce_node(self) -> None:
         with self._lock:
-            guids = [guid for owner in self._own for guid in owner.guids()]
+            guids = [guid for owner in self._owners for guid in owner.guids()]
         if self._nodes is not None:
             node = NodeInfo(
                 self._namespace or "/",

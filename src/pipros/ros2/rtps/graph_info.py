@@ -167,7 +167,7 @@ class GraphInfo:
             size: the GID size; None to learn it from the messages of other participants.
         """
         self.others: dict[bytes, ParticipantInfo] = {}
-        self._own = ParticipantInfo(guid)
+        self._participant = ParticipantInfo(guid)
         self._make_writer = make_writer
         self._writer: InfoWriter | None = None
         self._sizes: set[GidBytes] = set() if size is None else {size}
@@ -203,7 +203,7 @@ class GraphInfo:
 
     def announce(self, nodes: Sequence[NodeInfo]) -> None:
         """Publish our own nodes, now or as soon as the GID size is known."""
-        self._own = ParticipantInfo(self._own.guid, tuple(nodes))
+        self._participant = ParticipantInfo(self._participant.guid, tuple(nodes))
         self._has_nodes = True
         self._publish()
 
@@ -216,4 +216,4 @@ class GraphInfo:
             return
         if self._has_nodes:
             self._writer = self._writer or self._make_writer()
-            self._writer.write(write_info(self._own, size))
+            self._writer.write(write_info(self._participant, size))

@@ -389,11 +389,13 @@ class ParticipantCore:
             return
         address = peer.discovery_address
         self._presence.answer(peer)
-        for (writer, reader), own_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
-            own = connections.writers[writer]
-            own.match(prefix + reader, address, _DISCOVERY_QOS, LOCAL_FRAGMENT_BYTES, now)
-            connections.connect_reader(own_reader, prefix + writer, address, peer, now, is_reliable=True)
-            connections.busy.add(own)
+        for (writer, reader), discovery_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
+            discovery_writer = connections.writers[writer]
+            discovery_writer.match(prefix + reader, address, _DISCOVERY_QOS, LOCAL_FRAGMENT_BYTES, now)
+            connections.connect_reader(
+                discovery_reader, prefix + writer, address, peer, now, is_reliable=True
+            )
+            connections.busy.add(discovery_writer)
         self._events.append(PeerChanged(announced, True))
 
     def _has_answered(self, peer: Peer) -> bool:
@@ -407,9 +409,9 @@ class ParticipantCore:
             return
         for remote in list(peer.endpoints.values()):
             self._remove_endpoint(peer, remote.guid)
-        for (writer, reader), own_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
+        for (writer, reader), discovery_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
             self._connections.writers[writer].unmatch(prefix + reader)
-            self._connections.disconnect_reader(own_reader, prefix + writer)
+            self._connections.disconnect_reader(discovery_reader, prefix + writer)
         self.peers.remove(prefix)
         self._events.append(PeerChanged(peer.data, False))
 

@@ -47,7 +47,7 @@ class Peer:
     hosts: frozenset[str] = frozenset()
     discovery_address: Address = _NOWHERE
     _costs: dict[bytes, int] = field(default_factory=dict)
-    _own_cost: int = 0
+    _cost: int = 0
 
     def keep(self, endpoint: EndpointData, payload: bytes) -> bool:
         """Add or replace an endpoint; return False if the limit is reached."""
@@ -64,9 +64,9 @@ class Peer:
         Return False, and change nothing, if there is no room for the new one, or it has no usable address.
         """
         cost, address = cost_bytes(payload), self.choose(data.discovery)
-        if address is None or not self.kept.hold(self._own_cost, cost):
+        if address is None or not self.kept.hold(self._cost, cost):
             return False
-        self.data, self.discovery_address, self._own_cost = data, address, cost
+        self.data, self.discovery_address, self._cost = data, address, cost
         return True
 
     def forget(self, guid: bytes) -> EndpointData | None:
@@ -85,8 +85,8 @@ class Peer:
         make this one flood it. Therefore, data is sent only to the host that sent the announcement, to its
         network (the first three bytes of the address), and to `hosts`.
         """
-        own = next((each for each in addresses if each.host == self.host), None)
-        return own or next((each for each in addresses if self._is_near(each.host)), None)
+        same_host = next((each for each in addresses if each.host == self.host), None)
+        return same_host or next((each for each in addresses if self._is_near(each.host)), None)
 
     def _is_near(self, host: str) -> bool:
         if self.host in self.hosts or self.host.startswith("127."):

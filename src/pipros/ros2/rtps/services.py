@@ -186,12 +186,12 @@ def _recipients(engine: ParticipantCore, entity: bytes, request: Request) -> fro
     readers = engine.writer(entity).readers
     if request.reply_reader is not None and request.reply_reader in readers:
         return frozenset([request.reply_reader])
-    mine = [guid for guid in readers if guid[:12] == request.writer[:12]]
+    guids = [guid for guid in readers if guid[:12] == request.writer[:12]]
     if request.style is Style.FAST:
-        return frozenset(mine) if request.reply_reader is None and len(mine) == 1 else frozenset()
+        return frozenset(guids) if request.reply_reader is None and len(guids) == 1 else frozenset()
     client = engine.endpoint(request.writer)
     wanted = endpoint_id(client.user_data) if client else None
-    ids = {guid: endpoint_id(found.user_data) for guid in mine if (found := engine.endpoint(guid))}
+    ids = {guid: endpoint_id(found.user_data) for guid in guids if (found := engine.endpoint(guid))}
     return frozenset(guid for guid, found in ids.items() if wanted is None or found in (None, wanted))
 
 

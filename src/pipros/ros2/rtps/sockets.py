@@ -173,11 +173,11 @@ class SocketBacklog:
                     datagram, sender = source.recvfrom(_MAX_DATAGRAM)
                 except OSError:  # no datagram is waiting, or an earlier one caused an ICMP error
                     break
-                size, mine = len(datagram) + _DATAGRAM_OVERHEAD_BYTES, self._bytes_of.get(sender, 0)
-                if mine and 2 * (mine + size) > self._limit_bytes - self._bytes + mine:
+                size, held = len(datagram) + _DATAGRAM_OVERHEAD_BYTES, self._bytes_of.get(sender, 0)
+                if held and 2 * (held + size) > self._limit_bytes - self._bytes + held:
                     continue
                 self._turns.put(sender, (datagram, time))
-                self._bytes_of[sender] = mine + size
+                self._bytes_of[sender] = held + size
                 self._bytes += size
                 time[1] += 1
         if time[1]:

@@ -70,7 +70,7 @@ class RobotsNode:
         }
         static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)
         stamp = self._stamp()
-        fixed = [each for own in self._endpoints.values() for each in own.fixed_transforms(stamp)]
+        fixed = [each for endpoints in self._endpoints.values() for each in endpoints.fixed_transforms(stamp)]
         static.publish(self._tf_class(fixed))
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
 
@@ -88,19 +88,21 @@ class RobotsNode:
         with self.lock:
             self.simulation.step()
             steps = self.simulation.steps
-            wanted = [name for name, own in self._endpoints.items() if own.wants_scan]
+            wanted = [name for name, endpoints in self._endpoints.items() if endpoints.wants_scan]
             scans = self.simulation.scans(wanted if steps % SCAN_STEPS == 0 else ())
             stamp = self._stamp()
             if self._has_clock:
                 self._clock.publish(self._clock_class(stamp))
             if self._tf.connection_count:
-                self._tf.publish(self._tf_class([own.transform(stamp) for own in self._endpoints.values()]))
-            for name, own in self._endpoints.items():
-                own.publish_motion(stamp)
+                self._tf.publish(
+                    self._tf_class([endpoints.transform(stamp) for endpoints in self._endpoints.values()])
+                )
+            for name, endpoints in self._endpoints.items():
+                endpoints.publish_motion(stamp)
                 if name in scans:
-                    own.publish_scan(stamp, scans[name], SCAN_STEPS * STEP_S)
+                    endpoints.publish_scan(stamp, scans[name], SCAN_STEPS * STEP_S)
                 if steps % BATTERY_STEPS == 0:
-                    own.publish_battery(stamp)
+                    endpoints.publish_battery(stamp)
 
     def _stamp(self) -> Time:
         if not self._has_clock:

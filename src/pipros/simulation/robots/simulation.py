@@ -59,11 +59,11 @@ class Simulation:
                     f"robot [{settings.name}] cannot start at {settings.start}: "
                     "too close to a wall or to the map's edge"
                 )
-        for settings, own in zip(robots, seeds, strict=True):
+        for settings, robot_seed in zip(robots, seeds, strict=True):
             if settings.name in self.robots:
                 raise InvalidSettings(f"robot names must be unique, got [{settings.name}] twice")
             start = settings.start or self._free_place(settings, robots, random)
-            self.robots[settings.name] = Robot(settings, start, own)
+            self.robots[settings.name] = Robot(settings, start, robot_seed)
 
     def _free_place(
         self, settings: RobotSettings, all_robots: Sequence[RobotSettings], random: np.random.Generator

@@ -62,7 +62,7 @@ class FaultProxy:
         self._loop = BackgroundLoop("fault proxy")
         self._switches: dict[Kind, Switch] = {}
         self._proxies: dict[tuple[Kind, Address], TcpProxy] = {}
-        self._own: set[Address] = set()
+        self._proxy_addresses: set[Address] = set()
         self._forwarders: list[_Forwarder] = []
         self._starting = asyncio.Lock()
 
@@ -200,7 +200,7 @@ class FaultProxy:
     async def _proxy(self, kind: Kind, address: Address) -> Address:
         """Return the proxy address that forwards to `address`, opening a port on first use."""
         async with self._starting:
-            if address in self._own:
+            if address in self._proxy_addresses:
                 return address
             if (kind, address) not in self._proxies:
                 target, alive = address, None
@@ -213,7 +213,7 @@ class FaultProxy:
                 seed = f"{self._seed}/{kind}/{count}"
                 proxy = TcpProxy(seed, target, self._switches[kind], alive=alive)
                 await proxy.start()
-                self._own.add(proxy.address)
+                self._proxy_addresses.add(proxy.address)
                 self._proxies[kind, address] = proxy
             return self._proxies[kind, address].address
 

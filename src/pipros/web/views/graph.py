@@ -106,8 +106,8 @@ class GraphViews:
         """Yield the nodes and topics added and removed in the last ten minutes, newest first."""
         shown = None
         async for _observation in self._system.observations():
-            own = "node", self._system.node.name  # omitted, because it is registered only when needed
-            found = [event for event in self._system.changes.events(time.time()) if event.part != own]
+            this_node = "node", self._system.node.name  # omitted, because it is registered only when needed
+            found = [event for event in self._system.changes.events(time.time()) if event.part != this_node]
             if found != shown:
                 shown = found
                 yield {

@@ -103,10 +103,10 @@ def _run_genuine(arguments: Sequence[str]) -> None:
     if importlib.util.find_spec("rosdep2") is not None:
         code = "import sys; from rosdep2.main import rosdep_main; sys.exit(rosdep_main())"
         _become([sys.executable, "-c", code, *arguments])
-    own = os.path.realpath(sys.argv[0])
+    this_program = os.path.realpath(sys.argv[0])
     for folder in os.environ.get("PATH", "").split(os.pathsep):
         program = os.path.join(folder, "rosdep")
-        if not os.access(program, os.X_OK) or os.path.realpath(program) == own or _is_ours(program):
+        if not os.access(program, os.X_OK) or os.path.realpath(program) == this_program or _is_ours(program):
             continue
         _become([program, *arguments])
 
