@@ -64,7 +64,7 @@ SUBJECTS = {
     "cfg_results": Subject(lambda: cfg_results.target, cfg_results.WORDS, 1500),
     "launch_files": Subject(lambda: launch_files.target, launch_files.WORDS, 500),
     "cmake": Subject(lambda: cmake.target, cmake.WORDS, 500),
-    "edit_methods": Subject(lambda: edit_methods.target, edit_methods.WORDS, 500),
+    "edit_methods": Subject(lambda: edit_methods.target, edit_methods.WORDS, 200),
     "bus_answers": Subject(lambda: bus_answers.target, bus_answers.WORDS, 300),
     "page_messages": Subject(lambda: page_messages.target, page_messages.WORDS, 200),
     "foxglove_requests": Subject(lambda: foxglove_requests.target, foxglove_requests.WORDS, 500),

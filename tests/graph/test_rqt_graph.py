@@ -139,6 +139,7 @@ def test_a_node_reports_its_connections(chain: RosSystem) -> None:
         node = first(browser.watch("node", name="/talker"), lambda value: value["connections"])
         assert ["/level", "std_msgs/String"] in node["publications"]
         assert ["/talker", "/level", "/listener"] in [row[:3] for row in node["connections"]]
+        assert {row[5] for row in node["connections"]} <= {"TCPROS", "PIPROSLOCAL"}
 
 
 def test_a_vanished_master_is_reported_and_found_again(ros: RosSystem) -> None:

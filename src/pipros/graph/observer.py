@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
@@ -73,6 +73,7 @@ class Observation:
         types: the type of each topic.
         nodes: the state of each registered node.
         connections: the connections with their traffic, which is None until it has been measured.
+        transports: the transport of each connection: `TCPROS`, or the name of another protocol.
         error: why the master did not respond; all other attributes are then unchanged.
     """
 
@@ -80,6 +81,7 @@ class Observation:
     types: Mapping[str, str] = field(default_factory=dict)
     nodes: Mapping[str, ObservedNode] = field(default_factory=dict)
     connections: Mapping[TopicConnection, Traffic | None] = field(default_factory=dict)
+    transports: Mapping[TopicConnection, str] = field(default_factory=dict)
     error: str = ""
 
     @property
@@ -153,7 +155,7 @@ class SystemObserver:
             types = {topic: kind for topic, kind in self._master.get_topic_types()}  # noqa: C416
         except (PiprosError, ValueError) as error:
             last = self._last
-            return Observation(last.state, last.types, last.nodes, last.connections, str(error))
+            return replace(last, error=str(error))
         names = state.nodes()
         self._nodes = {name: self._nodes.get(name) or _Node() for name in names}
         now_s = self._now_s()
@@ -161,11 +163,13 @@ class SystemObserver:
         batch = [name for _, name in due[:CALLS_PER_POLL]]
         in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
         self._clients.keep_only({node.uri for node in self._nodes.values()})
+        connections, transports = self._connections({*state.topics()})
         self._last = Observation(
             state,
             types,
             {name: ObservedNode(node.uri, node.error) for name, node in self._nodes.items()},
-            self._connections({*state.topics()}),
+            connections,
+            transports,
         )
         return self._last
 
@@ -192,17 +196,28 @@ class SystemObserver:
             caller_id = self._master.caller_id
             return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
 
-    def _connections(self, topics: Set[str]) -> dict[TopicConnection, Traffic | None]:
-        """Return the connections between registered nodes, on topics that the master knows."""
+    def _connections(
+        self, topics: Set[str]
+    ) -> tuple[dict[TopicConnection, Traffic | None], dict[TopicConnection, str]]:
+        """Return the traffic and the transports of connections between registered nodes.
+
+        Connections on topics that the master does not know are left out.
+        """
         names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}
         connections: dict[TopicConnection, Traffic | None] = {}
+        transports: dict[TopicConnection, str] = {}
         for name, node in self._nodes.items():
             for link in node.links:
                 peer = names.get(link.peer.rstrip("/"), link.peer)
                 if peer not in self._nodes or link.topic not in topics:
                     continue
+                ends = (peer, name) if link.direction == "i" else (name, peer)
+                connection = TopicConnection(ends[0], link.topic, ends[1])
                 if link.direction in ("o", "b"):
-                    connections[TopicConnection(name, link.topic, peer)] = node.traffic(link.id)
+                    connections[connection] = node.traffic(link.id)
                 elif link.direction == "i":
-                    connections.setdefault(TopicConnection(peer, link.topic, name), None)
-        return connections
+                    connections.setdefault(connection, None)
+                else:
+                    continue
+                transports[connection] = link.transport
+        return connections, transports

@@ -72,6 +72,7 @@ def observer(nodes: Nodes) -> SystemObserver:
 
 def test_connections_are_reported_by_either_end(nodes: Nodes, observer: SystemObserver) -> None:
     assert dict(observer.poll().connections) == {LEVEL: None}
+    assert dict(observer.poll().transports) == {LEVEL: "TCPROS"}
     nodes.silent = {"/talker"}
     nodes.now_s += 10
     found = observer.poll()

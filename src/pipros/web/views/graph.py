@@ -280,7 +280,7 @@ def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
         "services": bounded_list(of_node(name, state.services), share=4),
         "connections": bounded_list(
             (
-                [*connection, *(traffic or (None, None))]
+                [*connection, *(traffic or (None, None)), observation.transports.get(connection, "")]
                 for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
                 if name in (connection.publisher, connection.subscriber)
             ),

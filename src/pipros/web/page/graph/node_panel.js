@@ -53,9 +53,13 @@ function killButton(name, context, error) {
   return button;
 }
 
+// What the page calls the transports of connections. TCPROS is usual, and not shown.
+const TRANSPORTS = { PIPROSLOCAL: "Unix stream" };
+
 function contents(node, name) {
-  const connection = ([from, over, to, rate, size]) =>
-    `${from === name ? `to ${to}` : `from ${from}`}, ${over}: ${hertz(rate)}, ${bandwidth(size)}`;
+  const connection = ([from, over, to, rate, size, transport]) =>
+    `${from === name ? `to ${to}` : `from ${from}`}, ${over}: ${hertz(rate)}, ${bandwidth(size)}` +
+    (transport === "" || transport === "TCPROS" ? "" : `, ${TRANSPORTS[transport] ?? transport}`);
   return [
     node.known ? null : h("p", { class: "error" }, "The master no longer knows this node."),
     node.error ? h("p", { class: "error" }, `Does not answer: ${node.error}`) : null,
