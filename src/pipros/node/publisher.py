@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Generic, Protocol
 
 from pipros.basics.printable import printable
 from pipros.net.backlog import Buffer, WireMessage
@@ -22,6 +22,7 @@ from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
 from pipros.node.message_batch import MessageBatch, flush_at_exit_and_fork
 from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
+from pipros.node.publisher_link import PublisherLink
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
 from pipros.wire.slot_frames import COPIES, HEADER_FIELD, VIEWS
@@ -49,14 +50,6 @@ class PeerListener(Protocol):
     ) -> None: ...
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None: ...
-
-
-class PublisherLink(NamedTuple):
-    """One subscriber of a publication: its name, its number, and the link to it."""
-
-    caller_id: str
-    number: int
-    link: OutgoingLink
 
 
 class Publication:

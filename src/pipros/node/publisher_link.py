@@ -1,0 +1,15 @@
+"""The links of a publication."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pipros.net.outgoing import OutgoingLink
+
+
+class PublisherLink(NamedTuple):
+    """One subscriber of a publication: its name, its number, and the link to it."""
+
+    caller_id: str
+    number: int
+    link: OutgoingLink
