@@ -13,8 +13,8 @@ build-backend = "pipros.wheels.backend"
 """
 
 ADVICE = (
-    "pip looks for pipros in an index. Until it is in one: PIP_FIND_LINKS=FOLDER pip install . , with the "
-    "wheels of pipros and of its requirements in FOLDER"
+    "pip and uv look for pipros in an index. Until it is in one, pip wheel --wheel-dir FOLDER PATH/TO/pipros "
+    "makes a folder for PIP_FIND_LINKS=FOLDER pip install . or UV_FIND_LINKS=FOLDER uv pip install ."
 )
 """What to do, because pipros is not on PyPI yet."""
 

@@ -75,9 +75,12 @@ class Installer:
         return ended.returncode == 0
 
     def environment(self, variables: Mapping[str, str]) -> dict[str, str]:
-        """Return the variables of the installer: builds in isolation find pipros in the same folders."""
-        links = [variables.get("PIP_FIND_LINKS", ""), *map(str, self.folders)]
-        return {**variables, "PIP_FIND_LINKS": " ".join(filter(None, links))}
+        """Return the variables of pip and uv: builds in isolation find pipros in the same folders."""
+        folders = list(map(str, self.folders))
+        found = dict(variables)
+        for name, separator in (("PIP_FIND_LINKS", " "), ("UV_FIND_LINKS", ",")):
+            found[name] = separator.join(filter(None, [variables.get(name, ""), *folders]))
+        return found
 
 
 def find_installer(name: str = "") -> tuple[str, ...]:

@@ -164,6 +164,7 @@ def test_the_installer_is_pip_or_uv(monkeypatch: pytest.MonkeyPatch, tmp_path: P
         ),
     ]
     assert made.environment({"PIP_FIND_LINKS": "/a"})["PIP_FIND_LINKS"] == f"/a {tmp_path}"
+    assert made.environment({"UV_FIND_LINKS": "/a"})["UV_FIND_LINKS"] == f"/a,{tmp_path}"
     monkeypatch.setattr(installer.shutil, "which", lambda _name: None)
     with pytest.raises(PiprosError, match="neither pip nor uv is installed"):
         installer.find_installer()
