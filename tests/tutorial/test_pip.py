@@ -218,6 +218,10 @@ def test_pipros_install_resolves_builds_and_installs(
     assert installed.files() == before
     installed.shell(f"pipros install --find-links wheels {user}", folder=tmp_path)
     assert sorted(installed.run("rospack", "depends1", "user").split()) == ["my_robot_msgs", "rospy"]
+    (user / "launch").mkdir()
+    (user / "launch" / "new.launch").write_text("<launch/>")  # of the same version
+    installed.shell(f"pipros install --find-links wheels {user}", folder=tmp_path)
+    assert (installed.folder / "share" / "user" / "launch" / "new.launch").is_file()
     installed.pip("uninstall", "--quiet", "--yes", "ros1-my-robot-msgs", "ros1-user")
     assert installed.files() == before
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import os
 import shutil
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.wheels.index import read_wheel_name
 
 _QUERY_LIMIT_S = 120.0
 
@@ -47,13 +49,22 @@ class Installer:
         words += ["--index-url", self.index_url] if self.index_url else []
         return [*words, *(word for folder in self.folders for word in ("--find-links", str(folder)))]
 
-    def install(self, requirements: Sequence[str | Path]) -> None:
-        """Install wheels and requirements. Blocks; the output is that of the installer.
+    def install(self, requirements: Sequence[str], wheels: Sequence[Path] = ()) -> None:
+        """Install requirements and built wheels. Blocks; the output is that of the installer.
+
+        The wheels replace installed distributions of the same version, which pip and uv would keep: few
+        ROS packages raise their version with each change.
 
         Raises:
             InstallFailed: the installer failed.
         """
-        words = [*self.command, "install", *self.options(), *map(str, requirements)]
+        same = [file for file in wheels if _is_installed(file)]
+        self._install([*map(str, wheels), *requirements])
+        if same:
+            self._install(["--force-reinstall", "--no-deps", *map(str, same)])
+
+    def _install(self, more: Sequence[str]) -> None:
+        words = [*self.command, "install", *self.options(), *more]
         code = subprocess.run(words, env=self.environment(os.environ), check=False).returncode  # noqa: S603
         if code != 0:
             raise InstallFailed(f"[{' '.join(words[:4])} …] failed with exit code {code}")
@@ -81,6 +92,15 @@ class Installer:
         for name, separator in (("PIP_FIND_LINKS", " "), ("UV_FIND_LINKS", ",")):
             found[name] = separator.join(filter(None, [variables.get(name, ""), *folders]))
         return found
+
+
+def _is_installed(wheel: Path) -> bool:
+    """Return whether the running environment has the distribution of a wheel, in the same version."""
+    name, version = read_wheel_name(wheel.name)[:2]
+    try:
+        return importlib.metadata.version(name) == version
+    except importlib.metadata.PackageNotFoundError:
+        return False
 
 
 def find_installer(name: str = "") -> tuple[str, ...]:

@@ -170,6 +170,28 @@ def test_the_installer_is_pip_or_uv(monkeypatch: pytest.MonkeyPatch, tmp_path: P
         installer.find_installer()
 
 
+def test_built_wheels_replace_installed_ones_of_the_same_version(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    run: list[list[str]] = []
+
+    def record(words: list[str], **_options: object) -> subprocess.CompletedProcess[str]:
+        run.append(words[2:])
+        return subprocess.CompletedProcess(words, 0)
+
+    monkeypatch.setattr(installer.subprocess, "run", record)
+    info = tmp_path / "ros1_arm-1.0.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: ros1-arm\nVersion: 1.0.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    same, newer = (tmp_path / f"ros1_arm-{version}-py3-none-any.whl" for version in ("1.0.0", "1.1.0"))
+    made = installer.Installer(("uv", "pip"))
+    made.install(["six"], [newer])
+    assert [words[-2:] for words in run] == [[str(newer), "six"]]
+    made.install(["six"], [same])
+    assert run[2][-3:] == ["--force-reinstall", "--no-deps", str(same)]
+
+
 def test_rosdep_answers_from_the_same_table(
     workspace: Workspace, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -81,9 +81,8 @@ def _install(arguments: Namespace, folder: Path) -> int:
             print(f"{wheel.package.name}: {note}")
     more = [step.target for step in plan if step.provider in (Provider.FOLDER, Provider.INDEX, Provider.PYPI)]
     sources = (*installer.folders, folder / "wheels")
-    Installer(words, sources, installer.index_url, installer.no_index).install(
-        [*(wheel.file for wheel in wheels), *dict.fromkeys(more)]
-    )
+    made = Installer(words, sources, installer.index_url, installer.no_index)
+    made.install(list(dict.fromkeys(more)), [wheel.file for wheel in wheels])
     return 0
 
 
