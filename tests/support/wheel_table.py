@@ -37,12 +37,13 @@ SETS = ("pipros", "own", "Debian", "PyPI")
 TOOLS = ("twine", "check-wheel-contents")
 EXCEPTED = {
     "W007": "has no Python modules",
-    "W010": "has definitions and stubs for type checkers only",
     "W002": "has a program under two names, or a file that its sources have twice",
 }
 """Codes of check-wheel-contents that are true of a package, and no mistake."""
 FROM_PYPI = ("ament_lint==0.14.2", "osrf_pycommon==2.0.2", "py_trees==2.6.0", "urdfdom_py==1.2.1.post1")
 NEEDED_ARGUMENT = re.compile(r"<arg\s+name=[^>=]*(doc=[^>=]*)?/>")
+OTHER_FOLDERS = {"cfg", "cmake", "rosbuild", "setup.py", "test"}
+"""Folders with executable files that users do not start."""
 NO_PACKAGES = {"ros": "a folder without package.xml, for rospkg"}
 """Folders of pipros's packages of which there is no wheel."""
 GENUINE = """
@@ -163,7 +164,8 @@ def checks_of(wheels: Path, sources: Path) -> list[dict[str, Any]]:
         project = distribution_name(name)
         (wheel,) = wheels.glob(f"{project.replace('-', '_')}-{version}-*.whl")
         with zipfile.ZipFile(wheel) as archive:
-            paths = [path.partition(".data/data/")[2] or path for path in archive.namelist()]
+            infos = {info.filename.partition(".data/data/")[2]: info for info in archive.infolist()}
+        paths = sorted(filter(None, infos))
         found.append(
             {
                 "name": name,
@@ -171,7 +173,7 @@ def checks_of(wheels: Path, sources: Path) -> list[dict[str, Any]]:
                 "distribution": project,
                 "imports": imports(name, paths),
                 "launch": launch_file(folder),
-                "program": program(name, paths),
+                "program": program(name, [path for path in paths if infos[path].external_attr >> 16 & 0o111]),
                 "says": f"{name} works" if name in FORMS else "",
                 "md5": {},
             }
@@ -201,13 +203,14 @@ def launch_file(folder: Path) -> str:
 
 
 def program(package: str, paths: list[str]) -> list[str]:
-    """Return a program of a package, with arguments; an empty list if it has none."""
-    places = (f"lib/{package}/", f"share/{package}/scripts/", f"share/{package}/nodes/")
-    found = [os.path.basename(path) for path in paths if path.startswith(places) and "/__" not in path]
-    if package in FORMS or not found:
-        return found and ["hello"]
-    known = ARGUMENTS.get(package, [""])
-    return known if known[0] in found else [found[0], "--help"]
+    """Return a program of a package, with arguments; an empty list if it has none.
+
+    Args:
+        paths: the package's executable files.
+    """
+    found = [os.path.basename(path) for path in paths if not OTHER_FOLDERS & set(path.split("/"))]
+    known = ["hello"] if package in FORMS else ARGUMENTS.get(package, [""])
+    return known if known[0] in found else [found[0], "--help"] if found else []
 
 
 def add_genuine_sums(checks: list[dict[str, Any]]) -> None:
