@@ -61,13 +61,13 @@ _GROWTH_BYTES: Final = 1024 * 1024
 _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
 
 
-class Pace:
+class PartSize:
     """How much of the received data is parsed at once. Shared by all connections of a port."""
 
     def __init__(self) -> None:
         self._small_until_s = -math.inf
 
-    def part_bytes(self, now_s: float) -> int:
+    def current_bytes(self, now_s: float) -> int:
         return SMALL_PART_BYTES if now_s < self._small_until_s else PART_BYTES
 
     def note_long_part(self, now_s: float) -> None:
@@ -86,14 +86,14 @@ class PortConnection(ServerConnection):
         listener: Listener,
         limit_bytes: int,
         *args: Any,
-        pace: Pace | None = None,
+        part_size: PartSize | None = None,
         request_s: float = math.inf,
         work_clock: Callable[[], float] = time.thread_time,
         **options: Any,
     ) -> None:
         super().__init__(*args, **options)
         self._work_clock = work_clock
-        self._pace = pace or Pace()
+        self._part_size = part_size or PartSize()
         self._unparsed = b""  # received before the connection rests
         self._is_resting = False
         self._listener = listener
@@ -134,13 +134,13 @@ class PortConnection(ServerConnection):
         """Parse received data, or a part of it, and the rest later."""
         position = 0
         while position < len(data) and not self._is_cut and not self._is_resting:
-            part = data[position : position + self._pace.part_bytes(self.loop.time())]
+            part = data[position : position + self._part_size.current_bytes(self.loop.time())]
             position += len(part)
             began_s = self._work_clock()
             super().data_received(part)
             work_s = self._work_clock() - began_s
             if work_s > LONG_S:
-                self._pace.note_long_part(self.loop.time())
+                self._part_size.note_long_part(self.loop.time())
                 self._unparsed = data[position:]
                 self._rest_for(min(work_s * RESTS, MAX_REST_S))
             if self._input is not None:
@@ -312,7 +312,7 @@ class ServerPort:
             connection_class,
             self._listener,
             self._limits.login_bytes,
-            pace=Pace(),
+            part_size=PartSize(),
             request_s=self._limits.request_s,
         )
         if tls is not None:
