@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from pipros.fleet.calls import LocalCalls
+from pipros.fleet.link_statuses import LinkTraffic, link_statuses
 from pipros.fleet.offers import Offers
 from pipros.fleet.shown_members import ShownMembers
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import SentTopic
 from pipros.fleet.zenoh_session import Question
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkTraffic, link_statuses
+from pipros.libraries.diagnostics.link_status import LinkDiagnostics
 from pipros.node import Node
 
 DIAGNOSTICS_S: Final = 1.0
