@@ -41,13 +41,16 @@ class BothFilters:
         self.transforms: dict[str, list[Any]] = {side: [] for side in SIDES}
         self.accelerations: dict[str, list[Any]] = {side: [] for side in SIDES}
         self._publishers: dict[str, Any] = {}
+        self._estimates = [
+            self._keep(side, "odometry/filtered", "nav_msgs/Odometry", self.outputs) for side in SIDES
+        ]
         for side in SIDES:
-            for topic, type_name, store in (
-                ("odometry/filtered", "nav_msgs/Odometry", self.outputs[side]),
-                ("tf", "tf2_msgs/TFMessage", self.transforms[side]),
-                ("accel/filtered", "geometry_msgs/AccelWithCovarianceStamped", self.accelerations[side]),
-            ):
-                node.subscribe(f"/{side}/{topic}", load_message_class(type_name), self._keeper(store))
+            self._keep(side, "tf", "tf2_msgs/TFMessage", self.transforms)
+            self._keep(side, "accel/filtered", "geometry_msgs/AccelWithCovarianceStamped", self.accelerations)
+
+    def _keep(self, side: str, topic: str, type_name: str, stores: dict[str, list[Any]]) -> Any:
+        keep = self._keeper(stores[side])
+        return self.node.subscribe(f"/{side}/{topic}", load_message_class(type_name), keep)
 
     def _keeper(self, store: list[Any]) -> Any:
         def keep(message: Any) -> None:
@@ -58,12 +61,14 @@ class BothFilters:
         return keep
 
     def publish(self, topic: str, message: Any, *, subscribers: int = 2) -> None:
-        """Publish a message on a topic when both filters have subscribed to it."""
+        """Publish a message when both filters have subscribed to the topic, and their estimates arrive."""
         if topic not in self._publishers:
             publisher = self.node.advertise(topic, type(message), queue_size=100, latch=topic == "/tf_static")
             self._publishers[topic] = publisher
         publisher = self._publishers[topic]
         wait_until(lambda: publisher.connection_count >= subscribers, 60, f"the filters on {topic}")
+        # An estimate is published once: it would be lost on its way to a subscription that is not connected.
+        wait_until(lambda: all(each.connection_count for each in self._estimates), 60, "their estimates")
         publisher.publish(message)
 
     def feed(self, topic: str, message: Any) -> tuple[Any, Any]:
