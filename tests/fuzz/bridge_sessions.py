@@ -92,7 +92,7 @@ def _rosbridge(frames: Any, *, is_reader: bool, is_stream: bool) -> None:
     finally:
         tracemalloc.stop()
     assert kept <= shares.memory.used + SLACK_BYTES, f"{kept} bytes are kept, {shares.memory.used} counted"
-    assert shares.kept.peak <= LIMITS.bridge_kept_bytes
+    assert shares.kept.peak <= LIMITS.of(BridgeLimits).bridge_kept_bytes
     assert shares.memory.peak <= server.client_bytes
     shares.close()
     assert server.memory.used == 0
@@ -106,8 +106,11 @@ async def _foxglove(frames: Any) -> None:
         talk.client.outbox.pop()
         if talk.client.ended:
             break
-    assert shares.kept.peak <= LIMITS.bridge_kept_bytes
-    assert len(talk.session.takes()) + len(talk.session.sends()) <= LIMITS.bridge_kept_bytes / 1_000
+    assert shares.kept.peak <= LIMITS.of(BridgeLimits).bridge_kept_bytes
+    assert (
+        len(talk.session.takes()) + len(talk.session.sends())
+        <= LIMITS.of(BridgeLimits).bridge_kept_bytes / 1_000
+    )
     talk.session.close()
     shares.close()
     assert shares.memory.used == 0
