@@ -218,10 +218,14 @@ def test_rospkg_finds_installed_packages(installation: Installation) -> None:
 def test_the_cost_of_finding_a_package_does_not_grow_with_the_number_installed(
     installation: Installation,
 ) -> None:
+    def calls() -> int:
+        """Return the fewest calls of several runs, as some also compile modules."""
+        shown = [installation.shows(COUNT).split() for _ in range(3)]
+        assert {loads_metadata for _, loads_metadata in shown} == {"False"}
+        return min(int(count) for count, _ in shown)
+
     installation.add("p0")
-    installation.shows(COUNT)  # compiles the modules
-    few = installation.shows(COUNT)
+    few = calls()
     for number in range(1, 300):
         installation.add(f"p{number}")
-    assert installation.shows(COUNT) == few
-    assert few.endswith("False")
+    assert calls() == few
