@@ -228,4 +228,4 @@ def test_the_cost_of_finding_a_package_does_not_grow_with_the_number_installed(
     few = calls()
     for number in range(1, 300):
         installation.add(f"p{number}")
-    assert calls() == few
+    assert calls() <= few
