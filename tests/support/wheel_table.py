@@ -45,7 +45,7 @@ NEEDED_ARGUMENT = re.compile(r"<arg\s+name=[^>=]*(doc=[^>=]*)?/>")
 OTHER_FOLDERS = {"cfg", "cmake", "rosbuild", "setup.py", "test"}
 """Folders with executable files that users do not start."""
 NO_PACKAGES = {"ros": "a folder without package.xml, for rospkg"}
-"""Folders of pipros's packages of which there is no wheel."""
+"""Folders of pipros's packages that cannot become wheels."""
 GENUINE = """
 import glob, json, os, sys
 import genmsg
