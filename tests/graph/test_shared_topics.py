@@ -138,3 +138,27 @@ def test_the_number_of_topics_is_limited(make_node: MakeNode) -> None:
         topics.take("/b", None, ignore)
     with pytest.raises(InvalidName):
         topics.take("not a name", None, ignore)
+
+
+def test_a_client_that_replaces_its_subscription_all_the_time_has_one_and_misses_nothing(
+    topics: SharedTopics, make_node: MakeNode
+) -> None:
+    publisher = make_node("talker").advertise("/chatter", String)
+    received: list[str] = []
+    taken = topics.take("/chatter", None, lambda message: received.append(text_of(message)))
+    wait_until(lambda: publisher.connection_count == 1)
+    largest = 0
+    for number in range(300):
+        taken = topics.take(
+            "/chatter", None, lambda message: received.append(text_of(message)), replaces=taken
+        )
+        largest = max(largest, topics.counts()["/chatter"])
+        publisher.publish(String(str(number)))
+    wait_until(lambda: "299" in received)
+    assert set(map(str, range(300))) <= set(received)
+    wait_until(lambda: topics.counts() == {"/chatter": 1})
+    assert largest <= 4  # the old one until its end, one in use, one not yet, and the newest
+
+    pending = topics.take("/chatter", None, received.append, replaces=taken)
+    pending.close()  # whether it has begun or not
+    wait_until(lambda: not topics.counts() and publisher.connection_count == 0)

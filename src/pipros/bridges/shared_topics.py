@@ -108,6 +108,7 @@ class SharedTopics:
         on_message: OnMessage,
         on_error: OnError | None = None,
         user: Hashable = None,
+        replaces: Taken | None = None,
     ) -> Taken:
         """Call `on_message` with each message of a topic, beginning with latched messages.
 
@@ -116,6 +117,7 @@ class SharedTopics:
             kind: the expected type; None accepts any type.
             on_error: called with a `WrongType`, once for each other type that is published on the topic.
             user: the client, for its share of topics and its turns.
+            replaces: an earlier subscription, which is closed as soon as the new one receives messages.
 
         Raises:
             InvalidName: `topic` is not a legal name.
@@ -125,6 +127,12 @@ class SharedTopics:
         taken = Taken(self, name, kind, on_message, on_error, user)
         with self._lock:
             self._topics.enter(name, user)
+            if replaces is not None and not replaces.is_begun:
+                taken.replaces, replaces.replaces = replaces.replaces, None
+            else:
+                taken.replaces, replaces = replaces, None
+        if replaces is not None:  # it never began, so its predecessor still receives the messages
+            replaces.close()
         self._change(taken, is_begin=True)
         return taken
 
@@ -184,6 +192,8 @@ class SharedTopics:
                 (self._subscribe if is_begin else self._unsubscribe)(taken)
             except Exception:
                 self._node.log.exception("a subscription of a bridge failed")
+            if is_begin:
+                self._end_replaced(taken)
 
     def _subscribe(self, taken: Taken) -> None:
         if not self._node.is_ending:
@@ -192,6 +202,12 @@ class SharedTopics:
             if taken.kind is not None and self._reports_types and not is_reported:
                 self._reported[taken.topic] = taken.kind
                 self._report_type(taken.topic, taken.kind)
+
+    def _end_replaced(self, taken: Taken) -> None:
+        with self._lock:
+            replaced, taken.replaces = taken.replaces, None
+        if replaced is not None:
+            replaced.close()
 
     def _report_type(self, topic: str, kind: str) -> None:
         """Register the expected type with the master, so that `rostopic list` shows it."""
@@ -202,10 +218,15 @@ class SharedTopics:
 
     def _release(self, taken: Taken) -> None:
         with self._lock:
-            if not taken.is_begun:
-                self._forget(taken)
+            if taken.is_closed:
                 return
-        self._change(taken, is_begin=False)
+            taken.is_closed = True
+            is_begun = taken.is_begun
+            if not is_begun:
+                self._forget(taken)
+        if is_begun:
+            self._change(taken, is_begin=False)
+        self._end_replaced(taken)
 
     def _unsubscribe(self, taken: Taken) -> None:
         if taken.subscriber is not None and not self._node.is_ending:
@@ -238,8 +259,15 @@ class Taken:
         user: the client.
         subscriber: the node's subscriber, once it exists. For use by `SharedTopics` only.
         is_begun: whether subscribing has begun. For use by `SharedTopics` only.
+        replaces: the subscription to close as soon as this one exists. For use by `SharedTopics` only.
         is_closed: whether `close` was called.
     """
+
+    # A client may have thousands.
+    __slots__ = (
+        *("_on_error", "_on_message", "_topics", "_wrong_types", "is_begun", "is_closed", "kind"),
+        *("replaces", "subscriber", "topic", "user"),
+    )
 
     def __init__(
         self,
@@ -254,20 +282,16 @@ class Taken:
         self.user = user
         self.subscriber: Subscriber[AnyMsg] | None = None
         self.is_begun = False
+        self.replaces: Taken | None = None
         self.is_closed = False
         self._topics = topics
         self.kind = kind
         self._on_message = on_message
         self._on_error = on_error
-        self._wrong_types: set[str] = set()
-        self._lock = threading.Lock()
+        self._wrong_types: tuple[str, ...] = ()
 
     def close(self) -> None:
         """Stop calling `on_message`. A call in progress is not interrupted. May be called repeatedly."""
-        with self._lock:
-            if self.is_closed:
-                return
-            self.is_closed = True
         self._topics._release(self)
 
     def deliver(self, raw: AnyMsg) -> None:
@@ -278,7 +302,7 @@ class Taken:
         if self.kind is None or kind == self.kind:
             self._on_message(self._topics._message_of(self.topic, raw))
         elif kind not in self._wrong_types and len(self._wrong_types) < REPORTED_TYPES:
-            self._wrong_types.add(kind)
+            self._wrong_types = (*self._wrong_types, kind)
             if self._on_error is not None:
                 self._on_error(
                     WrongType(

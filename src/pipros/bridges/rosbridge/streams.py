@@ -26,6 +26,12 @@ class TopicStream:
     interval is over, the newest `queue_length` are queued and the others are dropped.
     """
 
+    # A client may have thousands.
+    __slots__ = (
+        *("_call_later", "_delivery", "_due_s", "_encoder", "_errors", "_is_closed", "_is_waking", "_lock"),
+        *("_newest", "_on_error", "_outbox", "_taken", "_topic", "_topics", "_user", "_waiting"),
+    )
+
     def __init__(
         self,
         topic: str,
@@ -44,13 +50,13 @@ class TopicStream:
         self._call_later = call_later
         self._user = user
         self._delivery = Delivery()
-        self._taken: list[Taken] = []
+        self._taken: Taken | None = None
         self._newest: TopicMessage | None = None
-        self._waiting: deque[TopicMessage] = deque()
+        self._waiting: deque[TopicMessage] | None = None  # an empty one takes 600 bytes
         self._due_s = 0.0
         self._is_waking = False
         self._is_closed = False
-        self._errors: set[str] = set()
+        self._errors: tuple[str, ...] = ()
         self._lock = threading.Lock()
 
     def take(self, kind: str | None, delivery: Delivery) -> None:
@@ -62,33 +68,26 @@ class TopicStream:
             PiprosError: the topic's name is invalid, or there are too many topics.
         """
         self._outbox.open(self._topic, delivery.queue_length)
-        is_first: list[bool] = [True]
+        is_first = [True]
 
         def on_message(message: TopicMessage) -> None:
-            is_new, is_first[0] = is_first[0], False
-            self._on_message(message, is_new=is_new)
+            self._on_message(message, is_new=bool(is_first and is_first.pop()))
 
         with self._lock:  # messages that arrive now are handled with the new options
-            taken = self._topics.take(
-                self._topic, kind, on_message, lambda error: self._report(str(error)), self._user
+            self._taken = self._topics.take(
+                self._topic, kind, on_message, self._report_error, self._user, self._taken
             )
             self._delivery = delivery
-            self._taken.append(taken)
-            # Messages come from the oldest subscription until the newest one is effective.
-            replaced = self._replaced() or self._taken[1:-1]
-            self._taken = [each for each in self._taken if each not in replaced]
-        for each in replaced:
-            each.close()
 
     def close(self) -> None:
         """Stop sending: discard queued messages and end the subscriptions."""
         with self._lock:
             self._is_closed = True
-            self._waiting.clear()
-            taken, self._taken = self._taken, []
-        for each in taken:
-            each.close()
-            self._encoder.forget(each.topic)
+            self._waiting = None
+            taken, self._taken = self._taken, None
+        if taken is not None:
+            taken.close()
+            self._encoder.forget(taken.topic)
         self._outbox.forget(self._topic)
 
     def _on_message(self, message: TopicMessage, *, is_new: bool) -> None:
@@ -97,20 +96,10 @@ class TopicStream:
             if message is self._newest and not (is_new and message.is_latched):
                 return
             self._newest = message
-            replaced = self._replaced()
             delivery = self._delivery
             is_due = not delivery.throttle_s or self._may_send(message, delivery)
-        for each in replaced:
-            each.close()
         if is_due:
             self._send(message, delivery)
-
-    def _replaced(self) -> list[Taken]:
-        """Remove and return the subscriptions that newer subscriptions have replaced."""
-        if len(self._taken) < 2 or self._taken[-1].subscriber is None:
-            return []
-        replaced, self._taken = self._taken[:-1], self._taken[-1:]
-        return replaced
 
     def _may_send(self, message: TopicMessage, delivery: Delivery) -> bool:
         """Return whether a message may be sent now; if not, drop or queue it."""
@@ -119,6 +108,8 @@ class TopicStream:
             self._due_s = now_s + delivery.throttle_s
             return True
         if delivery.queue_length:
+            if self._waiting is None:
+                self._waiting = deque()
             while len(self._waiting) >= delivery.queue_length:
                 self._waiting.popleft()
             self._waiting.append(message)
@@ -152,7 +143,10 @@ class TopicStream:
         else:
             self._outbox.put(self._topic, *frames)
 
+    def _report_error(self, error: PiprosError) -> None:
+        self._report(str(error))
+
     def _report(self, text: str) -> None:
         if text not in self._errors and len(self._errors) < REPORTED_ERRORS:
-            self._errors.add(text)
+            self._errors = (*self._errors, text)
             self._on_error(text)

@@ -23,9 +23,7 @@ class Eager:
         self._count = count
         self._threads: list[threading.Thread] = []
 
-    def take(
-        self, topic: str, kind: str | None, on_message: Callable[[Any], object], on_error: Any, user: Any
-    ) -> Any:
+    def take(self, topic: str, kind: str | None, on_message: Callable[[Any], object], *_: Any) -> Any:
         def deliver() -> None:
             for _ in range(self._count):
                 on_message(TopicMessage(topic, b"\1\0\0\0x", header, 0))
@@ -49,38 +47,3 @@ def test_messages_that_arrive_at_once_are_throttled_too() -> None:
     topics.wait()
     assert outbox.pop() is not None
     assert outbox.pop() is None
-
-
-class Counting:
-    """Topics without messages, which count the open subscriptions."""
-
-    def __init__(self) -> None:
-        self.open = 0
-        self.largest = 0
-
-    def take(self, *_: Any) -> Any:
-        self.open += 1
-        self.largest = max(self.largest, self.open)
-        return CountedTaken(self)
-
-
-class CountedTaken:
-    topic = "/x"
-    subscriber = None
-
-    def __init__(self, topics: Counting) -> None:
-        self._topics = topics
-
-    def close(self) -> None:
-        self._topics.open -= 1
-
-
-def test_a_stream_whose_options_change_has_at_most_two_subscriptions() -> None:
-    topics: Any = Counting()
-    stream = TopicStream("/x", topics, Encoder(), ClientOutbox(1000, lambda: None), print, lambda *_: None)
-    for number in range(1000):
-        stream.take(None, Delivery(queue_length=number))
-    assert topics.open == 2
-    assert topics.largest == 3
-    stream.close()
-    assert topics.open == 0
