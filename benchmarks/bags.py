@@ -68,11 +68,14 @@ def measure(part, folder):
 
     path = os.path.join(folder, part + ".bag")
     if part == "images":
-        image = Image(height=480, width=640, encoding="rgb8", step=1920, data=os.urandom(921600))
-        return {
-            "write Image 0.9 MB": timed(write(path, ["/camera"], image, 100)),
-            "read Image 0.9 MB": timed(read(path)),
-        }
+        figures = {}
+        # random bytes cannot be compressed, and steps of brightness can
+        for suffix, data in (("", os.urandom(921600)), (", lz4", bytes(range(256)) * 3600)):
+            image = Image(height=480, width=640, encoding="rgb8", step=1920, data=data)
+            compression = suffix.removeprefix(", ") or "none"
+            figures["write Image 0.9 MB" + suffix] = timed(write(path, ["/camera"], image, 100, compression))
+            figures["read Image 0.9 MB" + suffix] = timed(read(path))
+        return figures
     if part == "index":
         topics = [f"/imu{i}" for i in range(20)]
         figures = {"write Imu, 20 topics": timed(write(path, topics, Imu(), 200000))}

@@ -2,7 +2,7 @@
 
 `--outcomes-to=FILE` appends one line of JSON for each test. `--but-passed=FILE` deselects the tests that
 passed according to such a file. Both options need the `=`, because pytest would take a separate argument for
-a path of tests.
+a path of tests. `python -m tests.support.outcomes FILE…` prints where the time of such runs went.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import json
 import sys
 import threading
-from collections import defaultdict
-from collections.abc import Callable, Generator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -49,6 +49,17 @@ def read_outcomes(file: Path) -> list[Outcome]:
     """Return the outcomes in `file`, oldest first. An incomplete last line is ignored."""
     lines = file.read_text(encoding="utf-8").split("\n")[:-1] if file.exists() else []
     return [Outcome(**{**fields, "starts": tuple(fields["starts"])}) for fields in map(json.loads, lines)]
+
+
+def times(outcomes: Sequence[Outcome], count: int = 20) -> str:
+    """Return the seconds of the slowest folders and of the slowest tests, one line each."""
+    by_folder: Counter[str] = Counter()
+    for outcome in outcomes:
+        by_folder["/".join(outcome.test.partition("::")[0].split("/")[:3])] += round(outcome.seconds)
+    slowest = sorted(outcomes, key=lambda outcome: -outcome.seconds)[:count]
+    lines = [f"{seconds:6d} s  {folder}" for folder, seconds in by_folder.most_common(count)]
+    lines += ["", *(f"{round(outcome.seconds):6d} s  {outcome.test}" for outcome in slowest)]
+    return "\n".join(lines)
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -152,3 +163,7 @@ def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
     passed = {outcome.test for outcome in read_outcomes(file) if outcome.result == "passed"}
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid in passed])
     items[:] = [item for item in items if item.nodeid not in passed]
+
+
+if __name__ == "__main__":
+    print(times([outcome for file in sys.argv[1:] for outcome in read_outcomes(Path(file))]))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.outcomes import Outcome, read_outcomes
+from tests.support.outcomes import Outcome, read_outcomes, times
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 TESTS = """
@@ -128,3 +128,21 @@ def _run(folder: Path, *words: str) -> str:
         check=False,
     )
     return ended.stdout
+
+
+def test_the_slowest_folders_and_tests_come_first() -> None:
+    printed = times(
+        [
+            Outcome("tests/unit/bag/test_a.py::test_x", "passed", 2.0),
+            Outcome("tests/unit/bag/test_b.py::test_y", "passed", 3.0),
+            Outcome("tests/e2e/test_c.py::test_z", "passed", 4.0),
+        ],
+        count=2,
+    )
+    assert [line.split() for line in printed.splitlines()] == [
+        ["5", "s", "tests/unit/bag"],
+        ["4", "s", "tests/e2e/test_c.py"],
+        [],
+        ["4", "s", "tests/e2e/test_c.py::test_z"],
+        ["3", "s", "tests/unit/bag/test_b.py::test_y"],
+    ]
