@@ -229,8 +229,9 @@ class SharedTopics:
         self._end_replaced(taken)
 
     def _unsubscribe(self, taken: Taken) -> None:
-        if taken.subscriber is not None and not self._node.is_ending:
-            taken.subscriber.unregister()
+        subscriber, taken.subscriber = taken.subscriber, None  # which refers to `taken`
+        if subscriber is not None and not self._node.is_ending:
+            subscriber.unregister()
         with self._lock:
             self._forget(taken)
 

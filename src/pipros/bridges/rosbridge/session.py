@@ -54,7 +54,7 @@ from pipros.node.service_client import ServiceClient
 
 CALLS_AT_ONCE: Final = 64
 """Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
-QUESTIONS_AT_ONCE: Final = 8
+QUESTIONS_AT_ONCE: Final = 4
 """The same for questions to rosapi. They seldom wait, so more threads would only delay each other."""
 CALLS_OF_A_CLIENT: Final = 256
 """Maximum number of running and queued calls of one client."""
@@ -177,8 +177,8 @@ class RosbridgeSession:
         self._calls.interrupt()
         self._call_turns.close()
         self._questions.close()
-        for stream in list(self._streams.values()):
-            stream.close()
+        while self._streams:  # they refer to the session; without this cycle, each is freed at once
+            self._streams.popitem()[1].close()
         for service in list(self._offered.values()):
             self._bridge.services.withdraw(self, service)
         for topic in list(self._published):

@@ -60,7 +60,7 @@ class TopicStream:
         self._lock = threading.Lock()
 
     def take(self, kind: str | None, delivery: Delivery) -> None:
-        """Start the delivery or change its options.
+        """Start the delivery or change its options. Do nothing after `close`.
 
         A latched message is sent again, for the new subscription.
 
@@ -74,6 +74,8 @@ class TopicStream:
             self._on_message(message, is_new=bool(is_first and is_first.pop()))
 
         with self._lock:  # messages that arrive now are handled with the new options
+            if self._is_closed:
+                return
             self._taken = self._topics.take(
                 self._topic, kind, on_message, self._report_error, self._user, self._taken
             )

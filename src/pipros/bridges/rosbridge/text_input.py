@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import json
 import re
+import threading
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +22,10 @@ _MARK = re.compile(r'[{}"\\]')
 _MARK_IN_STRING = re.compile(r'["\\]')
 _SHOWN = 60
 _CHECKED_CHARACTERS = 4096
+_LONG_CHARACTERS = 65_536
+_LONG_TEXTS = threading.Lock()
+"""Held while a long text is parsed. Parsing stops all other threads; without the lock, each of them would wait
+for the texts of all clients before it continues, instead of one."""
 _LIST_BYTES, _DICT_BYTES, _ITEM_BYTES, _QUOTE_BYTES = 90, 250, 40, 30
 """Memory of Python objects, rounded up. `{}` and `[]` need 30 times as much memory as their text."""
 
@@ -47,7 +53,8 @@ def json_object(text: str | bytes) -> dict[str, Any]:
         BadInput: the text is not a JSON object, or is nested too deeply.
     """
     try:
-        value = json.loads(text)
+        with _LONG_TEXTS if len(text) > _LONG_CHARACTERS else nullcontext():
+            value = json.loads(text)
     except RecursionError:
         raise BadInput("the JSON object is nested too deeply") from None
     except ValueError as error:

@@ -39,6 +39,16 @@ class Eager:
             thread.join()
 
 
+def test_a_closed_stream_does_not_begin_again() -> None:
+    topics: Any = Eager(1)
+    outbox = ClientOutbox(1000, lambda: None)
+    stream = TopicStream("/x", topics, Encoder(), outbox, print, lambda *_: None)
+    stream.close()
+    stream.take(None, Delivery())
+    topics.wait()
+    assert outbox.pop() is None
+
+
 def test_messages_that_arrive_at_once_are_throttled_too() -> None:
     topics: Any = Eager(3)
     outbox = ClientOutbox(1000, lambda: None)
