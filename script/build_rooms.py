@@ -53,7 +53,11 @@ class Rooms(NamedTuple):
         return {
             name: (room.name, room.purpose)
             for room in self.left_out
-            for name in (*room.programs, *(f"pipros {each}" for each in room.subcommands))
+            for name in (
+                *room.programs,
+                *(f"pipros {each}" for each in room.subcommands),
+                *(f"{program} {each}" for program, verbs in room.verbs.items() for each in verbs),
+            )
         }
 
     def extras(self) -> dict[str, list[str]]:

@@ -41,7 +41,10 @@ LAYERS: list[list[set[str]]] = [
         },
         {"maps", "robot_model", "teleoperation", "topic_tools", "server"},
     ],
-    [{"testing", "web", "health"}, {"bridges", "fleet", "navigation", "ros2", "simulation", "wheels"}],
+    [
+        {"testing", "web", "health"},
+        {"bridges", "data", "fleet", "navigation", "ros2", "simulation", "wheels"},
+    ],
     [{"cli"}],
 ]
 LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}

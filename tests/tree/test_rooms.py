@@ -59,9 +59,7 @@ def docstrings(tree: ast.AST) -> set[int]:
 
 FACADE_NAMES = {path.rpartition("/")[2]: name for path, name in PATHS.items() if path.startswith("facades")}
 COMMAND_NAMES = {
-    name: room.name
-    for room in ROOMS.values()
-    for name in (*room.programs, *(f"pipros {each}" for each in room.subcommands))
+    name: room.name for room in ROOMS.values() for name in build_rooms.Rooms([], [room]).absent_commands()
 }
 LIMIT_NAMES = {
     name: room.name for room in ROOMS.values() if room.limits for name in loaded(room.limits)._fields
@@ -128,7 +126,8 @@ def test_each_way_to_name_a_room_is_noticed(line: str, room: str) -> None:
 
 def test_what_rooms_declare_exists() -> None:
     for room in ROOMS.values():
-        targets = [each.target for each in (*room.programs.values(), *room.subcommands.values())]
+        verbs = [each for commands in room.verbs.values() for each in commands.values()]
+        targets = [each.target for each in (*room.programs.values(), *room.subcommands.values(), *verbs)]
         for target in (*targets, room.limits, room.check, *room.offers.values()):
             assert not target or target.startswith(f"pipros.{room.name}.")
             assert not target or loaded(target)
@@ -163,7 +162,9 @@ def test_the_table_of_rooms_is_complete() -> None:
 
 
 def test_wrong_names_of_rooms_end_the_build() -> None:
-    with pytest.raises(build_rooms.BadRooms, match=r"unknown room \[cellar\]; the rooms are bridges, fleet"):
+    with pytest.raises(
+        build_rooms.BadRooms, match=r"unknown room \[cellar\]; the rooms are bridges, data, fleet"
+    ):
         build_rooms.rooms_of(REPOSITORY, "web, cellar")
     assert [room.name for room in build_rooms.rooms_of(REPOSITORY, "web, ros2").built] == ["ros2", "web"]
     assert build_rooms.rooms_of(REPOSITORY, "").built == build_rooms.rooms_of(REPOSITORY).left_out == []
@@ -187,9 +188,10 @@ def test_a_build_contains_the_chosen_rooms_only(tmp_path: Path, monkeypatch: pyt
     assert "rviz = pipros.cli.absent:main" in points
     assert "rostopic = pipros.cli.rostopic:main" in points
     assert '"pipros ros2": ["ros2", "the gateway to ROS 2, and its bags"]' in left_out
+    assert '"rosbag table": ["data", "bags as tables"]' in left_out
     extras = set(re.findall(r"(?m)^Provides-Extra: (\S+)", metadata))
     assert {"fleet", "lz4", "dev"} < extras
-    assert not extras & {"zenoh", "bridges", "navigation"}
+    assert not extras & {"zenoh", "bridges", "data", "navigation"}
 
 
 def test_every_package_of_the_source_tree_is_a_room_or_has_no_declaration() -> None:

@@ -30,6 +30,8 @@ OTHERS = {
     ("ci.md", "ini"): "tests/tutorial/test_ci_docs.py",
     ("ci.md", "yaml"): "tests/tutorial/test_ci_docs.py",
     ("client.md", "python"): "tests/tutorial/test_client_docs.py",
+    ("data.md", "console"): "tests/unit/data/test_docs.py",
+    ("data.md", "python"): "tests/unit/data/test_docs.py",
     ("fleets.md", "console"): "tests/graph/test_fleet_command.py",
     ("fleets.md", "yaml"): "tests/unit/fleet/test_docs.py",
     ("launch.md", "python"): "tests/graph/test_launch_facade.py",
@@ -62,6 +64,7 @@ NOT_RUN = {
     ("bridges.md", "python"): "clients from PyPI, which tests/clients runs with other programs",
     ("bridges.md", "xml"): "a part of a launch file",
     ("navigation.md", "console"): "installation of an extra",
+    ("data.md", "sh"): "installation of an extra",
     (
         "navigation.md",
         "xml",

@@ -27,6 +27,14 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
     return BagReader(path, rebuild_index=rebuild_index)
 
 
+def is_ros1_bag(path: str | os.PathLike[str]) -> bool:
+    """Return False for folders, MCAP files and databases, which may have messages of ROS 2."""
+    if os.path.isdir(path) or is_mcap(path):
+        return False
+    with open(path, "rb") as file:
+        return file.read(6) != b"SQLite"
+
+
 def is_mcap(path: str | os.PathLike[str]) -> bool:
     """Return whether a file starts with MCAP's magic bytes. Raise `OSError` if it cannot be read."""
     with open(path, "rb") as file:

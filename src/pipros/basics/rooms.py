@@ -43,6 +43,8 @@ class Room(NamedTuple):
         needs: other rooms that it imports.
         programs: the programs that it installs, by name.
         subcommands: its subcommands of `pipros`, by name.
+        verbs: its subcommands of other programs, by name, for each program. Their targets take the arguments
+            and return the exit code.
         limits: a NamedTuple of its limits, with defaults; empty if it has none.
         check: a `pipros.health.room_check.RoomCheck` for `pipros doctor`; empty if it has none.
         offers: what it does for other parts, by the name under which they look for it; see `offered`.
@@ -56,6 +58,7 @@ class Room(NamedTuple):
     needs: tuple[str, ...] = ()
     programs: Mapping[str, Command] = {}
     subcommands: Mapping[str, Command] = {}
+    verbs: Mapping[str, Mapping[str, Command]] = {}
     limits: str = ""
     check: str = ""
     offers: Mapping[str, str] = {}
@@ -71,6 +74,11 @@ def rooms() -> Iterator[Room]:
     """
     yield from own_rooms()
     yield from _rooms_of_others()
+
+
+def verbs(program: str) -> dict[str, Command]:
+    """Return the subcommands that installed rooms add to a program, by name."""
+    return {name: each for room in rooms() for name, each in room.verbs.get(program, {}).items()}
 
 
 def loaded(target: str) -> Any:

@@ -35,8 +35,7 @@ def message_classes_from_text(
         DefinitionError: a definition is invalid, an embedded type is missing, or the text exceeds the limits.
     """
     limits = limits or process_limits()
-    specs = specs_from_text(type_name, full_text, limits)
-    _check_together(specs, limits)
+    specs = checked_specs(type_name, full_text, limits)
     classes: dict[str, type[Message]] = {}
 
     def make(name: str) -> type[Message]:
@@ -51,6 +50,14 @@ def message_classes_from_text(
         return classes[name]
 
     return {name: make(name) for name in specs}
+
+
+def checked_specs(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
+    """Return all types in a full definition, by name; see `message_classes_from_text` for errors."""
+    limits = limits or process_limits()
+    specs = specs_from_text(type_name, full_text, limits)
+    _check_together(specs, limits)
+    return specs
 
 
 def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:

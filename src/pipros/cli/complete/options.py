@@ -41,7 +41,7 @@ def words_after(command: str) -> list[str]:
     if known is None:
         of_rooms = (room.programs[command] for room in own_rooms() if command in room.programs)
         known = next((program.subcommands for program in of_rooms), "")
-    return known.split()
+    return [*known.split(), *(verb for room in own_rooms() for verb in room.verbs.get(command, ()))]
 
 
 def options(command: str, before: Sequence[str]) -> list[str]:

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
-from importlib import import_module
 
 from pipros.basics.interrupts import ended_by_termination
+from pipros.basics.rooms import loaded, verbs
 from pipros.cli.entry_point import OutputFailed, command
 from pipros.cli.runner import CommandError, Subcommand, run
 
@@ -46,17 +46,12 @@ _HOMES = {
 _NODES = ("play", "record")
 """Subcommands that handle signals themselves."""
 
-_SUBCOMMANDS = "Available subcommands:\n" + "".join(
-    f"   {name}  " + (f"\t{text}\n" if text else "\n")
-    for name, text in _DESCRIPTIONS.items()
-    if name == "help" or name in _HOMES
-)
-_USAGE = f"""\
+_USAGE = """\
 Usage: rosbag <subcommand> [options] [args]
 
 A bag is a file format in ROS for storing ROS message data. The rosbag command can record, replay and manipulate bags.
 
-{_SUBCOMMANDS}
+{}
 For additional information, see http://wiki.ros.org/rosbag
 """  # noqa: E501
 
@@ -68,8 +63,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     name = arguments[0] if arguments else "help"
     if name in ("help", "-h", "--help"):
         return _help(arguments[1:])
-    if name not in _HOMES:
-        print(f"Unknown command: '{name}'\n{_SUBCOMMANDS}", file=sys.stderr)
+    if name not in _HOMES and name not in verbs("rosbag"):
+        from pipros.cli.absent import NOT_INSTALLED, why_absent
+
+        if why := why_absent(f"rosbag {name}"):
+            print(f"ERROR: {why}", file=sys.stderr)
+            return NOT_INSTALLED
+        print(f"Unknown command: '{name}'\n{_subcommands()}", file=sys.stderr)
         return 0
     return run(partial(_run, name, arguments[1:]))
 
@@ -88,12 +88,20 @@ def _run(name: str, arguments: Sequence[str]) -> int:
 
 
 def _help(arguments: Sequence[str]) -> int:
-    if arguments and arguments[0] in _HOMES:
+    if arguments and (arguments[0] in _HOMES or arguments[0] in verbs("rosbag")):
         return run(partial(_subcommand(arguments[0]), ["--help"]))
-    print(_USAGE)
+    print(_USAGE.format(_subcommands()))
     return 0
 
 
+def _subcommands() -> str:
+    """Return the list of subcommands: those of Noetic and pipros, and those of rooms, by name."""
+    purposes = _DESCRIPTIONS | {name: each.purpose for name, each in verbs("rosbag").items()}
+    lines = (f"   {name}  " + (f"\t{text}\n" if text else "\n") for name, text in sorted(purposes.items()))
+    return "Available subcommands:\n" + "".join(lines)
+
+
 def _subcommand(name: str) -> Subcommand:
-    found: Subcommand = getattr(import_module(f"pipros.cli.rosbag.{_HOMES[name]}"), name)
+    target = f"pipros.cli.rosbag.{_HOMES[name]}:{name}" if name in _HOMES else verbs("rosbag")[name].target
+    found: Subcommand = loaded(target)
     return found

@@ -8,7 +8,7 @@ from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from pipros.bag.opening import is_mcap, open_bag
+from pipros.bag.opening import is_ros1_bag, open_bag
 from pipros.basics.rooms import offered
 
 if TYPE_CHECKING:
@@ -61,13 +61,5 @@ def opened(path: str | os.PathLike[str], options: Any) -> BagReader:
     Raises:
         BagError, OSError: the bag cannot be read.
     """
-    others = None if _is_ros1(path) else other_bags()
+    others = None if is_ros1_bag(path) else other_bags()
     return open_bag(path) if others is None else others.opened(path, options)
-
-
-def _is_ros1(path: str | os.PathLike[str]) -> bool:
-    """Return False for folders, MCAP files and databases, which may have other messages."""
-    if os.path.isdir(path) or is_mcap(path):
-        return False
-    with open(path, "rb") as file:
-        return file.read(6) != b"SQLite"

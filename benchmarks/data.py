@@ -1,0 +1,113 @@
+"""The time of tables of bags, in relation to reading raw messages and to a loop with the library rosbags.
+
+    python benchmarks/data.py [--count 20000] [--rounds 5]
+
+Writes one bag with messages of four types, and reads each topic in three ways, alternately: as a table
+(`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, and in a loop that decodes with rosbags. Prints
+the medians of the rounds. Processor time of this process counts, so that other work disturbs little.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from geometry_msgs.msg import TransformStamped
+from rosbags.rosbag1 import Reader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from sensor_msgs.msg import Imu, JointState, LaserScan
+from tf2_msgs.msg import TFMessage
+
+import rosbag
+import rospy
+from pipros.data import open_bags
+
+GOALS = {"/imu": (2, 10), "/joint_states": (2, 10), "/scan": (2, 10), "/tf": (None, 5)}
+"""Maximum of the ratio to a raw read, and minimum of that of rosbags."""
+
+
+def write_bag(path: Path, count: int) -> None:
+    with rosbag.Bag(str(path), "w") as bag:
+        for n in range(count):
+            stamp = rospy.Time(1000 + n // 100, n % 100 * 10_000_000)
+            imu = Imu()
+            joints = JointState(
+                name=[f"joint_{joint}" for joint in range(1, 8)],
+                position=[float(n)] * 7,
+                velocity=[0.5] * 7,
+                effort=[1.0] * 7,
+            )
+            scan = LaserScan(ranges=[float(n)] * 360, intensities=[1.0] * 360)
+            transforms = [TransformStamped(child_frame_id=f"link_{link}") for link in range(1 + n % 5)]
+            for message in (imu, joints, scan, *transforms):
+                message.header.frame_id, message.header.stamp = "base_link", stamp
+            bag.write("/imu", imu, stamp)
+            bag.write("/joint_states", joints, stamp)
+            bag.write("/tf", TFMessage(transforms), stamp)
+            if n % 4 == 0:
+                bag.write("/scan", scan, stamp)
+
+
+def as_table(path: Path, topic: str) -> int:
+    with open_bags(path) as bags:
+        return bags.table(topic).rows
+
+
+def raw(path: Path, topic: str) -> int:
+    with rosbag.Bag(str(path)) as bag:
+        return sum(1 for _ in bag.read_messages(topic, raw=True))
+
+
+def with_rosbags(path: Path, topic: str) -> int:
+    store = get_typestore(Stores.EMPTY)
+    count = 0
+    with Reader(path) as reader:
+        wanted = [each for each in reader.connections if each.topic == topic]
+        for connection in wanted:
+            store.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
+        for connection, _, data in reader.messages(wanted):
+            store.deserialize_ros1(data, connection.msgtype)
+            count += 1
+    return count
+
+
+def measured(read: Callable[[Path, str], int], path: Path, topic: str) -> tuple[float, int]:
+    start = time.process_time()
+    count = read(path, topic)
+    return time.process_time() - start, count
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--count", type=int, default=20_000, help="messages on /imu (default: %(default)s)")
+    parser.add_argument("--rounds", type=int, default=5)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.bag"
+        write_bag(path, arguments.count)
+        print("| topic | messages | table | raw read | rosbags | table : raw read | rosbags : table |")
+        print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+        for topic, (most, least) in GOALS.items():
+            times: dict[Any, list[float]] = {as_table: [], raw: [], with_rosbags: []}
+            counts = set()
+            for round_number in range(arguments.rounds + 1):
+                for read, values in times.items():
+                    seconds, count = measured(read, path, topic)
+                    counts.add(count)
+                    if round_number:  # the first round imports modules
+                        values.append(seconds)
+            assert len(counts) == 1, counts
+            ours, plain, theirs = (statistics.median(values) for values in times.values())
+            goals = (f" (goal: {most})" if most else "", f" (goal: {least})")
+            figures = " | ".join(f"{1000 * each:.0f} ms" for each in (ours, plain, theirs))
+            ratios = f"{ours / plain:.2f}{goals[0]} | {theirs / ours:.1f}{goals[1]}"
+            print(f"| `{topic}` | {count:,} | {figures} | {ratios} |")
+
+
+if __name__ == "__main__":
+    main()

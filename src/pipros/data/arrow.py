@@ -1,0 +1,63 @@
+"""Tables as Arrow tables, without a copy where the columns are contiguous."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.data.columns import Column, ListColumn, Offsets, RecordColumn, TextColumn
+from pipros.data.extras import library
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_MAX_OFFSET = (1 << 31) - 1
+"""Maximum offset of Arrow's ordinary lists and strings."""
+
+
+def arrow_table(columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.bool_]]) -> Any:
+    """Return a `pyarrow.Table` of columns, with nulls at their gaps.
+
+    Fixed and variable arrays become lists, messages in arrays become structs.
+
+    Raises:
+        MissingExtra: pyarrow is not installed.
+    """
+    pa = library("pyarrow", "a table for Arrow or Parquet")
+    arrays = [_array(pa, column, gaps.get(name)) for name, column in columns.items()]
+    return pa.Table.from_arrays(arrays, list(columns))
+
+
+def _array(pa: Any, column: Column, gaps: NDArray[np.bool_] | None = None) -> Any:
+    whole = _whole(pa, column)
+    if gaps is None or not gaps.any():
+        return whole
+    return whole.take(pa.array(np.arange(len(gaps)), mask=gaps))
+
+
+def _whole(pa: Any, column: Column) -> Any:
+    if isinstance(column, np.ndarray):
+        flat = pa.array(np.ascontiguousarray(column).reshape(-1))
+        return flat if column.ndim == 1 else pa.FixedSizeListArray.from_arrays(flat, column.shape[1])
+    if isinstance(column, RecordColumn):
+        names = list(column.columns)
+        return pa.StructArray.from_arrays([_whole(pa, column[name]) for name in names], names)
+    if isinstance(column, TextColumn):
+        column = column.valid()
+    offsets, is_large = _offsets(column.offsets)
+    if isinstance(column, ListColumn):
+        kind = pa.LargeListArray if is_large else pa.ListArray
+        return kind.from_arrays(pa.array(offsets), _whole(pa, column.values))
+    if isinstance(column, TextColumn):
+        text_type = pa.large_string() if is_large else pa.string()
+    else:
+        text_type = pa.large_binary() if is_large else pa.binary()
+    data = pa.py_buffer(np.ascontiguousarray(column.data))
+    return pa.Array.from_buffers(text_type, len(column), [None, pa.py_buffer(offsets), data])
+
+
+def _offsets(offsets: Offsets) -> tuple[NDArray[Any], bool]:
+    is_large = int(offsets[-1]) > _MAX_OFFSET
+    return offsets.astype(np.int64 if is_large else np.int32), is_large

@@ -1,0 +1,298 @@
+"""Open bags, and read their topics as tables."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from fnmatch import fnmatchcase
+from itertools import islice, pairwise
+from types import SimpleNamespace, TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError, BagFormatError, NoMessages
+from pipros.bag.merge import merged_raw
+from pipros.bag.opening import is_ros1_bag, open_bag
+from pipros.bag.reader import BagReader, ns_of
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.basics.printable import listed
+from pipros.basics.rooms import offered
+from pipros.data.decode import MalformedMessage, decode
+from pipros.data.limits import DataLimits
+from pipros.data.plans import MessagePlan, plan_of
+from pipros.data.table import RECEIPT, Table, joined_tables
+from pipros.msg.time import NS_PER_S, Time
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+BagPath = str | os.PathLike[str]
+Counted = Callable[[int], None]
+"""Called with the number of messages that have been read so far."""
+
+
+class UnknownTopic(PiprosError, LookupError):
+    """No bag has a topic of this name."""
+
+
+class _Part(NamedTuple):
+    """Joined messages: the topic's bytes, where each message ends, and the times of receipt."""
+
+    data: bytearray
+    ends: list[int]
+    times: list[int]
+
+
+def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
+    """Open bags, MCAP files and ROS 2 bags, whose topics are then read as if they were one bag.
+
+    Args:
+        paths: names of bags, which may be patterns such as `run*.bag`.
+        msgs: folders with the ROS 2 definitions that ROS 2 bags need.
+
+    Raises:
+        BagError: a file is not a bag, or is damaged.
+        FileNotFoundError: a name or pattern matches nothing.
+    """
+    readers: list[BagReader] = []
+    try:
+        for path in paths:
+            readers += [_opened(name, msgs) for name in _matches(path)]
+    except BaseException:
+        for each in readers:
+            each.close()
+        raise
+    return Bags(readers)
+
+
+class Bags:
+    """Open bags. Not thread-safe.
+
+    Attributes:
+        readers: the bags, in the order of their first messages.
+    """
+
+    def __init__(self, readers: Iterable[BagReader], limits: Limits | None = None) -> None:
+        self.readers = sorted(readers, key=_start_of)
+        self._limits = (limits or process_limits()).of(DataLimits)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close all bags. Tables that were read remain valid."""
+        for each in self.readers:
+            each.close()
+
+    def topics(self, pattern: str = "*") -> list[str]:
+        """Return the topics that match a pattern such as `/camera/*`, sorted."""
+        found = {each.topic for bag in self.readers for each in bag.connections}
+        return sorted(topic for topic in found if fnmatchcase(topic, pattern))
+
+    def count(self, topic: str) -> int:
+        """Return the number of messages on a topic."""
+        return sum(
+            bag.count_by_connection().get(each.id, 0)
+            for bag in self.readers
+            for each in bag.connections_of(topic)
+        )
+
+    def table(
+        self,
+        topic: str,
+        *,
+        start: Time | float | None = None,
+        end: Time | float | None = None,
+        every: int = 1,
+        datetimes: bool = False,
+    ) -> Table:
+        """Return the messages of a topic as a table, in the order of their receipt.
+
+        Args:
+            start, end: the earliest and latest time of receipt, inclusive; a number is in seconds.
+            every: take only every n-th message.
+            datetimes: return times as `datetime64[ns]` instead of integers (ns).
+
+        Raises:
+            UnknownTopic: no bag has this topic.
+            BagError: a message does not match its definition, the bags define the type differently, or the
+                messages exceed the limit `table_bytes`.
+        """
+        limit = self._limits.table_bytes
+        tables, left = [], limit
+        for part, table in self._tables(topic, start, end, every, datetimes, None):
+            tables.append(table)
+            left -= len(part.data)
+            if left < 0:
+                raise BagError(
+                    f"the table of {listed(topic)} is too large: {limit_text('table_bytes', limit)}. Read it "
+                    "in batches, or choose times or every n-th message"
+                )
+        return joined_tables(tables)
+
+    def tables(self, pattern: str = "*", **options: Any) -> dict[str, Table]:
+        """Return the tables of all topics that match a pattern, with the options of `table`."""
+        return {topic: self.table(topic, **options) for topic in self.topics(pattern)}
+
+    def batches(
+        self,
+        topic: str,
+        *,
+        start: Time | float | None = None,
+        end: Time | float | None = None,
+        every: int = 1,
+        datetimes: bool = False,
+        progress: Counted | None = None,
+    ) -> Iterator[Table]:
+        """Yield the messages of a topic as tables, each of some `table_batch_bytes`; at least one table.
+
+        Memory is bounded by this limit, not by the size of the bags. See `table` for arguments and errors.
+        `progress` is called after each batch.
+        """
+        for _, table in self._tables(topic, start, end, every, datetimes, progress):
+            yield table
+
+    def asof(
+        self,
+        topic: str,
+        *others: str,
+        on: str = "receipt",
+        tolerance: float | None = None,
+        direction: str = "backward",
+        **options: Any,
+    ) -> Table:
+        """Return the table of a topic, with columns of other topics; see `Table.asof`.
+
+        The columns of `/odom` are called `odom.…`. `options` are those of `table`.
+        """
+        found = self.table(topic, **options)
+        for other in others:
+            found = found.asof(self.table(other, **options), on=on, tolerance=tolerance, direction=direction)
+        return found
+
+    def with_transform(self, table: Table, target: str, source: str, **options: Any) -> Table:
+        """Return the table with the pose of `source` relative to `target` at the time of each row.
+
+        The transforms are those in these bags. See `pipros.data.frames.with_transform` for the columns and
+        options: `on`, `gap`, `prefix`.
+        """
+        from pipros.data.frames import with_transform
+
+        return with_transform(table, self.readers, target, source, **options)
+
+    def to_parquet(self, topic: str, path: BagPath, **options: Any) -> None:
+        """Write a topic to a Parquet file, one batch at a time. `options` are those of `batches`."""
+        from pipros.data.files import write_arrow
+
+        write_arrow((each.to_arrow() for each in self.batches(topic, **options)), path, "parquet")
+
+    def connections_of(self, topic: str) -> list[tuple[BagReader, Connection]]:
+        """Return the connections of a topic. Raise `UnknownTopic` if there are none."""
+        found = [(bag, each) for bag in self.readers for each in bag.connections_of(topic)]
+        if not found:
+            known = ", ".join(map(listed, self.topics()))
+            raise UnknownTopic(f"no bag has the topic [{listed(topic)}]; the topics are {known or 'none'}")
+        return found
+
+    def _tables(
+        self,
+        topic: str,
+        start: Time | float | None,
+        end: Time | float | None,
+        every: int,
+        datetimes: bool,
+        progress: Counted | None,
+    ) -> Iterator[tuple[_Part, Table]]:
+        if every < 1:
+            raise ValueError(f"every must be >= 1, got {every}")
+        plan = self._plan(topic)
+        done = 0
+        for part in self._parts(topic, ns_of(start), ns_of(end), every):
+            times = np.array(part.times, np.int64)
+            try:
+                columns = decode(plan, part.data, np.array(part.ends, np.int64), datetimes=datetimes)
+            except MalformedMessage as error:
+                time = "{}.{:09d}".format(*divmod(part.times[error.row], NS_PER_S))
+                raise BagFormatError(f"the message on {listed(topic)} received at {time}: {error}") from None
+            receipt = times.view("M8[ns]") if datetimes else times
+            yield part, Table(topic, plan.type, {RECEIPT: receipt, **columns})
+            done += len(times)
+            if progress is not None:
+                progress(done)
+
+    def _plan(self, topic: str) -> MessagePlan:
+        found: dict[tuple[str, str], tuple[str, Any]] = {}
+        for bag, each in self.connections_of(topic):
+            if (each.type, each.md5sum) not in found:
+                found[each.type, each.md5sum] = (bag.name, bag.class_of(each)._full_text)
+        if len(found) > 1:
+            kinds = ", ".join(f"{listed(kind)} ({md5}) in {bag}" for (kind, md5), (bag, _) in found.items())
+            raise BagError(f"all messages on {listed(topic)} must have the same type, got {kinds}")
+        ((kind, _), (_, text)) = next(iter(found.items()))
+        return plan_of(kind, text)
+
+    def _parts(self, topic: str, start: int | None, end: int | None, every: int) -> Iterator[_Part]:
+        """Yield the messages of a topic in batches. There is at least one, which may be empty."""
+        limit = self._limits.table_batch_bytes
+        part = _Part(bytearray(), [], [])
+        data, ends, times = part
+        is_first = True
+        for _, time_ns, body, _, _ in islice(self._stored(topic, start, end), 0, None, every):
+            data += body
+            ends.append(len(data))
+            times.append(time_ns)
+            if len(data) + 16 * len(ends) > limit:
+                yield part
+                is_first = False
+                part = _Part(bytearray(), [], [])
+                data, ends, times = part
+        if ends or is_first:
+            yield part
+
+    def _stored(self, topic: str, start: int | None, end: int | None) -> Iterator[Any]:
+        bags = [bag for bag in self.readers if bag.connections_of(topic)]
+        ranges = [_range_of(bag) for bag in bags]
+        if any(late[0] < early[1] for early, late in pairwise(ranges)):
+            for _, fields in merged_raw(bags, lambda each: each.topic == topic, start, end):
+                yield fields
+            return
+        for bag in bags:
+            yield from bag.stored_fields(bag.connections_of(topic), start, end, as_views=True)
+
+
+def _matches(path: BagPath) -> list[str]:
+    name = os.fspath(path)
+    if os.path.exists(name) or not glob.has_magic(name):
+        return [name]
+    found = sorted(glob.glob(name, recursive=True))
+    if not found:
+        raise FileNotFoundError(2, "no such bag", name)
+    return found
+
+
+def _opened(path: str, folders: Sequence[BagPath]) -> BagReader:
+    others = None if is_ros1_bag(path) else offered("bags")
+    if others is None:
+        return open_bag(path)
+    found: BagReader = others.opened(path, SimpleNamespace(msgs=[os.fspath(each) for each in folders]))
+    return found
+
+
+def _range_of(bag: BagReader) -> tuple[int, int]:
+    try:
+        return bag.range_ns
+    except NoMessages:
+        return 0, 0
+
+
+def _start_of(bag: BagReader) -> int:
+    return _range_of(bag)[0]

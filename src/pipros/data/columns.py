@@ -1,0 +1,216 @@
+"""Columns of a table: numpy arrays, and columns whose cells differ in size.
+
+A column of numbers is an array with one row per message, and two dimensions for fixed arrays. All others have
+offsets: cell `i` is the part of their values from `offsets[i]` to `offsets[i + 1]`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from pipros.data.cursors import joined_parts
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Offsets: TypeAlias = "NDArray[np.int64]"
+
+
+class _Ragged:
+    """What columns with offsets share. `column[i]` is a cell, `column[a:b]` a column."""
+
+    __slots__ = ("offsets",)
+
+    def __init__(self, offsets: Offsets) -> None:
+        self.offsets = offsets
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self._cell(int(a), int(b)) for a, b in pairwise(self.offsets))
+
+    def __getitem__(self, at: Any) -> Any:
+        if isinstance(at, slice):
+            begin, end, step = at.indices(len(self))
+            if step != 1:
+                return self.take(np.arange(begin, end, step))
+            return self._with(self.offsets[begin : max(begin, end) + 1])
+        number = range(len(self))[at]  # raises IndexError
+        return self._cell(int(self.offsets[number]), int(self.offsets[number + 1]))
+
+    @property
+    def sizes(self) -> Offsets:
+        """The sizes of the cells."""
+        return np.diff(self.offsets)
+
+    def to_numpy(self) -> NDArray[Any]:
+        """Return the cells as an array of objects."""
+        found = np.empty(len(self), object)
+        for number, cell in enumerate(self):
+            found[number] = cell
+        return found
+
+    def take(self, index: NDArray[Any]) -> Any:
+        raise NotImplementedError
+
+    def _cell(self, begin: int, end: int) -> Any:
+        raise NotImplementedError
+
+    def _with(self, offsets: Offsets) -> Any:
+        raise NotImplementedError
+
+
+class OctetColumn(_Ragged):
+    """A column of `uint8[]` or `char[]`. The cells are `bytes`; `data` has the bytes of all of them."""
+
+    __slots__ = ("data",)
+
+    def __init__(self, offsets: Offsets, data: NDArray[np.uint8]) -> None:
+        super().__init__(offsets)
+        self.data = data
+
+    def _cell(self, begin: int, end: int) -> Any:
+        return self.data[begin:end].tobytes()
+
+    def _with(self, offsets: Offsets) -> Any:
+        return type(self)(offsets, self.data)
+
+    def take(self, index: NDArray[Any]) -> Any:
+        """Return a column of the cells with these numbers."""
+        sizes = self.sizes[index]
+        return type(self)(offsets_of(sizes), joined_parts(self.data, self.offsets[:-1][index], sizes))
+
+
+class TextColumn(OctetColumn):
+    """A column of strings, in UTF-8. Bytes that are not UTF-8 become U+FFFD."""
+
+    __slots__ = ()
+
+    def _cell(self, begin: int, end: int) -> str:
+        return self.data[begin:end].tobytes().decode("utf-8", "replace")
+
+    def valid(self) -> TextColumn:
+        """Return this column, with all invalid bytes replaced."""
+        try:
+            self.data[self.offsets[0] : self.offsets[-1]].tobytes().decode()
+        except UnicodeDecodeError:
+            pass
+        else:
+            starts = self.offsets[:-1][self.sizes > 0]
+            if not np.any((self.data[starts] & 0xC0) == 0x80):  # a character across two cells
+                return self
+        cells = [cell.encode() for cell in self]
+        sizes = np.fromiter(map(len, cells), np.int64, len(cells))
+        return TextColumn(offsets_of(sizes), np.frombuffer(b"".join(cells), np.uint8))
+
+
+class ListColumn(_Ragged):
+    """A column of arrays. The cells are parts of `values`: arrays, or columns."""
+
+    __slots__ = ("values",)
+
+    def __init__(self, offsets: Offsets, values: Column) -> None:
+        super().__init__(offsets)
+        self.values = values
+
+    def _cell(self, begin: int, end: int) -> Any:
+        return self.values[begin:end]
+
+    def _with(self, offsets: Offsets) -> Any:
+        return ListColumn(offsets, self.values)
+
+    def take(self, index: NDArray[Any]) -> Any:
+        """Return a column of the cells with these numbers."""
+        sizes, offsets = self.sizes[index], offsets_of(self.sizes[index])
+        at = np.repeat(self.offsets[:-1][index] - offsets[:-1], sizes) + np.arange(offsets[-1])
+        return ListColumn(offsets, taken(self.values, at))
+
+
+class RecordColumn:
+    """A column of messages. `column["x"]` is the column of a field, `column[i]` a message as a dictionary.
+
+    Attributes:
+        columns: the columns of the fields, by name.
+    """
+
+    __slots__ = ("_count", "columns")
+
+    def __init__(self, columns: Mapping[str, Column], count: int) -> None:
+        self.columns = columns
+        self._count = count
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        return (self[number] for number in range(self._count))
+
+    def __getitem__(self, at: Any) -> Any:
+        if isinstance(at, str):
+            return self.columns[at]
+        if isinstance(at, slice):
+            rows = len(range(*at.indices(self._count)))
+            return RecordColumn({name: each[at] for name, each in self.columns.items()}, rows)
+        number = range(self._count)[at]  # raises IndexError
+        return {name: each[number] for name, each in self.columns.items()}
+
+    def take(self, index: NDArray[Any]) -> RecordColumn:
+        """Return a column of the messages with these numbers."""
+        return RecordColumn({name: taken(each, index) for name, each in self.columns.items()}, len(index))
+
+
+Column: TypeAlias = "NDArray[Any] | TextColumn | OctetColumn | ListColumn | RecordColumn"
+
+
+def taken(column: Column, index: NDArray[Any]) -> Column:
+    """Return a column of the cells with these numbers."""
+    if isinstance(column, np.ndarray):
+        return np.asarray(column[index])
+    found: Column = column.take(index)
+    return found
+
+
+def blank(column: Column, count: int) -> Column:
+    """Return a column of the same kind with `count` cells that are zero or empty."""
+    if isinstance(column, np.ndarray):
+        return np.zeros((count, *column.shape[1:]), column.dtype)
+    if isinstance(column, RecordColumn):
+        return RecordColumn({name: blank(each, count) for name, each in column.columns.items()}, count)
+    found: Column = column._with(np.zeros(count + 1, np.int64))
+    return found
+
+
+def offsets_of(sizes: NDArray[Any]) -> Offsets:
+    """Return the offsets of cells of these sizes."""
+    offsets = np.zeros(len(sizes) + 1, np.int64)
+    np.cumsum(sizes, out=offsets[1:])
+    return offsets
+
+
+def joined_columns(parts: list[Column]) -> Column:
+    """Return one column with the cells of several columns of the same kind, one or more."""
+    first = parts[0]
+    if len(parts) == 1:
+        return first
+    arrays: list[Any] = parts
+    if isinstance(first, np.ndarray):
+        joined: NDArray[Any] = np.concatenate(arrays)
+        return joined
+    if isinstance(first, RecordColumn):
+        columns = {name: joined_columns([each[name] for each in arrays]) for name in first.columns}
+        return RecordColumn(columns, sum(map(len, arrays)))
+    offsets = offsets_of(np.concatenate([each.sizes for each in arrays]))
+    bounds = [slice(int(each.offsets[0]), int(each.offsets[-1])) for each in arrays]
+    if isinstance(first, ListColumn):
+        return ListColumn(
+            offsets, joined_columns([each.values[part] for each, part in zip(arrays, bounds, strict=True)])
+        )
+    found: Column = type(first)(
+        offsets, np.concatenate([each.data[part] for each, part in zip(arrays, bounds, strict=True)])
+    )
+    return found

@@ -1,0 +1,1 @@
+"""The subcommands of `rosbag` that read bags as tables."""

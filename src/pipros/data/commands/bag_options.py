@@ -1,0 +1,91 @@
+"""Options and progress that both commands share."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from optparse import OptionParser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipros.basics.errors import MissingExtra, PiprosError
+from pipros.cli.rosbag.other_bags import add_reading_options
+from pipros.cli.rosbag.progress import Progress
+from pipros.cli.runner import CommandError
+
+if TYPE_CHECKING:
+    from pipros.data.bags import Bags
+    from pipros.data.table import Table
+
+
+def add_row_options(parser: OptionParser) -> None:
+    """Add the options that choose bags and rows."""
+    parser.add_option("--start", type="float", metavar="SEC", help="skip messages received before this time")
+    parser.add_option("--end", type="float", metavar="SEC", help="skip messages received after this time")
+    parser.add_option(
+        "--every", type="int", default=1, metavar="N", help="take every N-th message of a topic"
+    )
+    parser.add_option(
+        "--datetimes", default=False, action="store_true", help="write times as dates instead of ns"
+    )
+    parser.add_option("-q", "--quiet", default=False, action="store_true", help="show no progress")
+    add_reading_options(parser)
+
+
+def row_options(options: Any) -> dict[str, Any]:
+    """Return the chosen rows as arguments of `Bags.table`. Raise `CommandError` if `--every` is below 1."""
+    if options.every < 1:
+        raise CommandError(f"--every must be >= 1, got {options.every}")
+    names = ("start", "end", "every", "datetimes")
+    return {name: getattr(options, name) for name in names}
+
+
+def opened_bags(names: Sequence[str], options: Any) -> Bags:
+    """Open bags. Raise `CommandError` if one does not exist."""
+    from pipros.data import open_bags
+
+    try:
+        return open_bags(*names, msgs=getattr(options, "msgs", ()))
+    except FileNotFoundError as error:
+        raise CommandError(f"no such bag: {error.filename}") from None
+
+
+def format_of(path: Path) -> str:
+    """Return the format of an output file, which its suffix names. Raise `CommandError` if it is unknown."""
+    from pipros.data.files import FORMATS
+
+    kind = path.suffix.removeprefix(".")
+    if kind not in FORMATS:
+        suffixes = ", ".join(f".{each}" for each in FORMATS)
+        raise CommandError(f"the output must end in one of {suffixes}, got [{path}]")
+    return kind
+
+
+def shown_batches(bags: Bags, topic: str, options: Any, rows: dict[str, Any]) -> Iterator[Table]:
+    """Yield the batches of a topic, with a progress bar on a terminal."""
+    count = max(bags.count(topic), 1)
+    size = sum(bag.size for bag in bags.readers)
+    bar = Progress(topic, size, is_quiet=options.quiet)
+
+    def shown(done: int) -> None:
+        bar(min(size, size * done * rows["every"] // count))
+
+    yield from bags.batches(topic, progress=shown, **rows)
+    bar.finish()
+
+
+def is_bag_name(name: str) -> bool:
+    """Return whether an argument names bags rather than a topic."""
+    return os.path.exists(name) or name.endswith((".bag", ".mcap", ".db3")) or not name.startswith("/")
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Turn errors about arguments and missing libraries into `CommandError`s."""
+    try:
+        yield
+    except PiprosError:
+        raise
+    except (MissingExtra, ValueError) as error:
+        raise CommandError(str(error)) from None

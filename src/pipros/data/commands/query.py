@@ -1,0 +1,63 @@
+"""`rosbag query`: selects rows of topics with SQL."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from pipros.cli.runner import option_parser
+from pipros.data.commands.bag_options import (
+    add_row_options,
+    format_of,
+    one_line_errors,
+    opened_bags,
+    row_options,
+    shown_batches,
+)
+
+if TYPE_CHECKING:
+    from pipros.data.bags import Bags
+
+_USAGE = """rosbag query [options] BAG... 'SELECT ...'
+
+Prints rows as CSV. A table is named as its topic: "/imu/data", with double quotes, or imu_data. Columns with
+dots need double quotes, too: "header.stamp"."""
+
+
+def query(argv: Sequence[str]) -> int:
+    parser = option_parser("rosbag", "", "Select rows of topics with SQL.")
+    parser.usage = _USAGE
+    parser.add_option(
+        "-o", "--output", dest="output", metavar="OUT", help="write .parquet, .arrow or .csv instead"
+    )
+    add_row_options(parser)
+    options, arguments = parser.parse_args(list(argv))
+    if len(arguments) < 2:
+        parser.error("You must specify a bag file and a query.")
+    *names, sql = arguments
+    with (
+        one_line_errors(),
+        opened_bags(names, options) as bags,
+        TemporaryDirectory(prefix="rosbag-query-") as folder,
+    ):
+        left_out = _query(bags, sql, folder, options)
+    for name in left_out:
+        print(f"{name} is left out, because CSV has no bytes", file=sys.stderr)
+    return 0
+
+
+def _query(bags: Bags, sql: str, folder: str, options: Any) -> list[str]:
+    from pipros.data.files import print_csv, write_arrow
+    from pipros.data.sql import Database, tables_in
+
+    rows = row_options(options)
+    output = Path(options.output) if options.output else None
+    kind = "csv" if output is None else format_of(output)
+    with Database(folder) as database:
+        for topic, alias in tables_in(sql, bags.topics()).items():
+            database.add(topic, shown_batches(bags, topic, options, rows), alias=alias)
+        batches = database.select(sql)
+        return print_csv(batches) if output is None else write_arrow(batches, output, kind)

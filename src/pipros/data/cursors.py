@@ -1,0 +1,132 @@
+"""Positions in joined messages, one per message or array element, and reads at all of them at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_BLOCK_BYTES = 1 << 22
+"""Bytes that are gathered one by one at a time; each needs 16 bytes of indexes."""
+
+_LONG_BYTES = 64
+"""Mean size above which slices are copied one by one."""
+
+
+class TooShort(Exception):
+    """A message ends too early.
+
+    Attributes:
+        position: where to read.
+        needed: the bytes that must follow.
+        end: where the message ends.
+    """
+
+    def __init__(self, position: int, needed: int, end: int) -> None:
+        super().__init__(position, needed, end)
+        self.position = position
+        self.needed = needed
+        self.end = end
+
+
+class Cursors:
+    """Positions in `data` from which to read, and the ends of the messages in which they are.
+
+    Attributes:
+        data: the joined messages.
+        at, ends: one number for each cursor.
+        stride: the distance of all neighbours, if it is equal. Values are then read without a copy.
+    """
+
+    __slots__ = ("at", "data", "ends", "stride")
+
+    def __init__(
+        self,
+        data: NDArray[np.uint8],
+        at: NDArray[np.int64],
+        ends: NDArray[np.int64],
+        stride: int | None = None,
+    ) -> None:
+        self.data = data
+        self.at = at
+        self.ends = ends
+        self.stride = stride
+
+    def __len__(self) -> int:
+        return len(self.at)
+
+    def need(self, sizes: NDArray[np.int64] | int) -> None:
+        """Raise `TooShort` if a message has fewer bytes left than `sizes`."""
+        left = self.ends - self.at
+        if (short := left < sizes).any():
+            first = int(short.argmax())
+            needed = sizes if isinstance(sizes, int) else int(sizes[first])
+            raise TooShort(int(self.at[first]), needed, int(self.ends[first]))
+
+    def read(self, dtype: np.dtype[Any]) -> NDArray[Any]:
+        """Return the value of this type at each cursor."""
+        self.need(dtype.itemsize)
+        return values_at(self.data, self.at, self.stride, dtype)
+
+    def moved(self, sizes: NDArray[np.int64] | int) -> Cursors:
+        """Return the cursors behind the next `sizes` bytes."""
+        stride = self.stride
+        if stride is not None and not isinstance(sizes, int) and len(sizes) and sizes.min() != sizes.max():
+            stride = None
+        return Cursors(self.data, self.at + sizes, self.ends, stride)
+
+    def parts(self, sizes: NDArray[np.int64]) -> NDArray[np.uint8]:
+        """Return the next `sizes` bytes of each cursor, joined."""
+        self.need(sizes)
+        return joined_parts(self.data, self.at, sizes, self.stride)
+
+
+def equal_stride(at: NDArray[np.int64]) -> int | None:
+    """Return the distance of neighbours, or None if it varies or is not positive."""
+    if len(at) < 2:
+        return 1 if len(at) else None
+    step = int(at[1]) - int(at[0])
+    return step if step > 0 and bool((np.diff(at) == step).all()) else None
+
+
+def values_at(
+    data: NDArray[np.uint8], at: NDArray[np.int64], stride: int | None, dtype: np.dtype[Any]
+) -> NDArray[Any]:
+    """Return the value of a type at each position. The caller has checked the positions."""
+    count, size = len(at), dtype.itemsize
+    if not count:
+        return np.empty(0, dtype)
+    if stride is not None:
+        return np.ndarray(count, dtype, data.data, int(at[0]), (stride,))
+    windows: NDArray[Any] = np.ndarray(len(data) - size + 1, np.dtype((np.void, size)), data.data, 0, (1,))
+    return windows[at].view(dtype)
+
+
+def joined_parts(
+    data: NDArray[np.uint8], at: NDArray[np.int64], sizes: NDArray[np.int64], stride: int | None = None
+) -> NDArray[np.uint8]:
+    """Return the parts of `data` with these positions and sizes, joined."""
+    total = int(sizes.sum())
+    if not total:
+        return np.empty(0, np.uint8)
+    first = int(sizes[0])
+    if (sizes == first).all() and first < 1 << 30:
+        found = values_at(data, at, stride, np.dtype((np.void, first)))
+        return np.ascontiguousarray(found).view(np.uint8)
+    if total >= _LONG_BYTES * len(sizes):
+        view, begins = data.data, at.tolist()
+        pieces = [view[a : a + n] for a, n in zip(begins, sizes.tolist(), strict=True)]
+        return np.frombuffer(b"".join(pieces), np.uint8)
+    joined = np.empty(total, np.uint8)
+    done, rows = 0, max(1, len(sizes) * _BLOCK_BYTES // total)
+    for begin in range(0, len(sizes), rows):
+        some = sizes[begin : begin + rows]
+        ends = np.cumsum(some)
+        count = int(ends[-1])
+        index = np.repeat(at[begin : begin + rows] - (ends - some), some) + np.arange(count)
+        joined[done : done + count] = data[index]
+        done += count
+    return joined

@@ -1,0 +1,37 @@
+"""The libraries that the extra `data` installs."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+
+
+def library(name: str, purpose: str) -> Any:
+    """Import a library of the extra.
+
+    Raises:
+        MissingExtra: it is not installed. The text says what needs it, and how to install it.
+    """
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise missing_extra(error, purpose) from error
+
+
+def missing_extra(error: ImportError, purpose: str) -> MissingExtra:
+    """Return the error for a failed import, which names the library and the command that installs it."""
+    what = f"{error.name}, which is not installed" if error.name else f"a library that fails: {error}"
+    return MissingExtra(f"{purpose} needs {what}. Try: {install_command('data')}", name=error.name)
+
+
+def pandas() -> Any:
+    """Import pandas, which no extra installs. Raise `MissingExtra` if it is not installed."""
+    try:
+        return import_module("pandas")
+    except ImportError as error:
+        raise MissingExtra(
+            "to_pandas needs pandas, which is not installed. Try: pip install pandas", name="pandas"
+        ) from error

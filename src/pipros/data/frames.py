@@ -1,0 +1,89 @@
+"""Transforms as columns: the pose of a frame in another one at the time of each row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.bag.merge import merged
+from pipros.data.table import Table
+from pipros.libraries.transforms.buffer import TransformBuffer
+from pipros.libraries.transforms.errors import TransformException
+from pipros.libraries.transforms.messages import in_ns, pose_of_transform
+from pipros.msg.time import NS_PER_S
+
+if TYPE_CHECKING:
+    from pipros.bag.reader import BagMessage, BagReader
+
+_TYPES = ("tf2_msgs/TFMessage", "tf/tfMessage")
+PARTS = ("x", "y", "z", "qx", "qy", "qz", "qw")
+
+
+def with_transform(
+    table: Table,
+    readers: Sequence[BagReader],
+    target: str,
+    source: str,
+    *,
+    on: str = "header",
+    gap: float = 10.0,
+    prefix: str | None = None,
+    tf: str = "/tf",
+    tf_static: str = "/tf_static",
+) -> Table:
+    """Return the table with the pose of `source` relative to `target` at the time of each row.
+
+    The columns are `x`, `y`, `z` (m) and the quaternion `qx`, `qy`, `qz`, `qw`. Poses are interpolated as tf2
+    does it, and nothing is extrapolated. Rows at whose time there is no transform are gaps.
+
+    Args:
+        readers: the bags with the transforms.
+        on: the times of the rows: `header` for the stamps of the headers, or `receipt`.
+        gap: time in seconds. Each row is looked up after the transforms that were received until that long
+            after it, in a buffer that keeps twice this time, so a longer pause is a gap.
+        prefix: added to the names of the columns; by default, `source.`.
+        tf, tf_static: the topics of the transforms. All of `tf_static` apply from the start.
+
+    Raises:
+        ValueError: `gap` is not positive, or messages have no header.
+    """
+    if not gap > 0:
+        raise ValueError(f"gap must be > 0, got {gap}")
+    ahead = round(gap * NS_PER_S)
+    times = table.times(on)
+    buffer = TransformBuffer(2 * ahead)
+    for static in _messages(readers, tf_static):
+        _insert(buffer, static, is_static=True)
+    poses = np.zeros((len(times), len(PARTS)))
+    is_gap = np.ones(len(times), np.bool_)
+    waiting = _messages(readers, tf)
+    received = next(waiting, None)
+    target, source = target.lstrip("/"), source.lstrip("/")
+    for row in np.argsort(times, kind="stable").tolist():
+        time = int(times[row])
+        while received is not None and received.time.to_nsec() <= time + ahead:
+            _insert(buffer, received, is_static=False)
+            received = next(waiting, None)
+        if time <= 0:  # tf2 would return the latest transform
+            continue
+        try:
+            poses[row] = buffer.lookup(target, source, time)[1]
+        except TransformException:
+            continue
+        is_gap[row] = False
+    prefix = f"{source}." if prefix is None else prefix
+    columns = {f"{prefix}{part}": np.ascontiguousarray(poses[:, n]) for n, part in enumerate(PARTS)}
+    return table.with_columns(columns, dict.fromkeys(columns, is_gap))
+
+
+def _messages(readers: Sequence[BagReader], topic: str) -> Iterator[BagMessage]:
+    return merged(readers, lambda each: each.topic == topic and each.type in _TYPES)
+
+
+def _insert(buffer: TransformBuffer, received: Any, *, is_static: bool) -> None:
+    for each in received.message.transforms:
+        header = each.header
+        pose = pose_of_transform(each.transform)
+        buffer.insert(header.frame_id, each.child_frame_id, in_ns(header.stamp), pose, "", is_static)

@@ -1,0 +1,117 @@
+"""Columns whose cells are decoded when they are accessed: images and point clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from pipros.data.columns import Column
+from pipros.pictures.encodings import encoding
+from pipros.pictures.errors import PictureError
+
+_POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
+"""Types by `PointField.datatype`."""
+
+
+class LazyColumn:
+    """A column of decoded images or clouds. `column[i]` decodes one cell; nothing is kept.
+
+    Raises:
+        PictureError: when a cell is accessed whose size does not match its message.
+    """
+
+    def __init__(self, columns: Mapping[str, Column], decode: Callable[[Mapping[str, Any]], Any]) -> None:
+        self._columns = columns
+        self._decode = decode
+
+    def __len__(self) -> int:
+        return len(self._columns["data"])
+
+    def __getitem__(self, number: int) -> Any:
+        row = range(len(self))[number]  # raises IndexError
+        return self._decode({name: column[row] for name, column in self._columns.items()})
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[row] for row in range(len(self)))
+
+
+def image_array(row: Mapping[str, Any]) -> Any:
+    """Return the pixels of a `sensor_msgs/Image`: height, width, and channels if there are several.
+
+    Raises:
+        PictureError: the encoding is unknown, or pixels are missing.
+    """
+    try:
+        found = encoding(row["encoding"])
+    except RuntimeError as error:
+        raise PictureError(str(error)) from None
+    dtype = np.dtype(found.dtype).newbyteorder(">" if row["is_bigendian"] else "<")
+    height, width, step, data = int(row["height"]), int(row["width"]), int(row["step"]), row["data"]
+    line = width * found.channels * dtype.itemsize
+    if step < line or len(data) < step * height:
+        raise PictureError(
+            f"{width} x {height} pixels of {found.name} in rows of {step} bytes need "
+            f"{max(line, step) * height} bytes, got {len(data)}"
+        )
+    shape = (height, width) if found.channels == 1 else (height, width, found.channels)
+    strides = (step, *_dense(shape[1:], dtype.itemsize))
+    return np.ndarray(shape, dtype, data, 0, strides)
+
+
+def picture_array(row: Mapping[str, Any]) -> Any:
+    """Return the pixels of a `sensor_msgs/CompressedImage`, in the order blue, green, red.
+
+    Raises:
+        PictureError: the data are not a valid picture.
+        MissingExtra: neither OpenCV nor Pillow is installed.
+    """
+    from pipros.pictures.codecs import codec
+
+    return codec().decode(row["data"])
+
+
+def cloud_array(row: Mapping[str, Any]) -> Any:
+    """Return the points of a `sensor_msgs/PointCloud2`: a structured array of height and width.
+
+    Raises:
+        PictureError: a field does not fit into its point, or points are missing.
+    """
+    order = ">" if row["is_bigendian"] else "<"
+    names, formats, offsets = [], [], []
+    size = int(row["point_step"])
+    for field in row["fields"]:
+        if int(field["datatype"]) not in _POINT_TYPES:
+            raise PictureError(f"datatype must be from 1 to 8, got {field['datatype']} for {field['name']!r}")
+        one = np.dtype(order + _POINT_TYPES[int(field["datatype"])])
+        count, offset = int(field["count"]), int(field["offset"])
+        if offset + max(count, 1) * one.itemsize > size or field["name"] in names:
+            raise PictureError(f"the field {field['name']!r} must fit once into a point of {size} bytes")
+        names.append(field["name"])
+        formats.append(one if count <= 1 else np.dtype((one, (count,))))
+        offsets.append(offset)
+    height, width, step, data = int(row["height"]), int(row["width"]), int(row["row_step"]), row["data"]
+    if step < width * size or len(data) < step * height:
+        raise PictureError(
+            f"{width} x {height} points of {size} bytes in rows of {step} bytes need "
+            f"{max(step, width * size) * height} bytes, got {len(data)}"
+        )
+    dtype = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": size})
+    return np.ndarray((height, width), dtype, data, 0, (step, size))
+
+
+def _dense(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
+    return (size,) if len(shape) == 1 else (shape[1] * size, size)
+
+
+def _lazy(decode: Callable[[Mapping[str, Any]], Any]) -> Callable[[Mapping[str, Column]], LazyColumn]:
+    return lambda columns: LazyColumn(columns, decode)
+
+
+LAZY_COLUMNS = {
+    "sensor_msgs/Image": ("_image", _lazy(image_array)),
+    "sensor_msgs/CompressedImage": ("_image", _lazy(picture_array)),
+    "sensor_msgs/PointCloud2": ("_points", _lazy(cloud_array)),
+}
+"""The name of the additional column of a type, and the function that makes it from all columns."""

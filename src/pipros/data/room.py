@@ -1,0 +1,32 @@
+"""The declaration of tables; see `pipros.basics.rooms`."""
+
+from pipros.basics.rooms import Command, Room
+
+_HEADING = "Analyse bags"
+
+ROOM = Room(
+    "data",
+    "bags as tables",
+    verbs={
+        "rosbag": {
+            "query": Command("pipros.data.commands.query:query", "Select rows of topics with SQL.", _HEADING),
+            "table": Command(
+                "pipros.data.commands.table:table",
+                "Write topics as a table: Parquet, Arrow or CSV.",
+                _HEADING,
+            ),
+        }
+    },
+    limits="pipros.data.limits:DataLimits",
+    # pyarrow, duckdb: the first versions with wheels for CPython 3.14; both have those for 3.10.
+    # pyarrow 26 needs numpy 2, which pipros[numpy] excludes before Python 3.13.
+    # duckdb 2.0 prints pages about leaked instances when a program ends.
+    extras={
+        "data": (
+            "numpy>=1.24",
+            "pyarrow>=22,<26; python_version < '3.13'",
+            "pyarrow>=22; python_version >= '3.13'",
+            "duckdb>=1.4.2,<2",
+        )
+    },
+)

@@ -1,0 +1,136 @@
+"""SQL over topics: a database of DuckDB in a temporary folder, which queries cannot leave.
+
+Topics are copied to the database, one batch at a time, so memory stays bounded. Before a query runs, access
+to files, networks and extensions is switched off, and the configuration is locked.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from pipros.basics.errors import PiprosError
+from pipros.data.extras import library
+from pipros.data.table import Table
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+_BATCH_ROWS = 10_000
+_BATCH = "batch_of_rows"
+
+_LOCKS = (
+    "SET python_enable_replacements = false",
+    "SET enable_external_access = false",
+    "SET lock_configuration = true",
+)
+
+
+class QueryError(PiprosError):
+    """The query is not a single SELECT, or cannot be run."""
+
+
+class Database:
+    """A database with tables of topics.
+
+    Args:
+        folder: an empty folder for its files.
+        memory: the memory that DuckDB may use.
+
+    Raises:
+        MissingExtra: duckdb or pyarrow is not installed.
+    """
+
+    def __init__(self, folder: str, *, memory: str = "512MB") -> None:
+        self._arrow = library("pyarrow", "a query")
+        self._duckdb = library("duckdb", "a query")
+        self._connection = self._duckdb.connect(
+            os.path.join(folder, "topics.db"),
+            config={
+                "memory_limit": memory,
+                "temp_directory": folder,
+                "autoinstall_known_extensions": "false",
+                "autoload_known_extensions": "false",
+            },
+        )
+        self._is_locked = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._connection.close()
+
+    def add(self, topic: str, tables: Iterable[Table], *, alias: str = "") -> None:
+        """Add the rows of a topic, as a table of its name, and as a view with the name `alias`.
+
+        Raises:
+            QueryError: there is such a table already; names that differ only in case are equal.
+        """
+        is_first = True
+        for table in tables:
+            self._connection.register(_BATCH, table.to_arrow())
+            how = f"CREATE TABLE {_quoted(topic)} AS" if is_first else f"INSERT INTO {_quoted(topic)}"
+            self._run(f"{how} SELECT * FROM {_BATCH}")  # noqa: S608 # quoted
+            self._connection.unregister(_BATCH)
+            is_first = False
+        if alias:
+            self._run(f"CREATE VIEW {_quoted(alias)} AS SELECT * FROM {_quoted(topic)}")  # noqa: S608
+
+    def select(self, sql: str) -> Iterator[Any]:
+        """Run a query, and yield an empty `pyarrow` table with its columns, then its rows in batches.
+
+        From now on, nothing can be added, and no query can read or write files.
+
+        Raises:
+            QueryError: the query is not a single SELECT, or fails.
+        """
+        if not self._is_locked:
+            for each in _LOCKS:
+                self._run(each)
+            self._is_locked = True
+        try:
+            statements = self._connection.extract_statements(sql)
+            if len(statements) != 1 or statements[0].type != self._duckdb.StatementType.SELECT:
+                raise QueryError(f"the query must be a single SELECT, got {sql!r}")
+            result = self._connection.sql(sql)
+            reader = (getattr(result, "to_arrow_reader", None) or result.fetch_record_batch)(_BATCH_ROWS)
+            yield reader.schema.empty_table()
+            yield from reader
+        except (self._duckdb.Error, self._arrow.ArrowException) as error:
+            raise QueryError(str(error)) from None
+
+    def _run(self, sql: str) -> Any:
+        try:
+            return self._connection.execute(sql)
+        except self._duckdb.Error as error:
+            raise QueryError(str(error)) from None
+
+
+def tables_in(sql: str, topics: Sequence[str]) -> dict[str, str]:
+    """Return the topics that a query may name, each with its short name: `imu_data` for `/imu/data`.
+
+    A short name that several topics share is empty. Texts of the query also count as names, which only makes
+    the query read more.
+    """
+    short = {topic: re.sub(r"\W", "_", topic.strip("/")) for topic in topics}
+    counts = Counter([name.lower() for name in (*short.values(), *topics)])
+    text = sql.lower()
+    found = {}
+    for topic, name in short.items():
+        alias = name if counts[name.lower()] == 1 else ""
+        is_short = bool(alias) and re.search(rf"\b{re.escape(alias.lower())}\b", text) is not None
+        if is_short or topic.lower().replace('"', '""') in text:
+            found[topic] = alias
+    return found
+
+
+def _quoted(name: str) -> str:
+    """Return a name as an identifier of SQL."""
+    return '"{}"'.format(name.replace('"', '""'))

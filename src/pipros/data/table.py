@@ -1,0 +1,182 @@
+"""Tables of messages: one row per message, one column per field."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.data.columns import Column, blank, joined_columns, taken
+from pipros.data.nearest import matches
+from pipros.data.pictures import LAZY_COLUMNS
+
+if TYPE_CHECKING:
+    import os
+
+    from numpy.typing import NDArray
+
+RECEIPT = "_time"
+"""The column with the times of receipt. No field has this name, because names begin with a letter."""
+
+STAMP = "header.stamp"
+
+
+class Table(Mapping[str, Any]):
+    """Columns of equal length, by name: `_time`, the time of receipt, and one for each field.
+
+    Fields of embedded messages have dotted names: `pose.position.x`. A column of numbers or times is a numpy
+    array; see `pipros.data.columns` for others. A column with gaps is a masked array.
+
+    Images also have the column `_image`, and point clouds `_points`. Their cells are decoded when they are
+    accessed, so that `list(table)` does not name them.
+
+    Attributes:
+        topic: the topic.
+        type: the type of its messages.
+        columns: all columns, without the masks of gaps.
+        gaps: for each column with gaps, a boolean array that is True at these.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        type_name: str,
+        columns: Mapping[str, Column],
+        gaps: Mapping[str, NDArray[np.bool_]] | None = None,
+    ) -> None:
+        self.topic = topic
+        self.type = type_name
+        self.columns = dict(columns)
+        self.gaps = dict(gaps or {})
+
+    def __getitem__(self, name: str) -> Any:
+        lazy = LAZY_COLUMNS.get(self.type)
+        if lazy is not None and name == lazy[0]:
+            return lazy[1](self.columns)
+        column = self.columns[name]
+        if name not in self.gaps or not isinstance(column, np.ndarray):
+            return column
+        mask = self.gaps[name].reshape(-1, *[1] * (column.ndim - 1))
+        return np.ma.MaskedArray(column, np.broadcast_to(mask, column.shape))  # type: ignore[no-untyped-call]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        """Return the number of columns; `rows` is the number of rows."""
+        return len(self.columns)
+
+    def __repr__(self) -> str:
+        return f"<Table of {self.topic} ({self.type}): {self.rows} rows, {len(self)} columns>"
+
+    @property
+    def rows(self) -> int:
+        """The number of rows."""
+        return len(self.columns[RECEIPT])
+
+    def times(self, on: str = "receipt") -> NDArray[np.int64]:
+        """Return the times of all rows in ns.
+
+        Args:
+            on: `receipt`, or `header` for the stamps of the headers.
+
+        Raises:
+            ValueError: the messages have no header, or `on` is unknown.
+        """
+        if on not in ("receipt", "header"):
+            raise ValueError(f"on must be receipt or header, got {on!r}")
+        found = self.columns.get(RECEIPT if on == "receipt" else STAMP)
+        if not isinstance(found, np.ndarray):
+            raise ValueError(f"{self.topic}: {self.type} has no header; use on='receipt'")
+        return found.view(np.int64)
+
+    def take(self, index: NDArray[Any] | slice | Sequence[int]) -> Table:
+        """Return a table of some rows, given by their numbers, by a slice or by a boolean array."""
+        rows = np.arange(self.rows)[index]
+        return Table(
+            self.topic,
+            self.type,
+            {name: taken(column, rows) for name, column in self.columns.items()},
+            {name: gaps[rows] for name, gaps in self.gaps.items()},
+        )
+
+    def with_columns(
+        self, columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.bool_]] | None = None
+    ) -> Table:
+        """Return a table with additional columns.
+
+        Raises:
+            ValueError: a column exists already, or has another number of rows.
+        """
+        for name, column in columns.items():
+            if name in self.columns or len(column) != self.rows:
+                raise ValueError(
+                    f"the column {name} must be new and have {self.rows} rows, got {len(column)} rows"
+                )
+        return Table(self.topic, self.type, {**self.columns, **columns}, {**self.gaps, **(gaps or {})})
+
+    def asof(
+        self,
+        other: Table,
+        *,
+        on: str = "receipt",
+        tolerance: float | None = None,
+        direction: str = "backward",
+        prefix: str | None = None,
+    ) -> Table:
+        """Add the columns of another topic: for each row, those of one of its messages.
+
+        Args:
+            on: the times to compare: `receipt`, or `header` for the stamps of the headers.
+            tolerance: maximum difference of the times in seconds, inclusive. Further messages are gaps.
+            direction: `backward` for the last message that is not later, `forward` for the first one that is
+                not earlier, or `nearest`; of two equally near messages, the earlier one.
+            prefix: added to the names of the columns; by default, the topic and a dot: `odom.`.
+
+        Raises:
+            ValueError: an argument is invalid, or messages have no header.
+        """
+        index, is_gap = matches(self.times(on), other.times(on), tolerance, direction)
+        prefix = f"{other.topic.lstrip('/')}." if prefix is None else prefix
+        columns, gaps = {}, {}
+        for name, column in other.columns.items():
+            is_empty = is_gap
+            if other.rows:
+                columns[f"{prefix}{name}"] = taken(column, index)
+                is_empty = is_gap | other.gaps[name][index] if name in other.gaps else is_gap
+            else:
+                columns[f"{prefix}{name}"] = blank(column, self.rows)
+            gaps[f"{prefix}{name}"] = is_empty
+        return self.with_columns(columns, gaps)
+
+    def to_arrow(self) -> Any:
+        """Return a `pyarrow.Table`. Gaps become nulls."""
+        from pipros.data.arrow import arrow_table
+
+        return arrow_table(self.columns, self.gaps)
+
+    def to_pandas(self) -> Any:
+        """Return a `pandas.DataFrame`. Raise `MissingExtra` if pandas is not installed."""
+        from pipros.data.extras import pandas
+
+        pandas()
+        return self.to_arrow().to_pandas()
+
+    def to_parquet(self, path: str | os.PathLike[str]) -> None:
+        """Write a Parquet file."""
+        from pipros.data.files import write_arrow
+
+        write_arrow([self.to_arrow()], path, "parquet")
+
+
+def joined_tables(tables: Sequence[Table]) -> Table:
+    """Return one table with the rows of several tables of a topic, one or more."""
+    first = tables[0]
+    if len(tables) == 1:
+        return first
+    return Table(
+        first.topic,
+        first.type,
+        {name: joined_columns([each.columns[name] for each in tables]) for name in first.columns},
+    )

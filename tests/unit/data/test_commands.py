@@ -1,0 +1,218 @@
+"""`rosbag table` and `rosbag query`: output, exit codes, and what queries cannot do."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pyarrow
+import pyarrow.parquet
+import pytest
+from sensor_msgs.msg import CompressedImage, JointState
+from std_msgs.msg import Int32, String
+
+from pipros.basics.rooms import verbs
+from pipros.cli.complete.options import options, words_after
+from pipros.cli.rosbag import main as rosbag
+from tests.support.bags import Row, bag_bytes
+
+
+@pytest.fixture(autouse=True)
+def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows: list[Row] = []
+    for n in range(1, 6):
+        rows.append(("/n", Int32(n), n, 0))
+        rows.append(("/arm/joints", JointState(name=["a", 'b"'], position=[n, 0.5]), n, 500_000_000))
+        rows.append(("/camera", CompressedImage(format="jpeg", data=b"\xff\xd8"), n, 600_000_000))
+    Path("run.bag").write_bytes(bag_bytes(rows))
+
+
+def failure(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Return the error of a command that must fail."""
+    assert rosbag(list(arguments)) == 1
+    text = capsys.readouterr().err
+    assert text.startswith("ERROR: ")
+    assert "Traceback" not in text
+    return text
+
+
+def test_a_topic_becomes_a_file_of_each_format(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("out.parquet", "out.arrow", "out.csv"):
+        assert rosbag(["table", "run.bag", "/arm/joints", "-o", name]) == 0
+    assert capsys.readouterr().out == ""
+
+    table = pyarrow.parquet.read_table("out.parquet")
+    assert pyarrow.ipc.open_file("out.arrow").read_all().equals(table)
+    assert table["position"].to_pylist() == [[n, 0.5] for n in range(1, 6)]
+    with Path("out.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [json.loads(row["position"]) for row in rows] == table["position"].to_pylist()
+    assert json.loads(rows[0]["name"]) == ["a", 'b"']
+    assert rows[2]["_time"] == "3500000000"
+
+
+def test_several_topics_are_joined() -> None:
+    command = ["table", "run.bag", "/n", "/arm/*", "-o", "out.parquet", "--direction", "forward"]
+    assert rosbag([*command, "--tolerance", "0.5", "--start", "2", "--end", "4.2"]) == 0
+
+    table = pyarrow.parquet.read_table("out.parquet")
+    assert table["data"].to_pylist() == [2, 3, 4]
+    assert table["arm/joints.position"].to_pylist() == [[2, 0.5], [3, 0.5], None]
+
+
+def test_dates_and_every_nth_message_are_chosen() -> None:
+    assert rosbag(["table", "run.bag", "/n", "-o", "out.csv", "--every", "2", "--datetimes"]) == 0
+    assert Path("out.csv").read_text().splitlines() == [
+        '"_time","data"',
+        "1970-01-01 00:00:01.000000000,1",
+        "1970-01-01 00:00:03.000000000,3",
+        "1970-01-01 00:00:05.000000000,5",
+    ]
+
+
+def test_columns_of_bytes_are_left_out_of_csv(capsys: pytest.CaptureFixture[str]) -> None:
+    assert rosbag(["table", "run.bag", "/camera", "-o", "out.csv"]) == 0
+    assert capsys.readouterr().err == "data is left out, because CSV has no bytes\n"
+    assert (
+        Path("out.csv")
+        .read_text()
+        .startswith('"_time","header.seq","header.stamp","header.frame_id","format"\n')
+    )
+
+
+def test_errors_of_table_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "the topics are /arm/joints, /camera, /n" in failure(
+        capsys, "table", "run.bag", "/x", "-o", "o.csv"
+    )
+    assert "no such bag: no.bag" in failure(capsys, "table", "no.bag", "/x", "-o", "o.csv")
+    assert "must end in one of .parquet, .arrow, .csv" in failure(
+        capsys, "table", "run.bag", "/n", "-o", "o.txt"
+    )
+    assert "--every must be >= 1" in failure(capsys, "table", "run.bag", "/n", "-o", "o.csv", "--every=0")
+    joined = ["table", "run.bag", "/n", "/camera", "-o", "o.csv", "--on"]
+    assert "has no header; use on='receipt'" in failure(capsys, *joined, "header")
+    assert "on must be receipt or header" in failure(capsys, *joined, "x")
+    Path("copy.parquet").write_bytes(Path("run.bag").read_bytes())
+    same = failure(capsys, "table", "copy.parquet", "/n", "-o", "copy.parquet")
+    assert "the output must not be a bag that is read" in same
+    assert Path("copy.parquet").read_bytes() == Path("run.bag").read_bytes()
+    assert not Path("o.csv").exists()
+    with pytest.raises(SystemExit) as ended:
+        rosbag(["table", "run.bag", "/n"])
+    assert ended.value.code == 2
+
+
+def test_queries_select_rows_of_topics(capfdbinary: Any) -> None:
+    joined = '"/n" n ASOF JOIN arm_joints j ON j._time <= n._time'
+    sql = f"SELECT n.data, j.position[1] AS p FROM {joined} WHERE n.data > 3 ORDER BY n.data"  # noqa: S608
+    assert rosbag(["query", "run.bag", sql]) == 0
+    assert capfdbinary.readouterr().out == b'"data","p"\n4,3\n5,4\n'
+    assert rosbag(["query", "run.bag", "SELECT data FROM n WHERE data > 9"]) == 0
+    assert capfdbinary.readouterr().out == b'"data"\n'
+    assert rosbag(["query", "run.bag", "SELECT data, _time FROM N", "-o", "out.parquet", "--start=4"]) == 0
+    assert pyarrow.parquet.read_table("out.parquet").to_pydict() == {
+        "data": [4, 5],
+        "_time": [4 * 10**9, 5 * 10**9],
+    }
+
+
+@pytest.mark.parametrize(
+    ("sql", "reason"),
+    [
+        ("SELECT * FROM read_csv('/etc/passwd')", "disabled"),
+        ("SELECT * FROM '/etc/passwd'", "does not exist"),
+        ("SELECT * FROM glob('/etc/*')", "disabled"),
+        ("COPY (SELECT 1) TO 'stolen.csv'", "must be a single SELECT"),
+        ("SELECT 1; SELECT 2", "must be a single SELECT"),
+        ("SET enable_external_access = true", "must be a single SELECT"),
+        ("ATTACH 'other.db'", "must be a single SELECT"),
+        ("INSTALL httpfs", "must be a single SELECT"),
+        ("CREATE TABLE x AS SELECT 1", "must be a single SELECT"),
+        ("SELECT * FROM nothing", "nothing does not exist"),
+        ("SELEC 1", "syntax error"),
+        ("SELECT 1 / data + unknown FROM n", "unknown"),
+        ("SELECT error('so ' || data) FROM n", "so 1"),
+    ],
+)
+def test_queries_cannot_leave_the_bag(sql: str, reason: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert reason in failure(capsys, "query", "run.bag", sql)
+    assert sorted(path.name for path in Path().iterdir()) == ["run.bag"]
+
+
+def test_a_hostile_name_of_a_topic_stays_a_name(capfdbinary: Any) -> None:
+    topic = '/x" AS SELECT 1; DROP TABLE "y'
+    Path("run.bag").write_bytes(bag_bytes([(topic, String("safe"), 1, 0)]))
+    quoted = topic.replace('"', '""')
+    sql = f'SELECT data FROM "{quoted}"'  # noqa: S608
+    assert rosbag(["query", "run.bag", sql]) == 0
+    assert capfdbinary.readouterr().out == b'"data"\n"safe"\n'
+
+
+def test_help_and_completion_name_the_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    assert rosbag(["help"]) == 0
+    listing = capsys.readouterr().out
+    assert "   table  \tWrite topics as a table: Parquet, Arrow or CSV.\n" in listing
+    assert "   query  \tSelect rows of topics with SQL.\n" in listing
+    assert listing.index("   play ") < listing.index("   query ") < listing.index("   record ")
+    assert {"table", "query", "play"} <= set(words_after("rosbag"))
+    assert "--tolerance" in options("rosbag", ["table"])
+    assert set(verbs("rosbag")) == {"table", "query"}
+    assert verbs("rostopic") == {}
+
+
+@pytest.mark.parametrize(
+    "command", [["table", "run.bag", "/n", "-o", "o.csv"], ["query", "run.bag", "SELECT 1 FROM n"]]
+)
+def test_progress_is_shown_on_a_terminal_only(
+    command: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert rosbag(command) == 0
+    assert "100%" not in capsys.readouterr().out
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    assert rosbag(command) == 0
+    assert "/n " in (shown := capsys.readouterr().out)
+    assert "100%" in shown
+    assert rosbag([*command, "--quiet"]) == 0
+    assert "100%" not in capsys.readouterr().out
+
+
+def test_nothing_else_is_printed_when_the_command_ends() -> None:
+    code = "import sys; from pipros.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
+    for sql, status in (("SELECT data FROM n WHERE data = 3", 0), ("SELECT", 1)):
+        command = [sys.executable, "-c", code, "query", "run.bag", sql]
+        ended = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert (ended.returncode, ended.stdout) == (status, '"data"\n3\n' if status == 0 else "")
+        assert ended.stderr.count("ERROR: ") == status
+        assert "leak" not in ended.stderr
+
+
+def test_rospy_imports_none_of_the_libraries() -> None:
+    code = (
+        "import sys, rospy, rosbag, pipros.cli.rosbag; "
+        "print({'numpy', 'pyarrow', 'duckdb'} & set(sys.modules))"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout == "set()\n"
+
+
+@pytest.mark.parametrize("missing", ["numpy", "pyarrow", "duckdb"])
+def test_a_missing_library_is_named_in_one_line(missing: str) -> None:
+    code = f"import sys; sys.modules[{missing!r}] = None; "
+    code += "from pipros.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
+    for command in (
+        ["table", "run.bag", "/n", "-o", "o.parquet"],
+        ["query", "run.bag", "SELECT data FROM n"],
+    ):
+        if missing == "duckdb" and command[0] == "table":
+            continue
+        ended = subprocess.run(
+            [sys.executable, "-c", code, *command], capture_output=True, text=True, check=False
+        )
+        assert (ended.returncode, ended.stdout) == (1, "")
+        assert f"needs {missing}, which is not installed. Try: " in ended.stderr
+        assert len(ended.stderr.splitlines()) == 1

@@ -1,0 +1,288 @@
+"""Topics of bags as tables: choice of rows, several bags, formats, limits and damaged bags."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PointStamped, Twist
+from sensor_msgs.msg import CompressedImage, Image, Imu, PointCloud2, PointField
+from std_msgs.msg import Int32, String
+
+from pipros.bag.errors import BagError, BagFormatError
+from pipros.bag.writer import BagWriter
+from pipros.basics.errors import MissingExtra
+from pipros.basics.limits import Limits
+from pipros.cli.rosbag import main as rosbag
+from pipros.data import Bags, open_bags
+from pipros.data.bags import UnknownTopic
+from pipros.data.limits import DataLimits
+from pipros.msg.time import Time
+from pipros.pictures.errors import PictureError
+from tests.support.bags import Row, bag_bytes, header_of, old_bag_bytes, some_rows
+from tests.support.environments import REPOSITORY
+from tests.support.random_messages import fill_at_random
+from tests.unit.data.cells import cell, nested, plain, read_by_rosbags, same, seeded
+
+GOLDEN = REPOSITORY / "tests" / "golden"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def numbers(first: int, count: int, topic: str = "/n") -> list[Row]:
+    return [(topic, Int32(first + n), first + n, 5) for n in range(count)]
+
+
+def written(name: str, rows: list[Row], **options: Any) -> str:
+    Path(name).write_bytes(bag_bytes(rows, **options))
+    return name
+
+
+def with_limits(bags: Bags, **values: int) -> Bags:
+    return Bags(bags.readers, Limits().with_table(DataLimits(**values)))
+
+
+def test_tables_have_the_time_of_receipt_and_all_fields(folder: Path) -> None:
+    with open_bags(written("run.bag", numbers(10, 3))) as bags:
+        table = bags.table("/n")
+
+    assert list(table) == ["_time", "data"]
+    assert table["_time"].tolist() == [10_000_000_005, 11_000_000_005, 12_000_000_005]
+    assert table["data"].tolist() == [10, 11, 12]
+    assert repr(table) == "<Table of /n (std_msgs/Int32): 3 rows, 2 columns>"
+
+
+def random_rows(count: int = 20) -> list[Row]:
+    rng = seeded(1)
+    kinds = {"/imu": Imu, "/point": PointStamped, "/text": String, "/cloud": PointCloud2}
+    return [
+        (topic, fill_at_random(kind(), rng), 10 + n, 5) for n in range(count) for topic, kind in kinds.items()
+    ]
+
+
+def checked(bags: Bags) -> int:
+    """Compare every cell with what rosbags reads from the same messages. Return the number of rows."""
+    rows = 0
+    for topic in bags.topics():
+        table = bags.table(topic)
+        stored = [each for bag in bags.readers for each in bag.stored_messages(bag.connections_of(topic))]
+        assert table["_time"].tolist() == [each.time_ns for each in stored]
+        for row, each in enumerate(stored):
+            got = nested({name: cell(table[name], row) for name in table if name != "_time"})
+            theirs = plain(read_by_rosbags(each.connection.type, bytes(each.data)))
+            assert same(theirs, got, each.connection.type) == []
+            rows += 1
+    return rows
+
+
+@pytest.mark.parametrize("name", ["run.bag", "run.mcap", "old.bag", "small_chunks.bag", "lz4.bag"])
+def test_tables_equal_rosbags_in_every_format(name: str, folder: Path) -> None:
+    rows = random_rows()
+    written("run.bag", rows)
+    Path("old.bag").write_bytes(old_bag_bytes(rows))
+    written("small_chunks.bag", rows, chunk_bytes=300)
+    written("lz4.bag", rows, compression="lz4")
+    assert rosbag(["convert", "-q", "run.bag", "run.mcap"]) == 0
+
+    with open_bags(name) as bags:
+        assert checked(bags) == 80
+
+
+@pytest.mark.parametrize("name", ["messages/two_types.bag", "cli/files/run.bag"])
+def test_bags_of_genuine_rosbag_are_read(name: str) -> None:
+    with open_bags(GOLDEN / name) as bags:
+        assert sum(bags.table(topic).rows for topic in bags.topics()) == bags.readers[0].message_count > 0
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_ros_2_bags_are_read(storage: str, folder: Path) -> None:
+    written("run.bag", [("/t", Twist(), 3, 4), ("/s", String("x"), 3, 5)])
+    assert rosbag(["convert", "-q", "--ros2", "jazzy", "--storage", storage, "run.bag", "ros2"]) == 0
+
+    with open_bags("ros2") as bags:
+        assert list(bags.table("/t"))[:2] == ["_time", "linear.x"]
+        assert list(bags.table("/s")["data"]) == ["x"]
+
+
+def test_several_bags_are_one_in_the_order_of_receipt(folder: Path) -> None:
+    written("run2.bag", numbers(20, 3))
+    written("run1.bag", numbers(10, 3))
+    written("other.bag", numbers(11, 10))  # overlaps
+
+    with open_bags("run*.bag") as bags:
+        assert bags.table("/n")["data"].tolist() == [10, 11, 12, 20, 21, 22]
+    with open_bags("run*.bag", folder / "other.bag") as bags:
+        assert bags.table("/n")["data"].tolist() == sorted([10, 11, 12, *range(11, 21), 20, 21, 22])
+
+
+def test_rows_are_chosen_by_time_and_number(folder: Path) -> None:
+    with open_bags(written("run.bag", numbers(10, 9))) as bags:
+        assert bags.table("/n", start=12, end=Time(14, 5))["data"].tolist() == [12, 13, 14]
+        assert bags.table("/n", every=4)["data"].tolist() == [10, 14, 18]
+        assert bags.table("/n", start=100).to_arrow().to_pylist() == []
+        assert bags.table("/n", datetimes=True)["_time"].dtype == np.dtype("M8[ns]")
+        with pytest.raises(ValueError, match="every must be >= 1, got 0"):
+            bags.table("/n", every=0)
+
+
+def test_topics_are_found_by_pattern(folder: Path) -> None:
+    rows = [*numbers(1, 1, "/arm/left"), *numbers(1, 1, "/arm/right"), *numbers(1, 1, "/base")]
+    with open_bags(written("run.bag", rows)) as bags:
+        assert bags.topics("/arm/*") == ["/arm/left", "/arm/right"]
+        assert {topic: each.rows for topic, each in bags.tables("/arm/*").items()} == dict.fromkeys(
+            bags.topics("/arm/*"), 1
+        )
+        with pytest.raises(UnknownTopic, match=r"\[/leg\]; the topics are /arm/left, /arm/right, /base"):
+            bags.table("/leg")
+
+
+def test_names_that_match_nothing_are_errors(folder: Path) -> None:
+    for name in ("run*.bag", "run.bag"):
+        with pytest.raises(FileNotFoundError) as error:
+            open_bags(name)
+        assert error.value.filename == name
+
+
+def test_topics_with_two_types_are_refused(folder: Path) -> None:
+    written("a.bag", numbers(1, 1))
+    written("b.bag", [("/n", String("x"), 2, 0)])
+    with (
+        open_bags("a.bag", "b.bag") as bags,
+        pytest.raises(BagError, match=r"the same type, got std_msgs/Int32 .* in a.bag, std_msgs/String"),
+    ):
+        bags.table("/n")
+
+
+def test_batches_are_bounded_and_together_the_table(folder: Path) -> None:
+    name = written("run.bag", [("/s", String("x" * 996), n, 0) for n in range(1, 101)])
+    with open_bags(name) as bags:
+        batches = list(with_limits(bags, table_batch_bytes=10_000).batches("/s"))
+        assert [each.rows for each in batches] == [10] * 10
+        table = with_limits(bags, table_batch_bytes=10_000).table("/s")
+        assert table.to_arrow().equals(bags.table("/s").to_arrow())
+
+
+def test_memory_is_that_of_a_batch(folder: Path) -> None:
+    name = written(
+        "run.bag", [("/s", String("x" * 10_000), n, 0) for n in range(1, 1001)], chunk_bytes=50_000
+    )
+    with open_bags(name) as bags:
+        limited = with_limits(bags, table_batch_bytes=200_000)
+        tracemalloc.start()
+        try:
+            limited.to_parquet("/s", "out.parquet")
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+    assert peak < 3_000_000 < 10_000_000
+
+
+def test_tables_are_limited(folder: Path) -> None:
+    name = written("run.bag", [("/s", String("x" * 996), n, 0) for n in range(1, 101)])
+    with open_bags(name) as bags, pytest.raises(BagError, match=r"table of /s is too large: .*table_bytes"):
+        with_limits(bags, table_batch_bytes=10_000, table_bytes=50_000).table("/s")
+
+
+def test_a_malformed_message_is_named(folder: Path) -> None:
+    with Path("bad.bag").open("w+b") as file:
+        writer = BagWriter(file)
+        connection = writer.add_connection("/n", header_of(Int32(), "/n"))
+        writer.write(connection, 7, 1, b"\1\0\0\0")
+        writer.write(connection, 7, 2, b"\1\0\0")
+        writer.finish()
+    expected = (
+        r"the message on /n received at 7\.000000002: its 3 bytes do not match the definition of "
+        r"std_msgs/Int32: 4 bytes must follow at byte 0, got 3"
+    )
+    with open_bags("bad.bag") as bags, pytest.raises(BagFormatError, match=expected):
+        bags.table("/n")
+
+
+def test_truncated_bags_are_refused(folder: Path) -> None:
+    content = bag_bytes(some_rows())
+    for size in range(0, len(content), 97):
+        Path("cut.bag").write_bytes(content[:size])
+        with pytest.raises(BagError):
+            open_bags("cut.bag")
+
+
+def test_tables_become_parquet_arrow_and_pandas(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import pyarrow.parquet
+
+    with open_bags(written("run.bag", random_rows())) as bags:
+        table = bags.table("/cloud")
+    table.to_parquet("cloud.parquet")
+    read = pyarrow.parquet.read_table("cloud.parquet")
+
+    assert read.equals(table.to_arrow())
+    assert read["fields"].to_pylist()[3] == [
+        {name: cell(each, at) for name, each in table["fields"][3].columns.items()}
+        for at in range(len(table["fields"][3]))
+    ]
+    monkeypatch.setitem(__import__("sys").modules, "pandas", None)
+    with pytest.raises(MissingExtra, match="to_pandas needs pandas, which is not installed"):
+        table.to_pandas()
+
+
+def picture() -> Iterator[Row]:
+    pixels = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+    padded = b"".join(line.tobytes() + b"pad" for line in pixels)
+    yield "/raw", Image(height=2, width=3, encoding="rgb8", step=12, data=padded), 1, 0
+    yield "/raw", Image(height=2, width=3, encoding="rgb8", step=12, data=padded[:-1]), 2, 0
+    depth = np.array([[1, 2], [3, 4]], ">u2")
+    image = Image(height=2, width=2, encoding="16UC1", is_bigendian=1, step=4, data=depth.tobytes())
+    yield "/depth", image, 1, 0
+
+
+def test_images_are_decoded_when_they_are_accessed(folder: Path) -> None:
+    with open_bags(written("run.bag", list(picture()))) as bags:
+        raw, depth = bags.table("/raw"), bags.table("/depth")
+
+    assert raw["_image"][0].tolist() == np.arange(18).reshape(2, 3, 3).tolist()
+    with pytest.raises(PictureError, match="3 x 2 pixels of rgb8 in rows of 12 bytes need 24 bytes, got 23"):
+        raw["_image"][1]
+    assert [each.tolist() for each in depth["_image"]] == [[[1, 2], [3, 4]]]
+    assert "_image" not in list(raw)
+    with pytest.raises(KeyError):
+        raw["_points"]
+
+
+def test_compressed_images_keep_their_bytes(folder: Path) -> None:
+    import cv2
+
+    jpeg = cv2.imencode(".jpg", np.full((4, 5, 3), 90, np.uint8))[1].tobytes()
+    message = CompressedImage(format="jpeg", data=jpeg)
+    with open_bags(written("run.bag", [("/camera/compressed", message, 1, 0)])) as bags:
+        table = bags.table("/camera/compressed")
+
+    assert table["data"][0] == jpeg
+    assert table["_image"][0].shape == (4, 5, 3)
+
+
+def test_clouds_are_structured_arrays(folder: Path) -> None:
+    points = np.zeros(
+        (1, 2), {"names": ["x", "rgb"], "formats": ["<f4", "<u4"], "offsets": [0, 8], "itemsize": 12}
+    )
+    points["x"], points["rgb"] = [[1.5, 2.5]], [[7, 8]]
+    fields = [PointField("x", 0, 7, 1), PointField("rgb", 8, 6, 1)]
+    cloud = PointCloud2(height=1, width=2, fields=fields, point_step=12, row_step=24, data=points.tobytes())
+    wide = PointCloud2(height=1, width=2, fields=[PointField("x", 10, 7, 1)], point_step=12, row_step=24)
+    short = PointCloud2(height=1, width=2, fields=fields, point_step=12, row_step=24, data=b"x")
+    rows: list[Row] = [("/c", each, at, 0) for at, each in enumerate((cloud, wide, short), 1)]
+    with open_bags(written("run.bag", rows)) as bags:
+        column = bags.table("/c")["_points"]
+
+    assert (column[0]["x"].tolist(), column[0]["rgb"].tolist()) == ([[1.5, 2.5]], [[7, 8]])
+    with pytest.raises(PictureError, match="'x' must fit once into a point of 12 bytes"):
+        column[1]
+    with pytest.raises(PictureError, match=r"2 x 1 points .* need 24 bytes, got 1"):
+        column[2]
+    assert len(column) == 3
