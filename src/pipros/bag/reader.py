@@ -301,7 +301,7 @@ class BagReader:
                 checked_time(entries[-1][0], self._place(number, entries[-1][2]))
             return entries
 
-        known = [(connection, *_usual_headers(connection.id)) for connection in wanted]
+        known = [(connection, *usual_headers(connection.id)) for connection in wanted]
         store = ChunkStore(self._source, self.chunk_header, self._limits)
         left: dict[int, int] = {}  # number of message bytes still allowed in each chunk
         unpack = U32.unpack_from
@@ -440,7 +440,7 @@ class BagReader:
         )
 
 
-def _usual_headers(connection: int) -> tuple[bytes, bytes]:
+def usual_headers(connection: int) -> tuple[bytes, bytes]:
     """Return the bytes that precede the timestamp in rosbag's and in rosbag_storage's message records."""
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="

@@ -51,7 +51,7 @@ class Source:
             raise BagFormatError(f"{self.at(position)}: {size} bytes must follow, got {len(data)}")
         return data
 
-    def read_into(self, buffer: bytearray, position: int) -> None:
+    def read_into(self, buffer: bytearray | memoryview, position: int) -> None:
         """Fill `buffer` with the bytes that start at `position`; see `read` for errors."""
         self._seek(position, len(buffer))
         readinto = getattr(self._file, "readinto", None)

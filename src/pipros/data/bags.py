@@ -6,9 +6,9 @@ import glob
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
-from itertools import islice, pairwise
+from itertools import pairwise
 from types import SimpleNamespace, TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import listed
 from pipros.basics.rooms import offered
+from pipros.data.chunks import MessageGroup, grouped, joined_groups, message_groups
 from pipros.data.decode import MalformedMessage, decode
 from pipros.data.limits import DataLimits
 from pipros.data.plans import MessagePlan, plan_of
@@ -37,14 +38,6 @@ Counted = Callable[[int], None]
 
 class UnknownTopic(PiprosError, LookupError):
     """No bag has a topic of this name."""
-
-
-class _Part(NamedTuple):
-    """Joined messages: the topic's bytes, where each message ends, and the times of receipt."""
-
-    data: bytearray
-    ends: list[int]
-    times: list[int]
 
 
 def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
@@ -211,17 +204,17 @@ class Bags:
         every: int,
         datetimes: bool,
         progress: Counted | None,
-    ) -> Iterator[tuple[_Part, Table]]:
+    ) -> Iterator[tuple[MessageGroup, Table]]:
         if every < 1:
             raise ValueError(f"every must be >= 1, got {every}")
         plan = self._plan(topic)
         done = 0
         for part in self._parts(topic, ns_of(start), ns_of(end), every):
-            times = np.array(part.times, np.int64)
+            times = part.times
             try:
-                columns = decode(plan, part.data, np.array(part.ends, np.int64), datetimes=datetimes)
+                columns = decode(plan, part.data, np.cumsum(part.sizes), datetimes=datetimes)
             except MalformedMessage as error:
-                time = "{}.{:09d}".format(*divmod(part.times[error.row], NS_PER_S))
+                time = "{}.{:09d}".format(*divmod(int(times[error.row]), NS_PER_S))
                 raise BagFormatError(f"the message on {listed(topic)} received at {time}: {error}") from None
             receipt = times.view("M8[ns]") if datetimes else times
             yield part, Table(topic, plan.type, {RECEIPT: receipt, **columns})
@@ -240,33 +233,34 @@ class Bags:
         ((kind, _), (_, text)) = next(iter(found.items()))
         return plan_of(kind, text)
 
-    def _parts(self, topic: str, start: int | None, end: int | None, every: int) -> Iterator[_Part]:
+    def _parts(self, topic: str, start: int | None, end: int | None, every: int) -> Iterator[MessageGroup]:
         """Yield the messages of a topic in batches. There is at least one, which may be empty."""
         limit = self._limits.table_batch_bytes
-        part = _Part(bytearray(), [], [])
-        data, ends, times = part
+        waiting: list[MessageGroup] = []
+        size = seen = 0
         is_first = True
-        for _, time_ns, body, _, _ in islice(self._stored(topic, start, end), 0, None, every):
-            data += body
-            ends.append(len(data))
-            times.append(time_ns)
-            if len(data) + 16 * len(ends) > limit:
-                yield part
-                is_first = False
-                part = _Part(bytearray(), [], [])
-                data, ends, times = part
-        if ends or is_first:
-            yield part
+        for group in self._groups(topic, start, end):
+            some = group if every == 1 else group.take(np.arange(-seen % every, len(group.sizes), every))
+            seen += len(group.sizes)
+            for each in some.parts(limit):
+                if waiting and size + each.bytes > limit:
+                    yield joined_groups(waiting)
+                    waiting, size, is_first = [], 0, False
+                waiting.append(each)
+                size += each.bytes
+        if waiting or is_first:
+            yield joined_groups(waiting)
 
-    def _stored(self, topic: str, start: int | None, end: int | None) -> Iterator[Any]:
+    def _groups(self, topic: str, start: int | None, end: int | None) -> Iterator[MessageGroup]:
         bags = [bag for bag in self.readers if bag.connections_of(topic)]
         ranges = [_range_of(bag) for bag in bags]
         if any(late[0] < early[1] for early, late in pairwise(ranges)):
-            for _, fields in merged_raw(bags, lambda each: each.topic == topic, start, end):
-                yield fields
+            merged = merged_raw(bags, lambda each: each.topic == topic, start, end)
+            yield from grouped((fields for _, fields in merged), self._limits.table_batch_bytes)
             return
         for bag in bags:
-            yield from bag.stored_fields(bag.connections_of(topic), start, end, as_views=True)
+            wanted = bag.connections_of(topic)
+            yield from message_groups(bag, wanted, start, end, self._limits.table_batch_bytes)
 
 
 def _matches(path: BagPath) -> list[str]:

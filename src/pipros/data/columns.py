@@ -110,13 +110,25 @@ class TextColumn(OctetColumn):
 
 
 class ListColumn(_Ragged):
-    """A column of arrays. The cells are parts of `values`: arrays, or columns."""
+    """A column of arrays. The cells are parts of `values`: arrays, or columns.
 
-    __slots__ = ("values",)
+    Args:
+        values: may also have a row for each cell, such as a view of messages with arrays of equal length. It
+            is then copied when it is used.
+    """
+
+    __slots__ = ("_values",)
 
     def __init__(self, offsets: Offsets, values: Column) -> None:
         super().__init__(offsets)
-        self.values = values
+        self._values = values
+
+    @property
+    def values(self) -> Column:
+        """The elements of all cells."""
+        if isinstance(self._values, np.ndarray) and self._values.ndim == 2:
+            self._values = np.ascontiguousarray(self._values).reshape(-1)
+        return self._values
 
     def _cell(self, begin: int, end: int) -> Any:
         return self.values[begin:end]

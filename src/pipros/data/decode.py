@@ -23,7 +23,7 @@ from pipros.data.columns import (
     TextColumn,
     offsets_of,
 )
-from pipros.data.cursors import Cursors, TooShort, equal_stride
+from pipros.data.cursors import Cursors, TooShort, equal_stride, values_at
 from pipros.data.plans import LENGTH, FixedField, FixedRun, MessagePlan, SizedPart, value_dtype
 from pipros.data.walk import element_starts
 from pipros.msg.language.spec import NUMBERS, OCTETS, TIMES
@@ -126,6 +126,12 @@ class _Decoder:
             return counts, cursors
         dtype = value_dtype(part.base)
         sizes = counts * dtype.itemsize
+        cursors.need(sizes)
+        equal = int(counts[0]) if len(counts) and cursors.stride and (counts == counts[0]).all() else 0
+        if equal and dtype.shape == ():
+            rows = values_at(cursors.data, cursors.at, cursors.stride, np.dtype((dtype, (equal,))))
+            values: NDArray[Any] = np.not_equal(rows, 0) if part.base == "bool" else rows
+            return ListColumn(offsets_of(counts), values), cursors.moved(sizes)
         values = cursors.parts(sizes).view(dtype.base)
         if part.base == "bool":
             values = values != 0

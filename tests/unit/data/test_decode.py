@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import LaserScan
 
 from pipros.data.columns import joined_columns
 from pipros.data.decode import MalformedMessage, decode
@@ -75,6 +76,15 @@ def test_messages_of_equal_layout_are_views_although_they_have_strings() -> None
     column = columns_of("sensor_msgs/Imu", payloads)["orientation_covariance"]
 
     assert (column.strides, column.base is not None) == ((len(payloads[0]), 8), True)
+
+
+def test_arrays_of_equal_length_are_one_array_when_they_are_used() -> None:
+    scans = [serialized(LaserScan(ranges=[n, 0.5, n])) for n in range(40)]
+    ranges = columns_of("sensor_msgs/LaserScan", scans)["ranges"]
+
+    assert [each.tolist() for each in ranges[5:7]] == [[5, 0.5, 5], [6, 0.5, 6]]
+    assert ranges.values.shape == (120,)
+    assert ranges.values[18:21].tolist() == [6, 0.5, 6]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
@@ -165,9 +166,61 @@ def test_batches_are_bounded_and_together_the_table(folder: Path) -> None:
     name = written("run.bag", [("/s", String("x" * 996), n, 0) for n in range(1, 101)])
     with open_bags(name) as bags:
         batches = list(with_limits(bags, table_batch_bytes=10_000).batches("/s"))
-        assert [each.rows for each in batches] == [10] * 10
+        assert [each.rows for each in batches] == [9] * 11 + [1]
         table = with_limits(bags, table_batch_bytes=10_000).table("/s")
         assert table.to_arrow().equals(bags.table("/s").to_arrow())
+
+
+def test_a_message_larger_than_a_batch_is_a_batch(folder: Path) -> None:
+    texts = ["x" * size for size in (10, 500, 20, 30, 10, 10, 10, 700, 1)]
+    with open_bags(written("run.bag", [("/s", String(text), n, 0) for n, text in enumerate(texts)])) as bags:
+        batches = list(with_limits(bags, table_batch_bytes=100).batches("/s"))
+    assert [each.rows for each in batches] == [1, 1, 2, 3, 1, 1]
+    assert [text for each in batches for text in each["data"]] == texts
+
+
+@pytest.mark.parametrize("every", [1, 3])
+@pytest.mark.parametrize("chunk_bytes", [1, 200, 10_000])
+def test_rows_equal_those_of_the_reader_in_any_order(folder: Path, every: int, chunk_bytes: int) -> None:
+    rng = seeded(3)
+    for _ in range(30):
+        rows: list[Row] = [("/n", Int32(n), rng.randrange(5), rng.randrange(2)) for n in range(40)]
+        rows += [("/other", String("x" * rng.randrange(90)), rng.randrange(5), 0) for _ in range(10)]
+        rng.shuffle(rows)
+        if rng.random() < 0.5:
+            rows.sort(key=lambda row: row[2:])
+        with open_bags(written("run.bag", rows, chunk_bytes=chunk_bytes)) as bags:
+            expected = [m.data for _, m, _, _ in bags.readers[0].messages("/n", 1.0, 3.0)]
+            table = with_limits(bags, table_batch_bytes=200).table("/n", start=1.0, end=3.0, every=every)
+            assert table["data"].tolist() == expected[::every]
+
+
+def test_two_publishers_are_read_in_the_order_of_the_reader(folder: Path) -> None:
+    with Path("two.bag").open("w+b") as file:
+        writer = BagWriter(file, chunk_bytes=100)
+        publishers = [writer.add_connection("/n", header_of(Int32(), "/n", callerid=f"/{n}")) for n in (1, 2)]
+        for n in range(60):
+            writer.write_message(publishers[n % 3 % 2], n // 7, 0, Int32(n))
+        writer.finish()
+    with open_bags("two.bag") as bags:
+        expected = [m.data for _, m, _, _ in bags.readers[0].messages("/n")]
+        assert bags.table("/n")["data"].tolist() == expected
+        assert expected != list(range(60))
+
+
+def test_an_index_that_names_a_message_many_times_is_refused(folder: Path) -> None:
+    rows: list[Row] = [("/s", String("x" * (3000 if n == 1 else 10)), n, 0) for n in range(1, 51)]
+    content = bag_bytes(rows)
+    entries = [content.rindex(struct.pack("<II", n, 0)) for n in range(2, 50)]  # the index is last
+    first = content[entries[0] - 12 : entries[0]]
+    for at in entries:
+        content = content[: at + 8] + first[8:] + content[at + 12 :]
+    Path("bomb.bag").write_bytes(content)
+    with (
+        open_bags("bomb.bag") as bags,
+        pytest.raises(BagFormatError, match="the messages are larger than their chunk"),
+    ):
+        bags.table("/s")
 
 
 def test_memory_is_that_of_a_batch(folder: Path) -> None:

@@ -1,0 +1,206 @@
+"""Read the messages of a topic in groups: all those of a chunk at once, without Python for single messages.
+
+rosbag and rosbag_storage write message records whose headers have one size, so the positions of the messages
+follow from the index. Other bags, MCAP files and ROS 2 bags are read message by message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice, pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pipros.bag.chunk_data import LARGE_BYTES, ChunkStore, check_chunk
+from pipros.bag.compression import NONE
+from pipros.bag.connection import Connection
+from pipros.bag.reader import BagReader, usual_headers
+from pipros.bag.records import TIMES_NS
+from pipros.basics.limits import process_limits
+from pipros.data.cursors import joined_parts, values_at
+from pipros.msg.time import NS_PER_S
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_LENGTH = np.dtype("<u4")
+_LONG_BYTES = 1024
+"""Mean size of messages from which on copying them one by one is faster: it touches less new memory."""
+
+
+class MessageGroup(NamedTuple):
+    """Messages in the order of their receipt: their bytes, joined, their sizes and times (ns)."""
+
+    data: NDArray[np.uint8]
+    sizes: NDArray[np.int64]
+    times: NDArray[np.int64]
+
+    @property
+    def bytes(self) -> int:
+        """The memory of the messages and of their sizes and times."""
+        return len(self.data) + 16 * len(self.sizes)
+
+    def parts(self, limit: int) -> Iterator[MessageGroup]:
+        """Yield the messages in groups of at most `limit` bytes, or of single messages that are larger."""
+        weights = np.cumsum(self.sizes + 16)
+        first = done = 0
+        while first < len(weights):
+            last = max(first + 1, int(np.searchsorted(weights, done + limit, "right")))
+            rows = slice(first, last)
+            data = self.data[done - 16 * first : int(weights[last - 1]) - 16 * last]
+            yield MessageGroup(data, self.sizes[rows], self.times[rows])
+            first, done = last, int(weights[last - 1])
+
+    def take(self, rows: NDArray[np.int64]) -> MessageGroup:
+        """Return some of the messages."""
+        begins = np.cumsum(self.sizes) - self.sizes
+        sizes = self.sizes[rows]
+        return MessageGroup(joined_parts(self.data, begins[rows], sizes), sizes, self.times[rows])
+
+
+class _Unusual(Exception):
+    """The messages must be read one by one, or it is faster."""
+
+
+def message_groups(
+    bag: BagReader,
+    connections: Sequence[Connection],
+    start_ns: int | None,
+    end_ns: int | None,
+    limit: int,
+) -> Iterator[MessageGroup]:
+    """Yield the messages that `BagReader.stored_fields` yields, in the same order.
+
+    Args:
+        limit: approximate maximum of a group in bytes. The messages of a chunk are one group, however.
+
+    Raises:
+        BagFormatError: the bag is damaged.
+    """
+    done = 0
+    try:
+        for group in _of_chunks(bag, connections, start_ns, end_ns):
+            yield group
+            done += len(group.sizes)
+    except _Unusual:
+        fields = bag.stored_fields(connections, start_ns, end_ns, as_views=True)
+        yield from grouped(islice(fields, done, None), limit)
+
+
+def grouped(fields: Iterable[tuple[Connection, int, Any, int, int]], limit: int) -> Iterator[MessageGroup]:
+    """Yield groups of the messages that `BagReader.stored_fields` yields, each of some `limit` bytes."""
+    pieces: list[bytes] = []
+    times: list[int] = []
+    size = 0
+    for _, time_ns, body, _, _ in fields:
+        pieces.append(body if body.__class__ is bytes else bytes(body))
+        times.append(time_ns)
+        size += len(body)
+        if size + 16 * len(pieces) > limit:
+            yield _group(pieces, times)
+            pieces, times, size = [], [], 0
+    if pieces:
+        yield _group(pieces, times)
+
+
+def joined_groups(groups: Sequence[MessageGroup]) -> MessageGroup:
+    """Return one group with the messages of several ones, or an empty one."""
+    if len(groups) == 1:
+        return groups[0]
+    if not groups:
+        return _group([], [])
+    return MessageGroup(*(np.concatenate(each) for each in zip(*groups, strict=True)))
+
+
+def _group(pieces: list[bytes], times: list[int]) -> MessageGroup:
+    data = np.frombuffer(b"".join(pieces), np.uint8)
+    return MessageGroup(data, np.fromiter(map(len, pieces), np.int64, len(pieces)), np.array(times, np.int64))
+
+
+def _of_chunks(
+    bag: BagReader, connections: Sequence[Connection], start_ns: int | None, end_ns: int | None
+) -> Iterator[MessageGroup]:
+    if type(bag) is not BagReader or bag.layout.version.number != 200:
+        raise _Unusual
+    wanted = {each.id for each in connections}
+    chunks = [
+        (chunk, number)
+        for number, chunk in enumerate(bag.chunks)
+        if not wanted.isdisjoint(chunk.counts)
+        and (start_ns is None or chunk.end_ns >= start_ns)
+        and (end_ns is None or chunk.start_ns <= end_ns)
+    ]
+    chunks.sort(key=lambda each: (each[0].start_ns, each[1]))
+    # Equal times in two chunks are ordered by connection.
+    apart = 1 if len(connections) > 1 else 0
+    if any(later.start_ns < earlier.end_ns + apart for (earlier, _), (later, _) in pairwise(chunks)):
+        raise _Unusual
+    numbers = [number for _, number in chunks]
+    chunk_reader = _ChunkReader(bag)
+    try:
+        for at, (chunk, number) in enumerate(chunks):
+            data = chunk_reader.read(number, numbers[at + 1 : at + 9])
+            times, begins, sizes = _messages(bag, number, connections, data)
+            if len(times) and not chunk.start_ns <= times[0] <= times[-1] <= min(chunk.end_ns, TIMES_NS - 1):
+                raise _Unusual
+            if int(sizes.sum()) > _LONG_BYTES * len(sizes):
+                raise _Unusual
+            first = 0 if start_ns is None else int(np.searchsorted(times, start_ns, "left"))
+            last = len(times) if end_ns is None else int(np.searchsorted(times, end_ns, "right"))
+            rows = slice(first, last)
+            yield MessageGroup(joined_parts(data, begins[rows], sizes[rows]), sizes[rows], times[rows])
+    finally:
+        chunk_reader.store.close()
+
+
+class _ChunkReader:
+    """Reads chunks: uncompressed ones into one buffer, because new memory takes longer than reading."""
+
+    def __init__(self, bag: BagReader) -> None:
+        self._bag = bag
+        self._limits = process_limits()
+        self._buffer = bytearray()
+        self.store = ChunkStore(bag.source, bag.chunk_header, self._limits)
+
+    def read(self, number: int, upcoming: Sequence[int]) -> NDArray[np.uint8]:
+        """Return the content of a chunk, which is valid until the next call."""
+        header = self._bag.chunk_header(number)
+        if header.compression == NONE and header.size == header.data_size <= LARGE_BYTES:
+            check_chunk(self._bag.source, header, self._limits)
+            if len(self._buffer) < header.size:
+                self._buffer = bytearray(header.size)
+            content = memoryview(self._buffer)[: header.size]
+            self._bag.source.read_into(content, header.data_position)
+            return np.frombuffer(content, np.uint8)
+        data = self.store.get(number, upcoming)
+        if data is None:
+            raise _Unusual
+        self.store.drop(number)
+        return np.frombuffer(data, np.uint8)
+
+
+def _messages(
+    bag: BagReader, number: int, connections: Sequence[Connection], data: NDArray[np.uint8]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the times, positions and sizes of messages in a chunk, sorted like those of `BagReader`."""
+    index = bag.chunk_index(number)
+    found = []
+    for rank, connection in enumerate(connections):
+        entries = np.frombuffer(index.get(connection.id, b""), _LENGTH).reshape(-1, 3).astype(np.int64)
+        times, offsets = entries[:, 0] * NS_PER_S + entries[:, 1], entries[:, 2]
+        headers = [np.frombuffer(each, np.uint8) for each in usual_headers(connection.id)]
+        size = len(headers[0])
+        begins = offsets + size + 12  # behind the time and the size of the message
+        if (begins > len(data)).any():
+            raise _Unusual
+        records = values_at(data, offsets, None, np.dtype((np.void, size))).view(np.uint8).reshape(-1, size)
+        if not np.logical_or(*((records == each).all(axis=1) for each in headers)).all():
+            raise _Unusual
+        sizes = values_at(data, begins - 4, None, _LENGTH).astype(np.int64)
+        found.append((times, begins, sizes, np.full(len(times), rank)))
+    times, begins, sizes, ranks = (np.concatenate(each) for each in zip(*found, strict=True))
+    if (begins + sizes > len(data)).any() or int(sizes.sum()) > len(data):
+        raise _Unusual  # which reading one by one reports as damage
+    order = np.lexsort((begins, ranks, times))
+    return times[order], begins[order], sizes[order]
