@@ -24,8 +24,8 @@ _SHOWN = 60
 _CHECKED_CHARACTERS = 4096
 _LONG_CHARACTERS = 65_536
 _LONG_TEXTS = threading.Lock()
-"""Held while a long text is parsed. Parsing stops all other threads; without the lock, each of them would wait
-for the texts of all clients before it continues, instead of one."""
+"""Held while a long text is parsed. Parsing stops all other threads; without the lock, each of them would
+wait for the texts of all clients before it continues, instead of one."""
 _LIST_BYTES, _DICT_BYTES, _ITEM_BYTES, _QUOTE_BYTES = 90, 250, 40, 30
 """Memory of Python objects, rounded up. `{}` and `[]` need 30 times as much memory as their text."""
 
