@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import Future
 from typing import Final, ParamSpec, TypeVar
 
 from pipros.basics.budget import Budget
+from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
+
+logger = logging.getLogger("pipros.bridges")
 
 T = TypeVar("T")
 P = ParamSpec("P")
@@ -38,6 +42,59 @@ class CallTurns:
     def close(self) -> None:
         """End the idle threads."""
         self._workers.close()
+
+
+class QuestionTurns:
+    """Runs short calls of all clients in turns, in a few threads. Thread-safe; no method blocks.
+
+    A thread for each client would not be faster: they would wait for each other, and with them the rest of
+    the program.
+    """
+
+    def __init__(self, name: str, threads: int) -> None:
+        self._idle = threads
+        self._calls: Turns[Hashable, Callable[[], object]] = Turns()
+        self._workers = Workers(name)
+        self._lock = threading.Lock()
+
+    def run(self, user: Hashable, call: Callable[[], object]) -> None:
+        """Start a call in a thread, or queue it.
+
+        Raises:
+            RuntimeError: the system cannot start another thread.
+        """
+        with self._lock:
+            self._calls.put(user, call)
+            if not self._idle:
+                return
+            self._idle -= 1
+        try:
+            self._workers.run(self._work)
+        except RuntimeError:
+            with self._lock:
+                self._idle += 1
+            raise
+
+    def forget(self, user: Hashable) -> None:
+        """Drop the waiting calls of a client that has left."""
+        with self._lock:
+            self._calls.forget(user)
+
+    def close(self) -> None:
+        """End the idle threads."""
+        self._workers.close()
+
+    def _work(self) -> None:
+        while True:
+            with self._lock:
+                if not len(self._calls):
+                    self._idle += 1
+                    return
+                _, call = self._calls.pop()
+            try:
+                call()
+            except Exception:
+                logger.exception("unexpected error in a question of a client")
 
 
 class ClientCalls:

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
-from pipros.bridges.call_turns import CallTurns
+from pipros.bridges.call_turns import CallTurns, QuestionTurns
 from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.rosapi import MASTER_DEADLINE_S
 from pipros.bridges.rosbridge.effects import (
@@ -54,8 +54,8 @@ from pipros.node.service_client import ServiceClient
 
 CALLS_AT_ONCE: Final = 64
 """Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
-QUESTIONS_AT_ONCE: Final = 4
-"""The same for questions to rosapi. They seldom wait, so more threads would only delay each other."""
+QUESTION_THREADS: Final = 4
+"""Threads for the questions of all clients to rosapi, which seldom wait."""
 CALLS_OF_A_CLIENT: Final = 256
 """Maximum number of running and queued calls of one client."""
 SMALL_CALL_BYTES: Final = 4096
@@ -104,7 +104,7 @@ class RosbridgeNode:
         )
         self.calls = CallTurns("service calls of a bridge", CALLS_AT_ONCE)
         # Questions to rosapi are short, and do not wait for calls that may take minutes.
-        self.questions = CallTurns("questions of a bridge", QUESTIONS_AT_ONCE)
+        self.questions = QuestionTurns("questions of a bridge", QUESTION_THREADS)
 
     def connect(self, outbox: ClientOutbox, shares: ClientShares | None = None) -> RosbridgeSession:
         """Return a session for a new client. The caller must send the session's outbox to the client."""
@@ -128,7 +128,7 @@ class RosbridgeSession:
     Attributes:
         outbox: data for the client.
         ended: reason for disconnecting the client; empty while it may stay connected.
-        worked_s: processor time (s) that the client's messages have taken so far.
+        worked_s: processor time (s) that the client's messages and calls have taken so far.
     """
 
     def __init__(self, bridge: RosbridgeNode, outbox: ClientOutbox, shares: ClientShares) -> None:
@@ -145,7 +145,6 @@ class RosbridgeSession:
         self._calls = OpenCalls()
         self._open_calls = 0
         self._call_turns = bridge.calls.user()
-        self._questions = bridge.questions.user()
         self._is_closed = False
         self._lock = threading.Lock()
         self._carry_out: Mapping[type, Callable[[Any], None]] = {
@@ -176,7 +175,7 @@ class RosbridgeSession:
             self._is_closed = True
         self._calls.interrupt()
         self._call_turns.close()
-        self._questions.close()
+        self._bridge.questions.forget(self)
         while self._streams:  # they refer to the session; without this cycle, each is freed at once
             self._streams.popitem()[1].close()
         for service in list(self._offered.values()):
@@ -219,6 +218,10 @@ class RosbridgeSession:
         try:
             self._carry_out_all(effects)
         finally:
+            self._count_work(began_s)
+
+    def _count_work(self, began_s: float) -> None:
+        with self._lock:
             self.worked_s += time.thread_time() - began_s
 
     def _carry_out_all(self, effects: Iterator[Effect]) -> None:
@@ -311,11 +314,15 @@ class RosbridgeSession:
             if not self._shares.calls.take(size_bytes):
                 raise PiprosError("pending calls from this client need too much memory; wait until one ends")
             self._open_calls += 1
-        turns = self._questions if is_question else self._call_turns
-        turns.run(partial(self._call_now, effect, size_bytes))
+        call = partial(self._call_now, effect, size_bytes)
+        if is_question:
+            self._bridge.questions.run(self, call)
+        else:
+            self._call_turns.run(call)
 
     def _call_now(self, effect: CallService, size_bytes: int) -> None:
         """Call a service and send the response. Runs in a separate thread."""
+        began_s = time.thread_time()
         try:
             values, is_success = self._response(effect), True
         except Exception as error:
@@ -330,6 +337,7 @@ class RosbridgeSession:
                 self._send(response, effect.fragment_size)
             except PiprosError as error:
                 self._send(response_to(effect.operation, str(error), is_success=False))
+        self._count_work(began_s)
 
     def _response(self, effect: CallService) -> Any:
         service = self._node.resolve(effect.service)
