@@ -26,17 +26,17 @@ def test_a_client_with_one_question_waits_for_one_question_of_each_other_client(
 def test_the_questions_share_a_few_threads() -> None:
     turns = QuestionTurns("questions", 2)
     together = threading.Barrier(3)
-    names: set[str] = set()
+    threads: set[int] = set()
 
     def meet() -> None:
-        names.add(threading.current_thread().name)
+        threads.add(threading.get_ident())
         together.wait(20)
 
     for user in range(4):
         turns.run(user, meet)
     together.wait(20)
     together.wait(20)
-    assert len(names) == 2
+    assert len(threads) == 2
     turns.close()
 
 
