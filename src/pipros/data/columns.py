@@ -31,6 +31,9 @@ class _Ragged:
     def __len__(self) -> int:
         return len(self.offsets) - 1
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {len(self)} cells>"
+
     def __iter__(self) -> Iterator[Any]:
         return (self._cell(int(a), int(b)) for a, b in pairwise(self.offsets))
 

@@ -70,6 +70,9 @@ class SizedPart:
     element: MessagePlan | None = None
 
 
+STRING = SizedPart("", "string", False)
+"""The only step of the plan for strings in arrays."""
+
 PlanStep: TypeAlias = "FixedRun | SizedPart"
 
 
@@ -124,7 +127,7 @@ def value_dtype(base: str) -> np.dtype[Any]:
 class _Planner:
     def __init__(self) -> None:
         self._plans: dict[str, MessagePlan] = {}
-        self._text = MessagePlan("string", (SizedPart("", "string", False),), None, LENGTH.itemsize)
+        self._text = MessagePlan("string", (STRING,), None, LENGTH.itemsize)
 
     def plan(self, layout: TypeLayout) -> MessagePlan:
         name = layout.spec.type

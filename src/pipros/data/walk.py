@@ -14,7 +14,7 @@ import numpy as np
 
 from pipros.data.columns import Offsets
 from pipros.data.cursors import Cursors, TooShort, equal_stride
-from pipros.data.plans import LENGTH, FixedRun, MessagePlan, SizedPart, value_dtype
+from pipros.data.plans import LENGTH, STRING, FixedRun, MessagePlan, SizedPart, value_dtype
 from pipros.msg.language.spec import NUMBERS, TIMES
 
 if TYPE_CHECKING:
@@ -65,10 +65,11 @@ def _skip_elements(
     for row in range(active):
         position, end = int(at[row]), int(ends[row])
         count = -int(falling[row])
+        skip = _skip_string if plan.steps[0] == STRING else _skip_one
         positions = []
         for _ in range(number, count):
             positions.append(position)
-            position = _skip_one(plan, data, position, end)
+            position = skip(plan, data, position, end)
         if noted is not None:
             first = int(noted[1][order[row]])
             noted[0][first + number : first + count] = positions
@@ -99,6 +100,16 @@ def _skip(plan: MessagePlan, cursors: Cursors) -> NDArray[np.int64]:
             cursors.need(counts * (size or 0))
             cursors = cursors.moved(counts * (size or 0))
     return cursors.at
+
+
+def _skip_string(_: MessagePlan, data: memoryview, position: int, end: int) -> int:
+    """Return the position behind a string; like `_skip_one`, but faster."""
+    if position + 4 > end:
+        raise TooShort(position, 4, end)
+    after: int = position + 4 + _U32(data, position)[0]
+    if after > end:
+        raise TooShort(position + 4, after - position - 4, end)
+    return after
 
 
 def _skip_one(plan: MessagePlan, data: memoryview, position: int, end: int) -> int:

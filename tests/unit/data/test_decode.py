@@ -135,6 +135,20 @@ def test_claimed_lengths_allocate_no_memory(type_name: str) -> None:
     assert peak < 4 << 20
 
 
+def test_many_strings_in_one_message_are_found() -> None:
+    texts = [f"{n}" for n in range(5000)]
+    joined = b"".join(len(each).to_bytes(4, "little") + each.encode() for each in texts)
+    plan = plan_of("a/B", "string[] some\nstring last")
+    payload = (5000).to_bytes(4, "little") + joined + b"\1\0\0\0z"
+
+    columns = decode(plan, payload, np.array([len(payload)]))
+
+    assert (list(columns["some"][0]), columns["last"][0]) == (texts, "z")
+    for cut in range(1, 12):
+        with pytest.raises(MalformedMessage, match=r"bytes must follow at byte"):
+            decode(plan, payload[:-cut], np.array([len(payload) - cut]))
+
+
 def test_random_bytes_are_read_or_refused() -> None:
     rng = seeded(6)
     for type_name in ("tf2_msgs/TFMessage", "diagnostic_msgs/DiagnosticArray", "sensor_msgs/JointState"):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import PointStamped, Twist
+from geometry_msgs.msg import PointStamped
 from sensor_msgs.msg import CompressedImage, Image, Imu, PointCloud2, PointField
 from std_msgs.msg import Int32, String
 
@@ -101,16 +101,6 @@ def test_tables_equal_rosbags_in_every_format(name: str, folder: Path) -> None:
 def test_bags_of_genuine_rosbag_are_read(name: str) -> None:
     with open_bags(GOLDEN / name) as bags:
         assert sum(bags.table(topic).rows for topic in bags.topics()) == bags.readers[0].message_count > 0
-
-
-@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
-def test_ros_2_bags_are_read(storage: str, folder: Path) -> None:
-    written("run.bag", [("/t", Twist(), 3, 4), ("/s", String("x"), 3, 5)])
-    assert rosbag(["convert", "-q", "--ros2", "jazzy", "--storage", storage, "run.bag", "ros2"]) == 0
-
-    with open_bags("ros2") as bags:
-        assert list(bags.table("/t"))[:2] == ["_time", "linear.x"]
-        assert list(bags.table("/s")["data"]) == ["x"]
 
 
 def test_several_bags_are_one_in_the_order_of_receipt(folder: Path) -> None:

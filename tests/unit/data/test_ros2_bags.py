@@ -1,0 +1,31 @@
+"""ROS 2 bags as tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from geometry_msgs.msg import Twist
+from std_msgs.msg import String
+
+from pipros.cli.rosbag import main as rosbag
+from pipros.data import open_bags
+from pipros.ros2.distribution import Distribution
+from tests.support.bags import bag_bytes
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_ros_2_bags_are_read(storage: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    twist = Twist()
+    twist.linear.x = 1.5
+    Path("run.bag").write_bytes(bag_bytes([("/t", twist, 3, 4), ("/s", String("x"), 3, 5)]))
+    command = ["convert", "-q", "--ros2", Distribution.JAZZY.value, "--storage", storage, "run.bag", "ros2"]
+    assert rosbag(command) == 0
+
+    with open_bags("ros2") as bags:
+        assert bags.table("/t")["linear.x"].tolist() == [1.5]
+        assert bags.table("/s")["_time"].tolist() == [3_000_000_005]
+        assert list(bags.table("/s")["data"]) == ["x"]
+    assert rosbag(["table", "ros2", "/t", "-o", "t.csv"]) == 0
+    assert len(Path("t.csv").read_text().splitlines()) == 2
