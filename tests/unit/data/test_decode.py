@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
 
 from pipros.data.columns import joined_columns
 from pipros.data.decode import MalformedMessage, decode
@@ -58,6 +61,21 @@ def test_cells_of_all_shipped_types_equal_those_of_rosbags(package: str) -> None
 )
 def test_cells_equal_those_of_rosbags_if_many_messages_are_read_together(type_name: str) -> None:
     assert differences(type_name, payloads_of(type_name, 80, seeded(1))) == []
+
+
+def test_cells_equal_those_of_rosbags_if_arrays_are_long() -> None:
+    rng = seeded(8)
+    payloads: dict[str, list[bytes]] = {"tf2_msgs/TFMessage": [], "diagnostic_msgs/DiagnosticArray": []}
+    for _ in range(60):
+        stamped = [fill_at_random(TransformStamped(), rng) for _ in range(rng.randint(0, 12))]
+        payloads["tf2_msgs/TFMessage"].append(serialized(TFMessage(stamped)))
+        statuses = [fill_at_random(DiagnosticStatus(), rng) for _ in range(rng.randint(0, 9))]
+        for status in statuses:
+            status.values = [fill_at_random(KeyValue(), rng) for _ in range(rng.randint(0, 9))]
+        payloads["diagnostic_msgs/DiagnosticArray"].append(serialized(DiagnosticArray(status=statuses)))
+    for type_name, some in payloads.items():
+        assert differences(type_name, some) == []
+        assert differences(type_name, some[:5]) == []  # elements of few messages are skipped one by one
 
 
 def test_columns_of_fixed_size_types_are_views_of_the_messages() -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import struct
 import tracemalloc
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from geometry_msgs.msg import PointStamped
-from sensor_msgs.msg import CompressedImage, Image, Imu, PointCloud2, PointField
+from sensor_msgs.msg import Imu, PointCloud2
 from std_msgs.msg import Int32, String
 
 from pipros.bag.errors import BagError, BagFormatError
@@ -23,7 +22,6 @@ from pipros.data import Bags, open_bags
 from pipros.data.bags import UnknownTopic
 from pipros.data.limits import DataLimits
 from pipros.msg.time import Time
-from pipros.pictures.errors import PictureError
 from tests.support.bags import Row, bag_bytes, header_of, old_bag_bytes, some_rows
 from tests.support.environments import REPOSITORY
 from tests.support.random_messages import fill_at_random
@@ -185,9 +183,10 @@ def test_rows_equal_those_of_the_reader_in_any_order(folder: Path, every: int, c
             assert table["data"].tolist() == expected[::every]
 
 
-def test_two_publishers_are_read_in_the_order_of_the_reader(folder: Path) -> None:
+@pytest.mark.parametrize("chunk_bytes", [100, 10_000])
+def test_two_publishers_are_read_in_the_order_of_the_reader(chunk_bytes: int, folder: Path) -> None:
     with Path("two.bag").open("w+b") as file:
-        writer = BagWriter(file, chunk_bytes=100)
+        writer = BagWriter(file, chunk_bytes=chunk_bytes)
         publishers = [writer.add_connection("/n", header_of(Int32(), "/n", callerid=f"/{n}")) for n in (1, 2)]
         for n in range(60):
             writer.write_message(publishers[n % 3 % 2], n // 7, 0, Int32(n))
@@ -273,59 +272,3 @@ def test_tables_become_parquet_arrow_and_pandas(folder: Path, monkeypatch: pytes
     monkeypatch.setitem(__import__("sys").modules, "pandas", None)
     with pytest.raises(MissingExtra, match="to_pandas needs pandas, which is not installed"):
         table.to_pandas()
-
-
-def picture() -> Iterator[Row]:
-    pixels = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
-    padded = b"".join(line.tobytes() + b"pad" for line in pixels)
-    yield "/raw", Image(height=2, width=3, encoding="rgb8", step=12, data=padded), 1, 0
-    yield "/raw", Image(height=2, width=3, encoding="rgb8", step=12, data=padded[:-1]), 2, 0
-    depth = np.array([[1, 2], [3, 4]], ">u2")
-    image = Image(height=2, width=2, encoding="16UC1", is_bigendian=1, step=4, data=depth.tobytes())
-    yield "/depth", image, 1, 0
-
-
-def test_images_are_decoded_when_they_are_accessed(folder: Path) -> None:
-    with open_bags(written("run.bag", list(picture()))) as bags:
-        raw, depth = bags.table("/raw"), bags.table("/depth")
-
-    assert raw["_image"][0].tolist() == np.arange(18).reshape(2, 3, 3).tolist()
-    with pytest.raises(PictureError, match="3 x 2 pixels of rgb8 in rows of 12 bytes need 24 bytes, got 23"):
-        raw["_image"][1]
-    assert [each.tolist() for each in depth["_image"]] == [[[1, 2], [3, 4]]]
-    assert "_image" not in list(raw)
-    with pytest.raises(KeyError):
-        raw["_points"]
-
-
-def test_compressed_images_keep_their_bytes(folder: Path) -> None:
-    import cv2
-
-    jpeg = cv2.imencode(".jpg", np.full((4, 5, 3), 90, np.uint8))[1].tobytes()
-    message = CompressedImage(format="jpeg", data=jpeg)
-    with open_bags(written("run.bag", [("/camera/compressed", message, 1, 0)])) as bags:
-        table = bags.table("/camera/compressed")
-
-    assert table["data"][0] == jpeg
-    assert table["_image"][0].shape == (4, 5, 3)
-
-
-def test_clouds_are_structured_arrays(folder: Path) -> None:
-    points = np.zeros(
-        (1, 2), {"names": ["x", "rgb"], "formats": ["<f4", "<u4"], "offsets": [0, 8], "itemsize": 12}
-    )
-    points["x"], points["rgb"] = [[1.5, 2.5]], [[7, 8]]
-    fields = [PointField("x", 0, 7, 1), PointField("rgb", 8, 6, 1)]
-    cloud = PointCloud2(height=1, width=2, fields=fields, point_step=12, row_step=24, data=points.tobytes())
-    wide = PointCloud2(height=1, width=2, fields=[PointField("x", 10, 7, 1)], point_step=12, row_step=24)
-    short = PointCloud2(height=1, width=2, fields=fields, point_step=12, row_step=24, data=b"x")
-    rows: list[Row] = [("/c", each, at, 0) for at, each in enumerate((cloud, wide, short), 1)]
-    with open_bags(written("run.bag", rows)) as bags:
-        column = bags.table("/c")["_points"]
-
-    assert (column[0]["x"].tolist(), column[0]["rgb"].tolist()) == ([[1.5, 2.5]], [[7, 8]])
-    with pytest.raises(PictureError, match="'x' must fit once into a point of 12 bytes"):
-        column[1]
-    with pytest.raises(PictureError, match=r"2 x 1 points .* need 24 bytes, got 1"):
-        column[2]
-    assert len(column) == 3
