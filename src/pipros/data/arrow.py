@@ -31,9 +31,11 @@ def arrow_table(columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.boo
 
 
 def _array(pa: Any, column: Column, gaps: NDArray[np.bool_] | None = None) -> Any:
-    whole = _whole(pa, column)
     if gaps is None or not gaps.any():
-        return whole
+        return _whole(pa, column)
+    if isinstance(column, np.ndarray) and column.ndim == 2:  # pyarrow 22 writes no nulls of fixed size
+        column = ListColumn(np.arange(len(gaps) + 1) * column.shape[1], column)
+    whole = _whole(pa, column)
     return whole.take(pa.array(np.arange(len(gaps)), mask=gaps))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from geometry_msgs.msg import PointStamped, TransformStamped
+from sensor_msgs.msg import Imu
 from std_msgs.msg import Int32
 from tf2_msgs.msg import TFMessage
 
@@ -150,3 +151,12 @@ def test_columns_of_another_length_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="the column y must be new and have 1 rows, got 2 rows"):
         table.with_columns({"y": np.zeros(2)})
     assert table.with_columns({"y": np.ones(1)}).take([0])["y"].tolist() == [1.0]
+
+
+def test_gaps_of_fixed_arrays_are_nulls(tmp_path: Path) -> None:
+    rows: list[Row] = [("/a", Int32(n), n, 0) for n in (10, 20)]
+    imu = Imu(orientation_covariance=[float(n) for n in range(9)])
+    with opened(tmp_path, [*rows, ("/imu", imu, 15, 0)]) as bags:
+        table = bags.asof("/a", "/imu")
+    cells = table.to_arrow()["imu.orientation_covariance"].to_pylist()
+    assert cells == [None, [float(n) for n in range(9)]]
