@@ -21,7 +21,7 @@ from pipros.msg.errors import DeserializationError
 from tests.fuzz import mutation
 
 MEMORY_PER_BYTE = 200
-"""An empty string in an array takes four bytes in a message, and several numbers of eight bytes in a table."""
+"""An empty string in an array takes four bytes in a message, and several numbers of 8 bytes in a table."""
 
 MEMORY_OF_PLANS = 4_000_000
 
