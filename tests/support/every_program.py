@@ -395,6 +395,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--at-once", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args(argv)
+    # A shell lets its jobs in the background ignore Ctrl-C, and programs inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     chance = random.Random(options.seed)  # noqa: S311
     trials = [
         (command, moment, number)
