@@ -324,8 +324,10 @@ class BridgeServer:
             del self._clients[client]
             session.close()
             client.close()
-            received, sent = client.received, client.outbox.total
-            self._freed_memory.note_left(received.bytes + sent.bytes, received.messages + sent.messages)
+            received, sent, held_bytes = client.received, client.outbox.total, int(client.shares.memory.peak)
+            self._freed_memory.note_left(
+                received.bytes + sent.bytes + held_bytes, received.messages + sent.messages
+            )
 
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.

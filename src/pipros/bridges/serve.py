@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import ipaddress
 import socket
 import ssl
@@ -145,6 +146,7 @@ def _serve(
         )
         try:
             loop.run(_open(server, options, protocols, tls))
+            gc.freeze()  # what exists now stays, so the collector need not stop the clients to search it
             _announce(options, server.port, protocols.page, secret)
             over.wait()
         except OSError as error:

@@ -6,11 +6,11 @@ object is discarded with an error for the client, and reading continues with the
 
 from __future__ import annotations
 
+import gc
 import json
 import re
 import threading
 from collections.abc import Iterator
-from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -53,8 +53,7 @@ def json_object(text: str | bytes) -> dict[str, Any]:
         BadInput: the text is not a JSON object, or is nested too deeply.
     """
     try:
-        with _LONG_TEXTS if len(text) > _LONG_CHARACTERS else nullcontext():
-            value = json.loads(text)
+        value = _long_value(text) if len(text) > _LONG_CHARACTERS else json.loads(text)
     except RecursionError:
         raise BadInput("the JSON object is nested too deeply") from None
     except ValueError as error:
@@ -62,6 +61,18 @@ def json_object(text: str | bytes) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise BadInput(f"expected a JSON object, got {str(value)[:_SHOWN]!r}")
     return value
+
+
+def _long_value(text: str | bytes) -> Any:
+    """Parse a long text. The collector would search all objects again for every few thousand new ones."""
+    with _LONG_TEXTS:
+        was_enabled = gc.isenabled()
+        gc.disable()
+        try:
+            return json.loads(text)
+        finally:
+            if was_enabled:
+                gc.enable()
 
 
 class JsonObjects:
