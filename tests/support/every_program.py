@@ -281,7 +281,8 @@ class End:
         trace = self.output.rpartition("Traceback (most recent")[2] if "Traceback" in self.output else ""
         is_of_thread = "Exception in thread" in self.output
         is_of_command = "in guarded" in self.output and not _AT_ENTRY.search(trace)
-        if trace and (is_of_thread or is_of_command or not trace.rstrip().endswith("KeyboardInterrupt")):
+        is_ctrl_c = trace.rstrip(": \n").endswith("KeyboardInterrupt")
+        if trace and (is_of_thread or is_of_command or not is_ctrl_c):
             return f"{self} with a traceback\n{self.output}"
         return ""
 
