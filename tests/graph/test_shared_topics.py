@@ -162,3 +162,26 @@ def test_a_client_that_replaces_its_subscription_all_the_time_has_one_and_misses
     pending = topics.take("/chatter", None, received.append, replaces=taken)
     pending.close()  # whether it has begun or not
     wait_until(lambda: not topics.counts() and publisher.connection_count == 0)
+
+
+def test_a_subscription_lasts_if_the_one_that_replaces_it_fails(
+    topics: SharedTopics, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    publisher = make_node("talker").advertise("/chatter", String)
+    received: list[str] = []
+    taken = topics.take("/chatter", None, lambda message: received.append(text_of(message)))
+    wait_until(lambda: publisher.connection_count == 1)
+
+    is_tried = threading.Event()
+
+    def fail(_: object) -> None:
+        is_tried.set()
+        raise LimitExceeded("too many")
+
+    monkeypatch.setattr(topics, "_subscribe", fail)
+    later = topics.take("/chatter", None, list[TopicMessage]().append, replaces=taken)
+    assert is_tried.wait(20)
+    wait_until(lambda: publisher.publish(String("still")) or received)
+    assert topics.counts() == {"/chatter": 2}
+    later.close()
+    wait_until(lambda: not topics.counts())

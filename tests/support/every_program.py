@@ -395,13 +395,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--moments", type=int, default=len(MOMENTS_MS))
     parser.add_argument("--at-once", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--without-nodes", action="store_true", help="leave out what rosrun starts")
     options = parser.parse_args(argv)
     # A shell lets its jobs in the background ignore Ctrl-C, and programs inherit that.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     chance = random.Random(options.seed)  # noqa: S311
     trials = [
         (command, moment, number)
-        for command in EVERY
+        for command in (COMMANDS if options.without_nodes else EVERY)
         if options.only in command
         for moment in (*sorted(chance.sample(MOMENTS_MS[:-1], options.moments - 1)), WAITS_MS)
         for number in NUMBERS

@@ -52,7 +52,7 @@ class QuestionTurns:
     """
 
     def __init__(self, name: str, threads: int) -> None:
-        self._idle = threads
+        self._threads = self._idle = threads
         self._calls: Turns[Hashable, Callable[[], object]] = Turns()
         self._workers = Workers(name)
         self._lock = threading.Lock()
@@ -73,6 +73,9 @@ class QuestionTurns:
         except RuntimeError:
             with self._lock:
                 self._idle += 1
+                if self._idle < self._threads:  # another thread will answer
+                    return
+                self._calls.forget(user)
             raise
 
     def forget(self, user: Hashable) -> None:

@@ -192,8 +192,9 @@ class SharedTopics:
                 (self._subscribe if is_begin else self._unsubscribe)(taken)
             except Exception:
                 self._node.log.exception("a subscription of a bridge failed")
-            if is_begin:
-                self._end_replaced(taken)
+            else:
+                if is_begin:  # otherwise, the earlier one still receives the messages
+                    self._end_replaced(taken)
 
     def _subscribe(self, taken: Taken) -> None:
         if not self._node.is_ending:

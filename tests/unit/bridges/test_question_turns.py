@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import threading
 
+import pytest
+
 from pipros.bridges.call_turns import QuestionTurns
+from pipros.net.workers import Workers
 from tests.support.waiting import wait_until
 
 
@@ -52,4 +55,25 @@ def test_questions_of_a_client_that_has_left_are_dropped_and_errors_end_no_threa
     may_begin.set()
     assert is_done.wait(20)
     assert not asked
+    turns.close()
+
+
+def test_a_question_for_which_no_thread_can_start_is_refused_or_left_to_a_running_thread(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    turns = QuestionTurns("questions", 2)
+    asked: list[str] = []
+    with monkeypatch.context() as changes:
+        changes.setattr(Workers, "run", fail)
+        with pytest.raises(RuntimeError, match="start new thread"):
+            turns.run("refused", lambda: asked.append("refused"))
+    may_begin = threading.Event()
+    turns.run("first", lambda: may_begin.wait(20))
+    monkeypatch.setattr(Workers, "run", fail)
+    turns.run("second", lambda: asked.append("second"))
+    may_begin.set()
+    wait_until(lambda: asked == ["second"])
     turns.close()
