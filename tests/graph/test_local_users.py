@@ -13,9 +13,10 @@ from pipros.master.master import Master
 from tests.support.network import FarNetwork, needs_network
 from tests.support.users import STRANGER, needs_other_users
 
-# All modules are imported before the process gives up its rights, because another user may not read them.
+# Another user may not be able to read pipros. Before the process gives up its rights, a node that hears itself
+# has therefore imported everything that a publisher and a subscriber import as they need it.
 NODE = """
-import encodings.idna, os, sys, time
+import encodings.idna, os, sys, threading, time
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -23,8 +24,10 @@ uri, name, user, role, host = sys.argv[1:]
 Image = load_message_class("sensor_msgs/Image")
 environment = Environment(master_uri=uri, ip=host or None)
 with Node(name + "_first", environment=environment) as first:
-    first.advertise("unused_" + name, Image)
-    first.subscribe("unused_" + name, Image, print)
+    heard = threading.Event()
+    first.advertise("unused_" + name, Image, latch=True).publish(Image(data=bytes(300_000)))
+    first.subscribe("unused_" + name, Image, lambda message: heard.set())
+    assert heard.wait(60)
 if int(user):
     os.setgid(int(user))
     os.setuid(int(user))

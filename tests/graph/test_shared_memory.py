@@ -81,17 +81,21 @@ class Images(Inbox):
 
 
 def warm_up(publisher: Any) -> int:
-    """Publish until all subscribers have accepted shared memory. Return the number of messages."""
-    links = [peer.link.memory for peer in publisher.publication.links]
+    """Publish until all subscribers have accepted shared memory. Return the number of messages.
+
+    None of them waits in a stream afterwards: as long as one does, the next message follows it there.
+    """
+    links = [peer.link for peer in publisher.publication.links]
     count = 0
 
     def are_ready() -> bool:
         nonlocal count
         count += 1
         publisher.publish(Image(data=bytes(SIZE), encoding=WARM))
-        return all(link.is_ready for link in links)
+        return all(link.memory.is_ready for link in links)
 
     wait_until(are_ready)
+    wait_until(lambda: all(link.state is State.IDLE for link in links))
     return count
 
 
@@ -126,10 +130,10 @@ def test_five_subscribers_get_all_messages_in_order(make_node: MakeNode, queue_s
     sizes = [SIZE, 100, 40_000, SIZE, 2 * SIZE]
     for number in range(60):
         publisher.publish(image(number, sizes[number % 5]))
+    assert memory_of(publisher).used_bytes
     for inbox in inboxes:
         assert numbers(inbox.wait(60)) == list(range(60))
         assert type(inbox.messages[0].data) is bytes
-    assert memory_of(publisher).used_bytes
     wait_until(lambda: publisher.statistics()["frames"] == 5 * (before + 60))
 
 
