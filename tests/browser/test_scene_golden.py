@@ -18,6 +18,8 @@ from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.rviz_panels import PANELS, display_of, panel_file
 from tests.support.rviz_scenes import (
+    COLOURED,
+    FULL_COLOUR,
     HEIGHT,
     LEVELS,
     OVERLAPS,
@@ -43,7 +45,7 @@ SHOW = """(config) => {
   const { scene } = document.querySelector(".tab-scene");
   scene.load(config, "", false);
 }"""
-READ = """([places, size]) => {
+READ = """([places, size, fullColour]) => {
   const scene = document.querySelector(".tab-scene")?.scene;
   if (!scene?.view) return null;
   Object.assign(scene.canvas.style, { width: `${size[0]}px`, height: `${size[1]}px` });
@@ -57,7 +59,9 @@ READ = """([places, size]) => {
   for (let y = 0; y < height; y += 1) for (let x = 0; x < width; x += 1) {
     const from = at(x, y);
     const number = y * width + x;
-    const isEmpty = pixels[from] === 48 && pixels[from + 1] === 48 && pixels[from + 2] === 48;
+    const colour = pixels.subarray(from, from + 3);
+    const isEmpty = fullColour ? Math.max(...colour) - Math.min(...colour) < fullColour
+      : colour.every((channel) => channel === 48);
     if (!isEmpty) bits[number >> 3] |= 1 << (number & 7);
   }
   let text = "";
@@ -82,7 +86,7 @@ def differences(tab: Tab, name: str) -> str:
     """Return a description of the difference from the recorded picture; empty if there is none."""
     golden: Mapping[str, Any] = json.loads((GOLDEN / f"{name}.json").read_text())
     places = [[int(part) for part in place.split(",")] for place in golden["probes"]]
-    found = tab.evaluate(READ, [places, [WIDTH, HEIGHT]])
+    found = tab.evaluate(READ, [places, [WIDTH, HEIGHT], FULL_COLOUR if name in COLOURED else 0])
     if found is None:
         return "no picture yet"
     most = LEVELS.get(name, USUAL_LEVELS)

@@ -285,12 +285,19 @@ def test_links_and_namespaces_are_switched_one_by_one(
     system: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
     markers = "{Class: rviz/MarkerArray, Name: Markers, Enabled: true, Marker Topic: /markers}"
-    tab = scene_of(system, open_tab, tmp_path, f"{ROBOT}, {markers}")
+    frames = "{Class: rviz/TF, Name: Frames, Enabled: true, Marker Scale: 0.1, Frames: {All Enabled: false}}"
+    tab = scene_of(system, open_tab, tmp_path, f"{ROBOT}, {markers}, {frames}")
     wait_for_colours(tab, {(4, 2): (255, 0, 0), (2, 4): (255, 0, 0)}, tolerance=1)
     tab.get_by_role("button", name="Displays").click()
     for row, part in (("Robot", "bare"), ("Markers", "spheres")):
         tab.locator(".scene-name", has_text=row).click()
         tab.get_by_label(part, exact=True).uncheck()
+    tab.locator(".scene-name", has_text="Frames").click()
+    frame = tab.get_by_label("turned", exact=True)
+    expect(frame).to_be_checked()
+    for is_shown in (True, False):
+        tab.get_by_label("All Enabled", exact=True).set_checked(is_shown)
+        expect(frame).to_be_checked(checked=is_shown)
     tab.get_by_role("button", name="Displays").click()
     wait_for_colours(tab, {(4, 2): GREY, (2, 4): GREY, (2, 2): (204, 102, 51)}, tolerance=1)
 

@@ -16,6 +16,8 @@ WIDTH, HEIGHT = 868, 608
 """Size of rviz's picture in pixels, in a window of 900 by 700 pixels without docks."""
 
 BACKGROUND = (48, 48, 48)
+FULL_COLOUR = 100
+"""Difference of the channels of a pixel that no grey map covers, not even one that is seen through."""
 EDGE = 3
 STEP = 8
 ORTHO = "{Class: rviz/TopDownOrtho, Name: Current View, Scale: 50, X: 0, Y: 0, Angle: 0}"
@@ -49,6 +51,27 @@ def display(kind: str, **properties: object) -> str:
 
 ROBOT = display("RobotModel")
 SHAPES = display("MarkerArray", Marker_Topic="/shapes")
+OFF_PIXELS = "{X: 0.23, Y: 0.23, Z: 0}"
+"""Where the lines of a grid are not between two rows of pixels."""
+ON_A_MAP = ", ".join(
+    [
+        display("Path", Topic="/plan", Color="255; 0; 0", Line_Style="Billboards", Line_Width=0.3),
+        display("PoseArray", Topic="/poses", Arrow_Length=2, Color="0; 160; 0"),
+        display("Polygon", Topic="/polygon", Color="25; 255; 0"),
+        display("Grid", Color="0; 0; 255", Alpha=1, Cell_Size=2, Plane_Cell_Count=4, Offset=OFF_PIXELS),
+    ]
+)
+"""A path, a particle cloud, a footprint and a grid, all at the height of the map below them."""
+
+
+def on_a_map(**properties: object) -> str:
+    return f"{ON_A_MAP}, {display('Map', Topic='/floor', **properties)}"
+
+
+UNNAMED_OFF = "{All Enabled: false, bare: {Value: false}}"
+"""A file in which all frames but one have no value of their own."""
+COLOURED = ("on_map", "on_map_faint", "on_map_orbit", "on_map_orbit_faint", "on_map_see_through")
+"""Scenes whose silhouette consists of the coloured pixels, because a grey map covers the background."""
 SCENES: Mapping[str, tuple[str, str]] = {
     "robot": (ORTHO, ROBOT),
     "robot_orbit": (ORBIT, ROBOT),
@@ -58,6 +81,11 @@ SCENES: Mapping[str, tuple[str, str]] = {
     "map": (ORTHO, display("Map", Topic="/map", Alpha=1)),
     "map_alpha": (ORBIT, display("Map", Topic="/map")),
     "costmap": (ORTHO, display("Map", Topic="/map", Color_Scheme="costmap")),
+    "on_map": (ORTHO, on_a_map(Alpha=1)),
+    "on_map_faint": (ORTHO, on_a_map()),
+    "on_map_orbit": (ORBIT, on_a_map(Alpha=1)),
+    "on_map_orbit_faint": (ORBIT, on_a_map()),
+    "on_map_see_through": (ORTHO, on_a_map().replace("Arrow Length: 2", "Shape: Arrow (3D), Alpha: 0.6")),
     "cloud": (ORTHO, "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud, Size (m): 0.6}"),
     "cloud_pixels": (
         ORTHO,
@@ -119,6 +147,7 @@ SCENES: Mapping[str, tuple[str, str]] = {
     "interactive": (ORTHO, display("InteractiveMarkers", Update_Topic="/controls/update")),
     "wrench": (ORBIT, display("WrenchStamped", Topic="/wrench", Arrow_Width=3)),
     "tf": (ORTHO, display("TF", Marker_Scale=6, Show_Names="false")),
+    "tf_all_off": (ORTHO, display("TF", Marker_Scale=6, Show_Names="false", Frames=UNNAMED_OFF)),
     "ortho_turned": (
         "{Class: rviz/TopDownOrtho, Name: Current View, Scale: 40, X: 1, Y: -1, Angle: 0.5, "
         "Target Frame: turned}",
@@ -207,15 +236,16 @@ def config_of(name: str) -> str:
     return TEMPLATE.format(displays=displays, view=view)
 
 
-def record_of(rgb: bytes) -> dict[str, Any]:
-    """Return the record of a picture of WIDTH by HEIGHT pixels, row by row from the top."""
+def record_of(name: str, rgb: bytes) -> dict[str, Any]:
+    """Return the record of a scene's picture of WIDTH by HEIGHT pixels, row by row from the top."""
     probes = {}
     for y in range(EDGE, HEIGHT - EDGE, STEP):
         for x in range(EDGE, WIDTH - EDGE, STEP):
             colour = pixel(rgb, x, y)
             if colour != BACKGROUND and is_inside(rgb, x, y, colour):
                 probes[f"{x},{y}"] = list(colour)
-    return {"probes": probes, "silhouette": base64.b64encode(zlib.compress(silhouette(rgb), 9)).decode()}
+    bits = silhouette(rgb, name in COLOURED)
+    return {"probes": probes, "silhouette": base64.b64encode(zlib.compress(bits, 9)).decode()}
 
 
 def pixel(rgb: bytes, x: int, y: int) -> tuple[int, int, int]:
@@ -229,12 +259,16 @@ def is_inside(rgb: bytes, x: int, y: int, colour: Sequence[int]) -> bool:
     return all(abs(one - other) <= 5 for each in around for one, other in zip(each, colour, strict=True))
 
 
-def silhouette(rgb: bytes) -> bytes:
-    """Return one bit for each pixel, which is set if the pixel differs from the background."""
+def silhouette(rgb: bytes, is_coloured: bool) -> bytes:
+    """Return one bit for each pixel, which is set if the pixel differs from the background.
+
+    With `is_coloured`, it is set if the pixel has a full colour (`FULL_COLOUR`) instead.
+    """
     bits = bytearray((WIDTH * HEIGHT + 7) // 8)
     background = bytes(BACKGROUND)
     for number in range(WIDTH * HEIGHT):
-        if rgb[number * 3 : number * 3 + 3] != background:
+        colour = rgb[number * 3 : number * 3 + 3]
+        if (max(colour) - min(colour) >= FULL_COLOUR) if is_coloured else colour != background:
             bits[number >> 3] |= 1 << (number & 7)
     return bytes(bits)
 

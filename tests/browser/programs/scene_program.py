@@ -223,6 +223,13 @@ def main() -> None:
     grid.info.origin.position.x, grid.info.origin.position.y = -4.0, 2.0
     grid.info.origin.orientation.w = 1.0
     grid.data = [0, 100, -1]
+    floor = OccupancyGrid(header=Header(frame_id="map"))
+    floor.info.resolution, floor.info.width, floor.info.height = 1.0, 12, 10
+    floor.info.origin.position.x, floor.info.origin.position.y = -6.0, -5.0
+    floor.info.origin.orientation.w = 1.0
+    floor.data = [0, 0, 0, 0, 100, 100, 0, 0, 30, 0, -1, -1] * 10
+    plan = Path(header=Header(frame_id="map"))
+    plan.poses = [PoseStamped(pose=pose_at(x, y)) for x, y in ((-5, -4), (-4, 2), (5, 4))]
     path = Path(header=Header(frame_id="map"))
     for x in (-4.0, -1.0):
         pose = PoseStamped()
@@ -254,7 +261,15 @@ def main() -> None:
     spheres.scale.x = spheres.scale.y = spheres.scale.z = 0.8
     spheres.points = [Point(2.0, 4.0, 0.0), Point(3.0, 4.0, 0.0)]
     spheres.color.r = spheres.color.a = 1.0
-    messages = {"map": grid, "path": path, "cloud": cloud, "scan": scan, "visualization_marker": cube}
+    messages = {
+        "map": grid,
+        "floor": floor,
+        "plan": plan,
+        "path": path,
+        "cloud": cloud,
+        "scan": scan,
+        "visualization_marker": cube,
+    }
     messages |= {"markers": MarkerArray([spheres]), "rgb_cloud": coloured, "old_cloud": old}
     messages |= poses() | cameras() | pictures() | {"shapes": shapes()}
     publishers = {

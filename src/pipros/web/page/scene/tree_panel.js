@@ -120,10 +120,12 @@ export class TreePanel {
   offerParts(display, parts) {
     const { key, names } = display.parts();
     const shown = `${key} ${names.join(" ")}`;
-    if (!names.length || parts.dataset.shown === shown) return;
+    if (!names.length) return;
+    for (const box of parts.querySelectorAll("input")) box.checked = display.isPartShown(box.name, true);
+    if (parts.dataset.shown === shown) return;
     parts.dataset.shown = shown;
     replace(parts, h("div", { class: "pale" }, key), names.slice(0, MAX_PARTS).map((name) => {
-      const box = h("input", { type: "checkbox", checked: display.isPartShown(name, true), onchange: () => {
+      const box = h("input", { type: "checkbox", name, checked: display.isPartShown(name, true), onchange: () => {
         display.switchPart(name, box.checked);
         this.scene.invalidate();
       } });

@@ -69,12 +69,13 @@ export class MapDisplay extends Display {
       depthWrite: isOpaque && !isBehind,
       // Objects without `transparent` are drawn first; with custom blending, they are blended nevertheless.
       blending: isBehind ? THREE.CustomBlending : THREE.NormalBlending,
+      // As in rviz, the map is drawn a little farther away, so that what lies on it is seen.
       polygonOffset: !isBehind,
-      polygonOffsetUnits: -1,
+      polygonOffsetUnits: 16,
     });
     const mesh = new THREE.Mesh(new THREE.PlaneGeometry(1, 1).translate(0.5, 0.5, 0), material);
     mesh.scale.set(width * resolution, height * resolution, 1);
-    mesh.renderOrder = isBehind ? -10 : 0;
+    mesh.renderOrder = isBehind ? -10 : -1; // before other transparent objects, which may lie on the map
     const holder = new THREE.Group();
     place(holder, normalized(poseOf(origin)));
     holder.add(mesh);

@@ -10,6 +10,7 @@ const MAX_DRAWN = 1000;
 export class Tf extends Display {
   begin() {
     this.drawn = new Map(); // name to {group, line, label, stamp, seen, isGrey}
+    this.wereAll = this.get("Frames", "All Enabled");
   }
 
   reset() {
@@ -27,8 +28,15 @@ export class Tf extends Display {
         [["Parent", this.scene.frames.parent(name) ?? ""], ...poseTexts([...group.position.toArray(), ...group.quaternion.toArray()])] }));
   }
 
+  // As in rviz, All Enabled only switches the frames that exist when it is changed (`changed`).
   isShown(name) {
-    return this.isPartShown(name, this.get("Frames", "All Enabled"));
+    return this.isPartShown(name, true);
+  }
+
+  changed() {
+    const isAll = this.get("Frames", "All Enabled");
+    if (isAll !== this.wereAll) for (const name of this.parts().names) this.switchPart(name, isAll);
+    super.changed();
   }
 
   pattern(property) {
