@@ -54,7 +54,7 @@ def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
     readers: list[BagReader] = []
     try:
         for path in paths:
-            readers += [_opened(name, msgs) for name in _matches(path)]
+            readers += [_opened(name, msgs) for name in matching_files(path)]
     except BaseException:
         for each in readers:
             each.close()
@@ -263,7 +263,8 @@ class Bags:
             yield from message_groups(bag, wanted, start, end, self._limits.table_batch_bytes)
 
 
-def _matches(path: BagPath) -> list[str]:
+def matching_files(path: BagPath) -> list[str]:
+    """Return the files that a pattern matches. Raise `FileNotFoundError` if there are none."""
     name = os.fspath(path)
     if os.path.exists(name) or not glob.has_magic(name):
         return [name]

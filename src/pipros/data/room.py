@@ -7,6 +7,11 @@ _HEADING = "Analyse bags"
 ROOM = Room(
     "data",
     "bags as tables",
+    subcommands={
+        "dataset": Command(
+            "pipros.data.commands.dataset:main", "make data sets for training from bags", _HEADING
+        )
+    },
     verbs={
         "rosbag": {
             "query": Command("pipros.data.commands.query:query", "Select rows of topics with SQL.", _HEADING),
@@ -20,6 +25,7 @@ ROOM = Room(
     limits="pipros.data.limits:DataLimits",
     # pyarrow, duckdb: the first versions with wheels for CPython 3.14; both have those for 3.10.
     # pyarrow 26 needs numpy 2, which pipros[numpy] excludes before Python 3.13.
+    # av, h5py: data sets; the first versions for Python 3.10 that have wheels and read what newer ones write.
     # duckdb 2.0 prints pages about leaked instances when a program ends.
     extras={
         "data": (
@@ -27,6 +33,8 @@ ROOM = Room(
             "pyarrow>=22,<26; python_version < '3.13'",
             "pyarrow>=22; python_version >= '3.13'",
             "duckdb>=1.4.2,<2",
+            "av>=16",
+            "h5py>=3.11",
         )
     },
 )

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import CompressedImage, Imu, JointState
+from std_msgs.msg import Float64MultiArray, String
 from tf2_msgs.msg import TFMessage
 
 from pipros.cli.rosbag import main as rosbag
+from pipros.data.commands.dataset import main as dataset
 from pipros.msg.time import Time
 from tests.support.bags import Row, bag_bytes
 from tests.support.environments import REPOSITORY
@@ -25,6 +30,8 @@ COMMANDS = re.findall(
     "".join(re.findall(r"```console\n(.*?)```", TEXT, re.DOTALL)),
     re.MULTILINE,
 )
+DESCRIPTION = "".join(re.findall(r"```yaml\n(.*?)```", TEXT, re.DOTALL))
+PROGRAMS = {"rosbag": rosbag, "pipros dataset": dataset}
 
 
 @pytest.fixture(autouse=True)
@@ -44,11 +51,32 @@ def drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         if n % 2 == 0:
             rows.append(("/odom", odometry, n + 1, 0))
     Path("run.bag").write_bytes(bag_bytes(rows))
+    Path("demo.bag").write_bytes(bag_bytes(demonstration()))
+    Path("robot.yaml").write_text(DESCRIPTION)
+
+
+def demonstration() -> list[Row]:
+    """Return the messages of an arm that moves for 5 s, of which an episode lasts 4 s."""
+    rows: list[Row] = [
+        ("/episode", String("grasp"), 10, 500_000_000),
+        ("/episode", String(""), 14, 520_000_000),
+    ]
+    for n in range(150):
+        time = divmod(10 * 10**9 + n * 10**9 // 30, 10**9)
+        angle = math.sin(n / 20)
+        state = JointState(name=["shoulder", "elbow"], position=[angle, angle / 2])
+        _, jpeg = cv2.imencode(".jpg", np.full((16, 16, 3), n, np.uint8))
+        picture = CompressedImage(format="jpeg", data=jpeg.tobytes())
+        state.header.stamp = picture.header.stamp = Time(*time)
+        command = Float64MultiArray(data=[angle, angle / 2])
+        rows += [("/joint_states", state, *time), ("/camera/compressed", picture, *time)]
+        rows.append(("/arm/command", command, *time))
+    return sorted(rows, key=lambda row: row[2:])
 
 
 def test_all_examples_and_commands_are_found() -> None:
     assert len(EXAMPLES) == TEXT.count("```python") == 3
-    assert len(COMMANDS) == len(re.findall(r"^\$ ", TEXT, re.MULTILINE)) == 5
+    assert len(COMMANDS) == len(re.findall(r"^\$ ", TEXT, re.MULTILINE)) == 8
 
 
 @pytest.mark.parametrize(("code", "printed"), EXAMPLES)
@@ -61,9 +89,16 @@ def test_the_example_prints_the_output_below_it(
 
 @pytest.mark.parametrize(("command", "printed"), COMMANDS)
 def test_the_command_prints_the_output_below_it(command: str, printed: str, capfd: Any) -> None:
-    program, *arguments = shlex.split(command)
-    assert program == "rosbag"
-    assert rosbag(arguments) == 0
-    assert capfd.readouterr() == (printed, "")
+    found = next(name for name in PROGRAMS if command.startswith(f"{name} "))
+    line, _, target = command.removeprefix(found).partition(" > ")
+    arguments = shlex.split(line)
+    assert PROGRAMS[found](arguments) == 0
+    output, errors = capfd.readouterr()
+    assert errors == ""
+    if target:
+        Path(target).write_text(output)
+        assert PROGRAMS[found](["demo.bag", "--config", target, "-o", "suggested", "-j1"]) == 0
+    else:
+        assert output == printed
     if "-o" in arguments:
         assert Path(arguments[arguments.index("-o") + 1]).stat().st_size > 0

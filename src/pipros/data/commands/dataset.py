@@ -1,0 +1,89 @@
+"""`pipros dataset`: makes data sets from bags."""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pipros.basics.errors import MissingExtra, PiprosError
+from pipros.cli.entry_point import command
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Make or describe a data set. Return the exit code: 1 after an error, or if no episode was written."""
+    parser = ArgumentParser(
+        prog="pipros dataset",
+        description="Writes episodes with one rate, as robot.yaml describes them. The same command continues "
+        "after an interruption. OUT/report.md has the findings of the checks.",
+    )
+    parser.add_argument("bags", nargs="*", metavar="BAG", help="bags, or patterns such as 'run*.bag'")
+    parser.add_argument("--suggest", action="store_true", help="print a first description of the topics")
+    parser.add_argument(
+        "--marker", metavar="TOPIC", help="run a node whose services TOPIC/start and TOPIC/stop mark episodes"
+    )
+    parser.add_argument("--config", type=Path, metavar="FILE", help="the description: robot.yaml")
+    parser.add_argument("-o", "--output", type=Path, metavar="OUT", help="the folder of the data set")
+    parser.add_argument("--format", default="parquet", choices=("hdf5", "parquet"), help="default: parquet")
+    parser.add_argument("-j", "--jobs", type=int, metavar="N", default=os.cpu_count() or 1, help="processes")
+    parser.add_argument("--msgs", action="append", default=[], metavar="FOLDER", help="ROS 2 definitions")
+    parser.add_argument("-q", "--quiet", action="store_true", help="show no progress")
+    chosen = parser.parse_args(argv)
+    if not chosen.bags and not chosen.marker:
+        parser.error("a bag is required")
+    if not (chosen.suggest or chosen.marker or (chosen.config and chosen.output)):
+        parser.error("--config and -o are required. --suggest prints a first description")
+    if chosen.jobs < 1:
+        parser.error(f"--jobs must be >= 1, got {chosen.jobs}")
+    try:
+        return (_mark if chosen.marker else _suggest if chosen.suggest else _build)(chosen)
+    except FileNotFoundError as error:
+        print(f"pipros dataset: no such file: {error.filename}", file=sys.stderr)
+    except (PiprosError, MissingExtra, OSError) as error:
+        print(f"pipros dataset: {error}", file=sys.stderr)
+    return 1
+
+
+def _suggest(chosen: Any) -> int:
+    from pipros.data import open_bags
+    from pipros.data.datasets.suggest import suggest
+
+    with open_bags(*chosen.bags, msgs=chosen.msgs) as bags:
+        print(suggest(bags), end="")
+    return 0
+
+
+def _mark(chosen: Any) -> int:
+    from pipros.data.datasets.marker import EpisodeMarker
+    from pipros.node.roscpp_program import roscpp_program
+
+    with roscpp_program("episode_marker", "dataset", []) as (node, _):
+        EpisodeMarker(node, chosen.marker)
+        node.wait_for_shutdown()
+    return 0
+
+
+def _build(chosen: Any) -> int:
+    from pipros.data.bags import matching_files
+    from pipros.data.datasets.build import build
+    from pipros.data.datasets.config import read_config
+
+    config = read_config(chosen.config)
+    bags = [name for each in chosen.bags for name in matching_files(each)]
+    is_shown = sys.stdout.isatty() and not chosen.quiet
+
+    def shown(done: int, total: int) -> None:
+        if is_shown:
+            print(f"\r {done} of {total} episodes", end="\n" if done == total else "", flush=True)
+
+    options = {"jobs": chosen.jobs, "msgs": chosen.msgs, "shown": shown}
+    results = build(bags, config, chosen.output, chosen.format, **options)
+    written = [each for each in results if not each["left_out"]]
+    rows, findings = (sum(each["rows"] for each in written), sum(len(each["findings"]) for each in results))
+    print(f"{len(written)} of {len(results)} episodes, {rows} rows, {findings} findings: ", end="")
+    print(chosen.output / "report.md")
+    return 0 if written else 1

@@ -1,0 +1,189 @@
+"""Make a data set: find the episodes of all bags, and write them in several processes.
+
+Each finished episode has a file in `checks`, which is written last. What has one is not written again, so an
+interrupted run continues. `dataset.json` holds the bags, the episodes and a hash of the description; another
+description or other bags need another folder.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.rewrite import replaced_file
+from pipros.basics.errors import PiprosError
+from pipros.data.bags import open_bags
+from pipros.data.datasets.config import DatasetConfig
+from pipros.data.datasets.drawing import episode_svg
+from pipros.data.datasets.episodes import Episode, find_episodes
+from pipros.data.datasets.formats import WRITERS
+from pipros.data.datasets.rows import EpisodeRows, episode_rows
+from pipros.data.extras import library
+from pipros.msg.time import NS_PER_S
+from pipros.safe.settings import BadSettings
+
+
+def build(
+    bags: Sequence[str],
+    config: DatasetConfig,
+    folder: Path,
+    kind: str,
+    *,
+    jobs: int = 1,
+    msgs: Sequence[str] = (),
+    shown: Callable[[int, int], None] | None = None,
+) -> list[dict[str, Any]]:
+    """Make a data set, or continue to do so. Return the contents of `checks` for all episodes.
+
+    Args:
+        bags: the files. An episode lies in one of them.
+        folder: the data set.
+        kind: the format, one of `WRITERS`.
+        jobs: number of processes.
+        msgs: folders with the ROS 2 definitions that ROS 2 bags need.
+        shown: called with the number of finished episodes and of all episodes.
+
+    Raises:
+        BadSettings: the description does not fit the bags, or the folder holds something else.
+        BagError: a bag is damaged. Episodes that are finished stay so.
+        MissingExtra: a library is not installed.
+    """
+    library(WRITERS[kind][1], f"the format {kind}")
+    if any(each.store == "video" for each in config.cameras):
+        library("av", "a video")
+    episodes: list[Episode] = []
+    for bag in bags:
+        with open_bags(bag, msgs=msgs) as opened:
+            episodes += find_episodes(opened, bag, config, len(episodes))
+    _begin(folder, kind, config, episodes)
+    left = [each for each in episodes if not _check_file(folder, each).exists()]
+    jobs = max(1, min(jobs, len(left)))
+    threads = max(1, (os.cpu_count() or 1) // jobs)
+    work = [(each, config, str(folder), kind, tuple(msgs), threads) for each in left]
+    done = len(episodes) - len(left)
+    for _ in map(write_episode, work) if jobs == 1 else _in_processes(work, jobs):
+        done += 1
+        if shown is not None:
+            shown(done, len(episodes))
+    results = [json.loads(_check_file(folder, each).read_text(encoding="utf-8")) for each in episodes]
+    _write(folder / "report.md", _report(results))
+    return results
+
+
+_Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int]
+
+
+def write_episode(work: _Work) -> None:
+    """Write the files of an episode. Raise the errors of `build`, which name the bag."""
+    episode, config, name, kind, msgs, threads = work
+    folder = Path(name)
+    try:
+        with open_bags(episode.bag, msgs=msgs) as bags:
+            rows = episode_rows(bags, episode, config)
+            broken = 0 if rows.problem else WRITERS[kind][0](folder, rows, bags, threads)
+    except BadSettings:
+        raise
+    except PiprosError as error:
+        raise BadSettings(f"{episode.bag}: {error}") from None
+    found = {
+        "episode": episode.number,
+        "bag": episode.bag,
+        "start": episode.start,
+        "end": episode.end,
+        "task": episode.task,
+        "rows": 0 if rows.problem else len(rows.times),
+        "left_out": rows.problem,
+        "broken_pictures": broken,
+        "findings": [asdict(each) for each in rows.findings],
+    }
+    checks = _check_file(folder, episode)
+    checks.parent.mkdir(exist_ok=True)
+    _write(checks.with_suffix(".svg"), _picture(rows))
+    _write(checks, json.dumps(found, indent=1) + "\n")
+
+
+def _picture(rows: EpisodeRows) -> str:
+    seconds = (rows.times - rows.episode.start) / NS_PER_S
+    lines = {each.source.name: each.values for each in rows.signals}
+    lines |= {each.source.name: (~each.gaps)[:, None].astype(float) for each in rows.cameras}
+    title = f"{rows.episode.name}: {rows.episode.bag} {rows.episode.task}"
+    return episode_svg(title, seconds, lines, rows.findings)
+
+
+def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Episode]) -> None:
+    """Write `dataset.json`, or compare it with this run."""
+    plan = {
+        "format": kind,
+        "rate": config.rate,
+        "config_sha256": config.digest,
+        "episodes": [asdict(each) for each in episodes],
+    }
+    path = folder / "dataset.json"
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        if folder.exists() and any(folder.iterdir()):
+            raise BadSettings(f"{folder} holds other files. Choose a new folder") from None
+        folder.mkdir(parents=True, exist_ok=True)
+        _write(path, json.dumps(plan, indent=1) + "\n")
+        return
+    except ValueError as error:
+        raise BadSettings(f"{path} is damaged: {error}. Choose a new folder") from None
+    changed = [key for key in plan if before.get(key) != plan[key]]
+    if changed:
+        raise BadSettings(f"{folder} has another {' and '.join(changed)}. Choose a new folder")
+
+
+def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
+    ctrl_c = signal.SIGINT, signal.SIG_DFL
+    pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), signal.signal, ctrl_c)
+    try:
+        for each in as_completed([pool.submit(write_episode, job) for job in work]):
+            yield each.result()
+        pool.shutdown()
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise
+
+
+def _check_file(folder: Path, episode: Episode) -> Path:
+    return folder / "checks" / f"{episode.name}.json"
+
+
+def _write(path: Path, text: str) -> None:
+    with replaced_file(path) as file:
+        file.write(text.encode())
+
+
+def _report(results: Sequence[dict[str, Any]]) -> str:
+    """Return a report in Markdown: a table of the episodes, and the findings of each."""
+    written = [each for each in results if not each["left_out"]]
+    lines = [
+        "# Report\n",
+        f"{len(written)} of {len(results)} episodes, {sum(each['rows'] for each in written)} rows.\n",
+        "| episode | bag | s | rows | task | findings |\n| ---: | --- | ---: | ---: | --- | --- |",
+    ]
+    for each in results:
+        checks = ", ".join(sorted({found["check"] for found in each["findings"]})) or "none"
+        seconds = f"{(each['end'] - each['start']) / NS_PER_S:.1f}"
+        number = f"[{each['episode']}](checks/episode_{each['episode']:06d}.svg)"
+        rows = "left out" if each["left_out"] else str(each["rows"])
+        cells = [number, each["bag"], seconds, rows, each["task"], checks]
+        lines.append(f"| {' | '.join(' '.join(cell.replace('|', '/').split()) for cell in cells)} |")
+    for each in results:
+        texts = [f"- left out: {each['left_out']}"] if each["left_out"] else []
+        texts += [f"- {found['source']}: {found['check']}: {found['text']}" for found in each["findings"]]
+        if each["broken_pictures"]:
+            texts.append(f"- {each['broken_pictures']} pictures are damaged; those before them are repeated")
+        if texts:
+            lines += [f"\n## Episode {each['episode']}\n", *texts]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,128 @@
+"""Read the pictures of a camera one by one, and write them as a video."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.basics.limits import process_limits
+from pipros.data.datasets.signals import Recording, batches, recorded, times_of
+from pipros.data.extras import library
+from pipros.data.limits import DataLimits
+from pipros.pictures.errors import PictureError
+from pipros.safe.settings import BadSettings
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from pipros.data.bags import Bags
+    from pipros.data.datasets.config import CameraSource
+
+_FORMATS = {"rgb8": "rgb24", "bgr8": "bgr24", "rgba8": "rgba", "bgra8": "bgra", "mono8": "gray"}
+
+Picture = Any
+"""The bytes of a JPEG or PNG picture, or an `av.VideoFrame`."""
+
+
+def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> Recording:
+    """Return the times of a camera's messages, with a checksum of each picture as value."""
+    sums: list[int] = []
+    times = []
+    for table in batches(bags, source, start, end):
+        if table.type not in ("sensor_msgs/Image", "sensor_msgs/CompressedImage"):
+            raise BadSettings(
+                f"{source.place}.topic: must be sensor_msgs/Image or CompressedImage, got {table.type}"
+            )
+        if source.store == "jpeg" and table.type == "sensor_msgs/Image":
+            raise BadSettings(
+                f"{source.place}.store: jpeg needs sensor_msgs/CompressedImage. Use store: video"
+            )
+        sums += [zlib.crc32(cell) for cell in table["data"]]
+        times.append(times_of(table, source))
+    return recorded(times, np.array(sums, np.float64).reshape(-1, 1), ("picture",))
+
+
+def pictures(
+    bags: Bags, source: CameraSource, start: int, end: int, wanted: NDArray[np.int64]
+) -> Iterator[Picture]:
+    """Yield the messages with increasing numbers, of which some may be equal.
+
+    Raises:
+        PictureError: a picture does not match its message, or its encoding cannot be stored.
+    """
+    at = done = 0
+    for table in batches(bags, source, start, end):
+        last: tuple[int, Picture] = (-1, None)
+        while at < len(wanted) and wanted[at] < done + table.rows:
+            number = int(wanted[at])
+            if number != last[0]:
+                last = number, _picture(table, number - done)
+            yield last[1]
+            at += 1
+        done += table.rows
+
+
+def _picture(table: Any, row: int) -> Picture:
+    if "encoding" not in table:
+        return table["data"][row]
+    kind = table["encoding"][row]
+    if kind not in _FORMATS:
+        raise PictureError(f"videos need one of {', '.join(_FORMATS)}, got {kind} on {table.topic}")
+    pixels = np.ascontiguousarray(table["_image"][row])
+    return library("av", "a video").VideoFrame.from_ndarray(pixels, format=_FORMATS[kind])
+
+
+def decoded(picture: Picture) -> Any:
+    """Return the frame of a picture, or None if it is damaged, too large, or neither JPEG nor PNG."""
+    if not isinstance(picture, bytes):
+        return picture
+    av = library("av", "a video")
+    codec = av.CodecContext.create("png" if picture.startswith(b"\x89PNG") else "mjpeg", "r")
+    codec.thread_count = 1
+    codec.options = {"max_pixels": str(process_limits().of(DataLimits).dataset_pixels)}
+    try:
+        return codec.decode(av.Packet(picture))[0]
+    except (av.FFmpegError, IndexError):
+        return None
+
+
+def write_video(file: Any, frames: Iterator[Picture], rate: float, threads: int) -> int:
+    """Write pictures as a video: H.264 in MP4, preset fast. Return the number of damaged pictures.
+
+    Sizes are rounded down to even numbers. All pictures are scaled to the size of the first one. A damaged
+    picture is replaced by the one before it, and those before the first valid one by it.
+    """
+    av = library("av", "a video")
+    broken = waiting = count = 0
+    last: Any = None
+    stream: Any = None
+    ticks = Fraction(rate).limit_denominator(100_000)
+    with av.open(file, "w", format="mp4") as container:
+        for picture in frames:
+            frame = decoded(picture)
+            broken += frame is None
+            if frame is None and last is None:
+                waiting += 1
+                continue
+            if stream is None:
+                stream = container.add_stream("libx264", rate=ticks, options={"preset": "fast"})
+                stream.width, stream.height = max(frame.width & ~1, 2), max(frame.height & ~1, 2)
+                stream.pix_fmt = "yuv420p"
+                stream.thread_count = threads
+            if frame is not None:
+                last = frame.reformat(
+                    stream.width, stream.height, "yuv420p", src_color_range="JPEG", dst_color_range="MPEG"
+                )
+            for _ in range(waiting + 1):
+                last.pts, last.time_base = count, 1 / ticks
+                container.mux(stream.encode(last))
+                count += 1
+            waiting = 0
+        if stream is None:
+            raise PictureError("the episode has no valid picture")
+        container.mux(stream.encode(None))
+    return broken

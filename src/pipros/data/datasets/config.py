@@ -1,0 +1,185 @@
+"""The description of a data set: `robot.yaml`."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipros.data.nearest import DIRECTIONS
+from pipros.safe.settings import BadSettings, Settings
+from pipros.safe.yaml import YamlError
+
+GAPS = ("skip", "keep", "hold")
+TIMES = ("header", "receipt")
+STORES = ("video", "jpeg")
+
+CHECKS = {"missing": 1.5, "clock": 0.1, "frozen": 2.0, "saturated": 0.1, "stopped": 1.0}
+"""The thresholds of the checks, see `pipros.data.datasets.checks`; 0 turns a check off."""
+
+_SECTIONS = ["observations", "cameras", "actions", "checks"]
+_KEYS = ["rate", "time", "tolerance", "gaps", "episodes", "task", *_SECTIONS]
+_SOURCE_KEYS = ["topic", "time", "tolerance", "checks", "pick"]
+_SIGNAL_KEYS = [*_SOURCE_KEYS, "fields", "names", "unit", "scale", "min", "max"]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A topic of the data set.
+
+    Attributes:
+        name: its name in the data set: `observations.joints`.
+        place: where the file describes it, for errors.
+        topic: the topic.
+        time: `header` or `receipt`, the times by which messages are aligned.
+        tolerance: maximum difference between the times of a message and its row in seconds.
+        pick: one of `DIRECTIONS` of `pipros.data.nearest`: which message a row gets.
+        checks: the thresholds of the checks by name.
+    """
+
+    name: str
+    place: str
+    topic: str
+    time: str
+    tolerance: float
+    pick: str
+    checks: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True)
+class SignalSource(Source):
+    """Numbers from a topic.
+
+    Attributes:
+        fields: the fields that are joined; empty for the usual ones of the type.
+        names: the names of the numbers. For messages with a field `name`, the numbers of these names.
+        unit: the unit in the data set, or empty.
+        scale: the factor from the numbers of the messages to `unit`.
+        least, most: the limits in `unit`, one for all numbers or one each; empty if there are none.
+    """
+
+    fields: tuple[str, ...]
+    names: tuple[str, ...]
+    unit: str
+    scale: float
+    least: tuple[float, ...]
+    most: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSource(Source):
+    """Pictures from a topic. `store` is one of `STORES`."""
+
+    store: str
+
+
+@dataclass(frozen=True, slots=True)
+class DatasetConfig:
+    """The description of a data set.
+
+    Attributes:
+        rate: rows per second.
+        gaps: one of `GAPS`: what happens to rows without a message within the tolerance.
+        marker: the topic that marks episodes; empty if each bag is one.
+        task: the task as a text, or empty.
+        task_topic: the topic with the task, or empty.
+        digest: a hash of the file.
+    """
+
+    rate: float
+    gaps: str
+    marker: str
+    task: str
+    task_topic: str
+    signals: tuple[SignalSource, ...]
+    cameras: tuple[CameraSource, ...]
+    digest: str
+
+    @property
+    def sources(self) -> tuple[SignalSource | CameraSource, ...]:
+        """All topics of the data set."""
+        return (*self.signals, *self.cameras)
+
+
+def read_config(path: Path) -> DatasetConfig:
+    """Read a description.
+
+    Raises:
+        BadSettings: the file cannot be read, or a value is invalid. The text names the file, line and key.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        top = Settings.parsed(text, str(path))
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadSettings(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
+    except YamlError as error:
+        raise BadSettings(str(error)) from None
+    top.only(_KEYS)
+    shared = {
+        "time": top.choice("time", TIMES, "header"),
+        "tolerance": top.number("tolerance", 0.1, least=0),
+        "checks": _checks(top, CHECKS),
+    }
+    groups = [top.section("observations"), top.section("actions")]
+    signals = tuple(_signal(each, shared) for group in groups for each in group.sections())
+    cameras = tuple(_camera(each, shared) for each in top.section("cameras").sections())
+    if not signals and not cameras:
+        raise top.error("", "observations, actions or cameras must name a topic. Try --suggest")
+    rate = top.number("rate", None, least=0.001, most=10_000)
+    task, task_topic = _text_or_topic(top, "task", ["topic"])
+    episodes, marker = _text_or_topic(top, "episodes", ["topic", "service"])
+    if episodes not in ("", "file"):
+        raise top.error("episodes", f"must be file, {{topic: …}} or {{service: …}}, got {episodes!r}")
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    return DatasetConfig(
+        rate, top.choice("gaps", GAPS, "skip"), marker, task, task_topic, signals, cameras, digest
+    )
+
+
+def _text_or_topic(top: Settings, key: str, kinds: list[str]) -> tuple[str, str]:
+    if not isinstance(top.values.get(key), dict):
+        return top.text(key, ""), ""
+    section = top.section(key)
+    section.only(kinds)
+    if len(section.values) != 1:
+        raise top.error(key, f"must have one of {' and '.join(kinds)}")
+    return "", section.text(next(iter(section.values)))
+
+
+def _checks(section: Settings, defaults: Mapping[str, float]) -> dict[str, float]:
+    found = section.section("checks")
+    found.only(CHECKS)
+    return {name: found.number(name, value, least=0) for name, value in defaults.items()}
+
+
+def _shared(section: Settings, shared: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "name": section.key,
+        "place": section.place(),
+        "topic": section.text("topic"),
+        "time": section.choice("time", TIMES, shared["time"]),
+        "tolerance": section.number("tolerance", shared["tolerance"], least=0),
+        "pick": section.choice("pick", DIRECTIONS, "backward"),
+        "checks": _checks(section, shared["checks"]),
+    }
+
+
+def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
+    section.only(_SIGNAL_KEYS)
+    return SignalSource(
+        **_shared(section, shared),
+        fields=section.texts("fields"),
+        names=section.texts("names"),
+        unit=section.text("unit", ""),
+        scale=section.number("scale", 1.0, least=-math.inf),
+        least=section.numbers("min"),
+        most=section.numbers("max"),
+    )
+
+
+def _camera(section: Settings, shared: Mapping[str, Any]) -> CameraSource:
+    section.only([*_SOURCE_KEYS, "store"])
+    return CameraSource(**_shared(section, shared), store=section.choice("store", STORES, "video"))

@@ -1,0 +1,85 @@
+"""Find the episodes of a bag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.bag.errors import NoMessages
+from pipros.data.columns import TextColumn
+from pipros.safe.settings import BadSettings
+
+if TYPE_CHECKING:
+    from pipros.data.bags import Bags
+    from pipros.data.datasets.config import DatasetConfig
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """A part of a bag.
+
+    Attributes:
+        number: its number in the data set.
+        bag: the file.
+        start, end: times of receipt (ns).
+        task: the task as a text, or empty.
+    """
+
+    number: int
+    bag: str
+    start: int
+    end: int
+    task: str
+
+    @property
+    def name(self) -> str:
+        """The name of its files, without a suffix."""
+        return f"episode_{self.number:06d}"
+
+
+def find_episodes(bags: Bags, bag: str, config: DatasetConfig, first: int) -> list[Episode]:
+    """Return the episodes of a bag, numbered from `first`.
+
+    A marker topic has `std_msgs/Bool` or `std_msgs/String`: a true value or a text that is not empty begins
+    an episode, and ends the one before; a false value or an empty text ends it, as does the end of the bag.
+
+    Raises:
+        BadSettings: the topic of the markers or tasks does not exist, or has another type.
+    """
+    try:
+        begin, end = bags.readers[0].range_ns
+    except NoMessages:
+        return []
+    spans = [(begin, end, "")] if not config.marker else _marked(bags, bag, config.marker, end)
+    tasks = _texts(bags, bag, "task.topic", config.task_topic) if config.task_topic else []
+    found: list[Episode] = []
+    for start, stop, text in spans:
+        task = config.task or str(text)
+        for time, value in tasks:
+            if time <= stop:
+                task = str(value)  # the last one before the end
+        found.append(Episode(first + len(found), bag, start, stop, task))
+    return found
+
+
+def _marked(bags: Bags, bag: str, topic: str, end: int) -> list[tuple[int, int, str]]:
+    spans, start, text = [], -1, ""
+    for time, value in [*_texts(bags, bag, "episodes", topic), (end, "")]:
+        if start >= 0 and time > start:
+            spans.append((start, time, text))
+        start, text = (time, value if isinstance(value, str) else "") if value else (-1, "")
+    return spans
+
+
+def _texts(bags: Bags, bag: str, key: str, topic: str) -> list[tuple[int, Any]]:
+    """Return the times and values of a topic."""
+    if topic not in bags.topics():
+        raise BadSettings(f"{key}: {bag} has no topic {topic}. The topics are {', '.join(bags.topics())}")
+    table = bags.table(topic)
+    values: Any = table.get("data")
+    is_bool = isinstance(values, np.ndarray) and values.dtype == np.bool_
+    if not is_bool and not isinstance(values, TextColumn):
+        raise BadSettings(f"{key}: {topic} must be std_msgs/String or std_msgs/Bool, got {table.type}")
+    return list(zip(table.times().tolist(), list(values), strict=True))

@@ -1,0 +1,36 @@
+"""A node that turns calls of services into messages that mark episodes, for `rosbag record`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+
+
+class EpisodeMarker:
+    """Offers `TOPIC/start` and `TOPIC/stop` (`std_srvs/Trigger`), and publishes `std_msgs/String` on TOPIC.
+
+    A start publishes the parameter `TOPIC/task`, or `episode` if it is not set, a stop an empty text. The
+    last message is latched, so a bag that begins during an episode has its start.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        text: Any = load_message_class("std_msgs/String")
+        service: Any = load_service_class("std_srvs/Trigger")
+        publisher = node.advertise(topic, text, latch=True)
+
+        def start(_: object) -> Any:
+            try:
+                task = str(node.params.get(f"{topic}/task"))
+            except LookupError:
+                task = "episode"
+            publisher.publish(text(task))
+            return service._response_class(True, task)
+
+        def stop(_: object) -> Any:
+            publisher.publish(text(""))
+            return service._response_class(True, "")
+
+        node.serve(f"{topic}/start", service, start)
+        node.serve(f"{topic}/stop", service, stop)

@@ -1,0 +1,144 @@
+"""The rows of an episode: the topics of the description, aligned."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.basics.limits import limit_text, process_limits
+from pipros.data.datasets.cameras import Picture, pictures, read_times
+from pipros.data.datasets.checks import Finding, examine
+from pipros.data.datasets.config import CameraSource, DatasetConfig, SignalSource, Source
+from pipros.data.datasets.signals import Recording, read_signal
+from pipros.data.limits import DataLimits
+from pipros.data.nearest import matches
+from pipros.msg.time import NS_PER_S
+from pipros.safe.settings import BadSettings
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from pipros.data.bags import Bags
+    from pipros.data.datasets.episodes import Episode
+
+
+@dataclass(frozen=True, slots=True)
+class SignalRows:
+    """The numbers of a topic: `values` with a row each, NaN in gaps, and their names."""
+
+    source: SignalSource
+    names: tuple[str, ...]
+    values: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class CameraRows:
+    """The pictures of a camera: the number of the message for each row, and which rows are gaps.
+
+    In a gap, the number is that of the row before.
+    """
+
+    source: CameraSource
+    messages: NDArray[np.int64]
+    gaps: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeRows:
+    """The rows of an episode, at `times` (ns). `problem` says why it is left out, or is empty."""
+
+    episode: Episode
+    rate: float
+    times: NDArray[np.int64]
+    signals: list[SignalRows]
+    cameras: list[CameraRows]
+    findings: list[Finding]
+    problem: str
+
+    @property
+    def seconds(self) -> NDArray[np.float64]:
+        """The times of the rows in seconds, the first one 0."""
+        return (self.times - self.times[:1]) / NS_PER_S
+
+    def pictures(self, bags: Bags, camera: CameraRows) -> Iterator[Picture]:
+        """Yield the picture of each row."""
+        return pictures(bags, camera.source, self.episode.start, self.episode.end, camera.messages)
+
+
+def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> EpisodeRows:
+    """Read and align the topics of an episode. Rows before the first complete one and after the last are cut.
+
+    Raises:
+        BadSettings: the description does not fit the bag.
+        BagError: a message does not match its definition.
+    """
+    start, end = episode.start, episode.end
+    count = int((end - start) * config.rate / NS_PER_S) + 1
+    if count > (limit := process_limits().of(DataLimits).dataset_rows):
+        raise BadSettings(
+            f"the episode has {count} rows: {limit_text('dataset_rows', limit)}. Reduce the rate"
+        )
+    rows: NDArray[np.int64] = start + np.rint(np.arange(count) * (NS_PER_S / config.rate)).astype(np.int64)
+    is_held = config.gaps == "hold"
+    is_complete = np.ones(count, np.bool_)
+    gaps, findings, signals, cameras = [], [], [], []
+    for source in config.sources:
+        read: Any = read_signal if isinstance(source, SignalSource) else read_times
+        recording: Recording = read(bags, source, start, end)
+        index, is_gap = aligned(rows, recording.times, source, is_held=is_held)
+        findings += examine(recording, source, start, end)
+        if isinstance(source, SignalSource):
+            values = np.full((count, len(recording.names)), np.nan)
+            values[~is_gap] = recording.values[index[~is_gap]]
+            signals.append(SignalRows(source, recording.names, values))
+        else:
+            messages = np.zeros(count, np.int64)
+            messages[~is_gap] = recording.rows[index[~is_gap]]
+            cameras.append(CameraRows(source, np.maximum.accumulate(messages), is_gap))
+        gaps.append(is_gap)
+        is_complete &= ~is_gap
+    complete = np.flatnonzero(is_complete)
+    part = slice(int(complete[0]), int(complete[-1]) + 1) if len(complete) else slice(0, 0)
+    return EpisodeRows(
+        episode,
+        config.rate,
+        rows[part],
+        [SignalRows(each.source, each.names, each.values[part]) for each in signals],
+        [CameraRows(each.source, each.messages[part], each.gaps[part]) for each in cameras],
+        findings,
+        _problem(config, rows, gaps, part),
+    )
+
+
+def aligned(
+    rows: NDArray[np.int64], times: NDArray[np.int64], source: Source, *, is_held: bool
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the number of the message for each row, and which rows have none; such numbers mean nothing.
+
+    Args:
+        is_held: whether rows without a message get the last one before them, however old it is.
+    """
+    index, is_gap = matches(rows, times, source.tolerance, source.pick)
+    if is_held:
+        last, is_before_all = matches(rows, times, None, "backward")
+        index = np.where(is_gap, last, index)
+        is_gap = is_gap & is_before_all
+    return index, is_gap
+
+
+def _problem(
+    config: DatasetConfig, rows: NDArray[np.int64], gaps: list[NDArray[np.bool_]], part: slice
+) -> str:
+    """Return why the episode is left out: no row is complete, or gaps remain and must not."""
+    part = part if part.stop else slice(None)
+    source, is_gap = max(zip(config.sources, gaps, strict=True), key=lambda pair: int(pair[1][part].sum()))
+    if not is_gap[part].any() or (part.stop and config.gaps != "skip"):
+        return ""
+    first = (rows[part][is_gap[part]][0] - rows[0]) / NS_PER_S
+    return (
+        f"{source.name} has no message within {source.tolerance} s for {int(is_gap[part].sum())} rows, the "
+        f"first at {first:.2f} s. Increase its tolerance, or set gaps to hold or keep"
+    )

@@ -1,0 +1,224 @@
+"""Read the numbers of a topic, with the times by which they are aligned."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.similar_names import similar_names
+from pipros.data.columns import ListColumn, RecordColumn, TextColumn
+from pipros.data.limits import DataLimits
+from pipros.data.table import RECEIPT, STAMP, Table
+from pipros.msg.time import NS_PER_S, Time
+from pipros.safe.settings import BadSettings
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from pipros.data.bags import Bags
+    from pipros.data.datasets.config import SignalSource, Source
+
+_TWIST = tuple(f"{part}.{axis}" for part in ("linear", "angular") for axis in "xyz")
+_POSE = tuple(f"position.{axis}" for axis in "xyz") + tuple(f"orientation.{axis}" for axis in "xyzw")
+
+USUAL_FIELDS: dict[str, tuple[str, ...]] = {
+    "geometry_msgs/Pose": _POSE,
+    "geometry_msgs/PoseStamped": tuple(f"pose.{each}" for each in _POSE),
+    "geometry_msgs/Twist": _TWIST,
+    "geometry_msgs/TwistStamped": tuple(f"twist.{each}" for each in _TWIST),
+    "nav_msgs/Odometry": (
+        *(f"pose.pose.{each}" for each in _POSE),
+        *(f"twist.twist.{each}" for each in _TWIST),
+    ),
+    "sensor_msgs/Imu": (
+        *(f"angular_velocity.{axis}" for axis in "xyz"),
+        *(f"linear_acceleration.{axis}" for axis in "xyz"),
+    ),
+    "sensor_msgs/JointState": ("position",),
+    "sensor_msgs/Joy": ("axes", "buttons"),
+    **{
+        f"std_msgs/{kind}{array}": ("data",)
+        for kind in ("Float32", "Float64", "Int8", "Int16", "Int32", "Int64", "UInt8", "UInt16", "UInt32")
+        for array in ("", "MultiArray")
+    },
+    "std_msgs/Bool": ("data",),
+}
+"""The fields of types that are taken if the description names none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """The messages of a topic during an episode, with increasing times.
+
+    Attributes:
+        times: the times by which they are aligned (ns).
+        values: a row of numbers for each message.
+        names: the names of the numbers.
+        stamps, receipts: the times of all messages (ns), also of those that are left out because times must
+            increase. `stamps` is empty if messages have no header.
+        rows: the numbers of the messages that are kept.
+    """
+
+    times: NDArray[np.int64]
+    values: NDArray[np.float64]
+    names: tuple[str, ...]
+    stamps: NDArray[np.int64]
+    receipts: NDArray[np.int64]
+    rows: NDArray[np.int64]
+
+
+def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recording:
+    """Read the numbers of a topic that rows from `start` to `end` (ns) may need.
+
+    Raises:
+        BadSettings: the description does not fit the messages.
+        BagError: a message does not match its definition.
+    """
+    left = limit = process_limits().of(DataLimits).table_bytes
+    parts: list[NDArray[np.float64]] = []
+    times, names = [], source.names
+    for table in batches(bags, source, start, end):
+        values, names = _numbers(table, source, names)
+        left -= values.nbytes
+        if left < 0:
+            raise BadSettings(f"{source.place}: the episode is too large: {limit_text('table_bytes', limit)}")
+        is_known = ~np.isnan(values).all(axis=1)  # NaN in messages without the wanted names
+        parts.append(values[is_known])
+        times.append(times_of(table, source)[is_known])
+    _check_limits(source, len(names))
+    return recorded(times, np.concatenate(parts), names)
+
+
+def batches(bags: Bags, source: Source, start: int, end: int) -> Any:
+    """Yield tables with the messages that rows from `start` to `end` may need."""
+    if source.topic not in bags.topics():
+        hint = similar_names(source.topic, bags.topics()) or f"The topics are {', '.join(bags.topics())}"
+        raise BadSettings(f"{source.place}.topic: no bag has {source.topic}. {hint}")
+    ahead = round(source.tolerance * NS_PER_S) + NS_PER_S  # stamps may be older than receipts
+    first, last = (Time(*divmod(each, NS_PER_S)) for each in (max(0, start - ahead), end + ahead))
+    return bags.batches(source.topic, start=first, end=last)
+
+
+def times_of(table: Table, source: Source) -> NDArray[np.int64]:
+    """Return the times of messages: those of alignment, stamps or zeros, and receipts, as columns."""
+    receipts = table.times()
+    has_header = STAMP in table
+    if source.time == "header" and not has_header:
+        raise BadSettings(f"{source.place}: {table.type} has no header. Add time: receipt")
+    stamps = table.times("header") if has_header else np.zeros(table.rows, np.int64)
+    return np.stack([stamps if source.time == "header" else receipts, stamps, receipts], axis=1)
+
+
+def recorded(
+    times: list[NDArray[np.int64]], values: NDArray[np.float64], names: tuple[str, ...]
+) -> Recording:
+    """Return messages whose times increase, and leave out as few others as possible."""
+    joined = np.concatenate(times)
+    aligned, stamps, receipts = joined[:, 0], joined[:, 1], joined[:, 2]
+    kept = increasing(aligned)
+    return Recording(
+        aligned[kept], values[kept], names, stamps if stamps.any() else stamps[:0], receipts, kept
+    )
+
+
+def increasing(times: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the numbers of as many times as possible that do not decrease, by patience sorting."""
+    if (np.diff(times) >= 0).all():
+        return np.arange(len(times))
+    ends: list[int] = []  # the least last time of an increasing row of each length, and its number
+    numbers: list[int] = []
+    before = np.full(len(times), -1)
+    for number, time in enumerate(times.tolist()):
+        length = bisect_right(ends, time)
+        if length:
+            before[number] = numbers[length - 1]
+        ends[length : length + 1] = [time]
+        numbers[length : length + 1] = [number]
+    found = []
+    at = numbers[-1]
+    while at >= 0:
+        found.append(at)
+        at = int(before[at])
+    return np.array(found[::-1])
+
+
+def _numbers(
+    table: Table, source: SignalSource, names: tuple[str, ...]
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    fields = source.fields or USUAL_FIELDS.get(table.type, ())
+    if not fields:
+        raise BadSettings(f"{source.place}: {table.type} has no usual fields. Add some of {_known(table)}")
+    parts, found = [], []
+    for field in fields:
+        part = _field(table, source, field)
+        parts.append(part)
+        found += [field] if part.shape[1] == 1 else [f"{field}[{n}]" for n in range(part.shape[1])]
+    values = np.concatenate(parts, axis=1) * source.scale
+    if names:
+        _check_width(source, values, len(names))
+    return values, names or tuple(found)
+
+
+def _field(table: Table, source: SignalSource, field: str) -> NDArray[np.float64]:
+    if field not in table or field == RECEIPT:
+        hint = similar_names(field, table) or f"The fields are {_known(table)}"
+        raise BadSettings(f"{source.place}.fields: {table.type} has no field {field!r}. {hint}")
+    column = table[field]
+    if isinstance(column, ListColumn) and isinstance(column.values, np.ndarray):
+        labels = table.get("name")
+        if source.names and isinstance(labels, ListColumn) and isinstance(labels.values, TextColumn):
+            return _by_name(column, labels, source)
+        sizes = column.sizes
+        if not len(sizes):
+            return np.zeros((0, max(len(source.names), 1)))
+        if (sizes != sizes[0]).any():
+            raise BadSettings(
+                f"{source.place}.fields: messages must have as many numbers in {field}, got {sizes[0]} and "
+                f"{sizes[sizes != sizes[0]][0]}"
+            )
+        begin, end = column.offsets[0], column.offsets[-1]
+        return column.values[begin:end].reshape(len(sizes), -1).astype(np.float64)
+    if not isinstance(column, np.ndarray) or column.dtype.kind not in "biuf":
+        raise BadSettings(f"{source.place}.fields: {field} of {table.type} must be numbers")
+    return column.reshape(table.rows, -1).astype(np.float64)
+
+
+def _by_name(column: ListColumn, labels: ListColumn, source: SignalSource) -> NDArray[np.float64]:
+    """Return the numbers with the names of the description; NaN in messages without all of them."""
+    found = np.full((len(column), len(source.names)), np.nan)
+    places: dict[tuple[bytes, ...], list[int] | None] = {}
+    for row, (cell, label) in enumerate(zip(column, labels, strict=True)):
+        key = (label.data[label.offsets[0] : label.offsets[-1]].tobytes(), label.sizes.tobytes())
+        if key not in places:
+            known = list(label)
+            has_all = set(source.names) <= set(known)
+            places[key] = [known.index(name) for name in source.names] if has_all else None
+        place = places[key]
+        if place is not None and len(cell) > max(place):
+            found[row] = cell[place]
+    return found
+
+
+def _check_width(source: SignalSource, values: NDArray[np.float64], width: int) -> None:
+    if len(values) and values.shape[1] != width:
+        raise BadSettings(f"{source.place}: must have {width} numbers, got {values.shape[1]}. Correct fields")
+
+
+def _check_limits(source: SignalSource, width: int) -> None:
+    for key, limits in (("min", source.least), ("max", source.most)):
+        if len(limits) not in (0, 1, width):
+            raise BadSettings(f"{source.place}.{key}: must be one number or {width}, got {len(limits)}")
+    if source.least and source.most and not (np.array(source.least) < source.most).all():
+        raise BadSettings(f"{source.place}.min: must be < max, got {source.least} and {source.most}")
+
+
+def _known(table: Table) -> str:
+    return ", ".join(
+        name
+        for name, column in table.items()
+        if name != RECEIPT and not isinstance(column, TextColumn | RecordColumn)
+    )

@@ -1,0 +1,89 @@
+"""Suggest a description of a data set from the topics of a bag."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipros.data.columns import ListColumn, TextColumn
+from pipros.data.datasets.signals import USUAL_FIELDS
+from pipros.data.table import STAMP, Table
+from pipros.safe.settings import BadSettings
+
+if TYPE_CHECKING:
+    from pipros.data.bags import Bags
+
+_ACTION = re.compile(r"(^|[/_])(cmd|command|commands|goal|target|setpoint|action)([/_]|$)|cmd_vel|_desired")
+_CAMERAS = ("sensor_msgs/CompressedImage", "sensor_msgs/Image")
+
+
+def suggest(bags: Bags, rows: int = 200) -> str:
+    """Return a first description, for a user to correct.
+
+    Topics with usual numeric fields become observations, and those whose names mean commands actions. The
+    rate is that of the slowest camera, or of the slowest observation. Only the first messages are read.
+
+    Raises:
+        BadSettings: no topic has a type that is known.
+    """
+    parts: dict[str, list[str]] = {each: [] for each in ("observations", "cameras", "actions")}
+    rates: dict[str, list[float]] = {each: [] for each in parts}
+    taken: set[str] = set()
+    for topic in bags.topics():
+        kind = bags.connections_of(topic)[0][1].type
+        is_camera = kind in _CAMERAS
+        if (not is_camera and kind not in USUAL_FIELDS) or topic.startswith("/rosout"):
+            continue
+        group = "cameras" if is_camera else "actions" if _ACTION.search(topic) else "observations"
+        table = next(bags.batches(topic)).take(slice(rows))
+        if not table.rows:
+            continue
+        steps = np.diff(table.times())
+        rate = 1e9 / float(np.median(steps)) if len(steps) and np.median(steps) > 0 else 1.0
+        name = _name(topic, taken)
+        lines = [f"  {name}:", f"    topic: {json.dumps(topic)}  # {kind}, {rate:.3g} Hz"]
+        if not is_camera:
+            lines += _fields(table, kind)
+            lines.append("    # unit: …, min: …, max: …")
+        elif kind == _CAMERAS[0]:
+            lines.append("    store: video  # or jpeg, which keeps the pictures as they are")
+        if STAMP not in table or not table[STAMP].any():
+            lines.append("    time: receipt  # there are no stamps")
+        if rate < 10:
+            lines.append(f"    tolerance: {2 / rate:.3g}  # s; the messages are rare")
+        parts[group] += lines
+        rates[group].append(rate)
+    found = rates["cameras"] or rates["observations"] or rates["actions"]
+    if not found:
+        raise BadSettings(f"no topic has usual numbers or pictures, got {', '.join(bags.topics()) or 'none'}")
+    head = [
+        f"rate: {max(1, min(50, round(min(found))))}  # rows a second",
+        "tolerance: 0.1  # s; older messages are gaps",
+        "gaps: skip  # episodes with gaps; or hold (the last message), or keep (null)",
+        "episodes: file  # or {topic: /episode}, with std_msgs/Bool or String",
+        'task: ""  # what the robot does, in words',
+    ]
+    for group, lines in parts.items():
+        head += [f"{group}:" if lines else f"{group}: {{}}", *lines]
+    return "\n".join(head) + "\n"
+
+
+def _name(topic: str, taken: set[str]) -> str:
+    base = re.sub(r"\W+|_+", "_", topic.removesuffix("/compressed")).strip("_") or "topic"
+    base = f"_{base}" if base[0].isdigit() else base
+    name, number = base, 2
+    while name in taken:
+        name, number = f"{base}_{number}", number + 1
+    taken.add(name)
+    return name
+
+
+def _fields(table: Table, kind: str) -> list[str]:
+    lines = [f"    fields: [{', '.join(USUAL_FIELDS[kind])}]"]
+    names = table.get("name")
+    if isinstance(names, ListColumn) and isinstance(names.values, TextColumn) and len(names):
+        lines.append(f"    names: {json.dumps(list(names[0]))}")
+    return lines

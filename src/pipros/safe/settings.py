@@ -1,0 +1,128 @@
+"""Read a YAML file of settings, with errors that name the file, the line and the key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+from typing import Any
+
+import yaml
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.similar_names import similar_names
+from pipros.safe.yaml import load
+
+
+class BadSettings(PiprosError, ValueError):
+    """A file of settings is invalid, or does not fit what it describes."""
+
+
+class Settings:
+    """A mapping of a YAML file.
+
+    Attributes:
+        key: the dotted name of the mapping; empty for the whole file.
+        values: its values.
+    """
+
+    def __init__(self, file: str, key: str, values: dict[str, Any], lines: dict[str, int]) -> None:
+        self.key = key
+        self.values = values
+        self._file = file
+        self._lines = lines
+
+    @classmethod
+    def parsed(cls, text: str, file: str) -> Settings:
+        """Parse a file. Raise `YamlError` if it is not YAML, and `BadSettings` if it is not a mapping."""
+        values = load(text, file, angles=False)
+        if not isinstance(values, dict):
+            raise BadSettings(f"{file}: must be a mapping, got {type(values).__name__}")
+        lines: dict[str, int] = {}
+        _note_lines(yaml.compose(text, yaml.SafeLoader), "", lines)
+        return cls(file, "", values, lines)
+
+    def place(self, key: str = "") -> str:
+        """Return the file, the line and the dotted name of a key."""
+        name = ".".join(part for part in (self.key, key) if part)
+        line = self._lines.get(name) or self._lines.get(self.key)
+        where = f"{self._file}:{line}" if line else self._file
+        return f"{where}: {name}" if name else where
+
+    def error(self, key: str, reason: str) -> BadSettings:
+        """Return an error about a key."""
+        return BadSettings(f"{self.place(key)}: {reason}")
+
+    def only(self, known: Collection[str]) -> None:
+        """Raise `BadSettings` if there is another key than the known ones."""
+        for key in self.values:
+            if key not in known:
+                hint = similar_names(str(key), known) or f"The keys are {', '.join(sorted(known))}"
+                raise self.error(str(key), f"unknown key. {hint}")
+
+    def section(self, key: str) -> Settings:
+        """Return the mapping below a key, which is empty if the key is missing."""
+        values = self.values.get(key)
+        if values is not None and not isinstance(values, dict):
+            raise self.error(key, f"must be a mapping, got {values!r}")
+        name = f"{self.key}.{key}" if self.key else key
+        return Settings(self._file, name, values or {}, self._lines)
+
+    def sections(self) -> Iterator[Settings]:
+        """Yield the mappings below all keys, which must be names."""
+        for key in self.values:
+            if not isinstance(key, str) or not key.isidentifier():
+                raise self.error(str(key), "must be a name of letters, digits and _")
+            yield self.section(key)
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return a text. Without a default, it is required."""
+        value = self.values.get(key, default)
+        if not isinstance(value, str) or (default is None and not value):
+            raise self.error(key, "is missing" if value is None else f"must be a text, got {value!r}")
+        return value
+
+    def choice(self, key: str, choices: Collection[str], default: str) -> str:
+        """Return one of several texts."""
+        value = self.text(key, default)
+        if value not in choices:
+            raise self.error(key, f"must be one of {', '.join(choices)}, got {value!r}")
+        return value
+
+    def number(self, key: str, default: float | None, *, least: float, most: float = math.inf) -> float:
+        """Return a number. Without a default, it is required."""
+        value = self.values.get(key, default)
+        if value is None:
+            raise self.error(key, "is missing")
+        if not _is_number(value) or not least <= value <= most:
+            limits = f">= {least}" if most == math.inf else f"from {least} to {most}"
+            raise self.error(key, f"must be a number {limits}, got {value!r}")
+        return float(value)
+
+    def numbers(self, key: str) -> tuple[float, ...]:
+        """Return a number or a list of numbers as a tuple, which is empty if the key is missing."""
+        value = self.values.get(key, [])
+        found = value if isinstance(value, list) else [value]
+        if not all(map(_is_number, found)):
+            raise self.error(key, f"must be a number or a list of numbers, got {value!r}")
+        return tuple(map(float, found))
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        """Return a text or a list of texts as a tuple, which is empty if the key is missing."""
+        value = self.values.get(key, [])
+        found = value if isinstance(value, list) else [value]
+        if not all(isinstance(each, str) for each in found):
+            raise self.error(key, f"must be a text or a list of texts, got {value!r}")
+        return tuple(found)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _note_lines(node: Any, name: str, lines: dict[str, int]) -> None:
+    """Store the line of each key by its dotted name."""
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            below = f"{name}.{key.value}" if name else str(key.value)
+            lines[below] = key.start_mark.line + 1
+            _note_lines(value, below, lines)

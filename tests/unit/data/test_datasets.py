@@ -1,0 +1,405 @@
+"""`pipros dataset`: rows, gaps, episodes, pictures, formats, interruption and parallel runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import duckdb
+import h5py
+import numpy as np
+import pyarrow.parquet
+import pytest
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import CompressedImage, Image, JointState
+from std_msgs.msg import Bool, Float64, String
+
+from pipros.basics.limits import Limits
+from pipros.data.commands.dataset import main as dataset
+from pipros.msg.time import Time
+from tests.support.bags import Row, bag_bytes
+from tests.support.waiting import wait_until
+
+CONFIG = """\
+rate: 10
+tolerance: 0.15
+episodes: {topic: /episode}
+observations:
+  joints: {topic: /joints, names: [b, a], unit: deg, scale: 10, min: -1000, max: [1000, 1000]}
+cameras:
+  front: {topic: /camera/compressed}
+actions:
+  base: {topic: /cmd_vel, fields: [linear.x, angular.z], time: receipt, tolerance: 1}
+"""
+
+
+def ns(time: float) -> tuple[int, int]:
+    return divmod(round(time * 1e9), 10**9)
+
+
+def jpeg(level: int) -> bytes:
+    return cv2.imencode(".jpg", np.full((32, 48, 3), level, np.uint8))[1].tobytes()
+
+
+def joints(time: float, *, value: float | None = None, names: tuple[str, ...] = ("a", "b")) -> Row:
+    state = JointState(name=list(names), position=[time if value is None else value, -time][: len(names)])
+    state.header.stamp = Time(*ns(time))
+    return "/joints", state, *ns(time + 0.01)
+
+
+def picture(time: float, data: bytes) -> Row:
+    image = CompressedImage(format="jpeg", data=data)
+    image.header.stamp = Time(*ns(time))
+    return "/camera/compressed", image, *ns(time + 0.02)
+
+
+def demonstration(path: Path, start: float, *, seconds: float = 2.0) -> Path:
+    """Write a bag with an episode: joints and pictures at 10 Hz, a command each 0.5 s."""
+    rows: list[Row] = [("/episode", String("lift the cup"), *ns(start + 0.05))]
+    for n in range(round(seconds * 10) + 5):
+        time = start + n / 10
+        rows += [
+            joints(time),
+            joints(time, value=7.0, names=("gripper",)),
+            picture(time, jpeg(10 * (n % 25))),
+        ]
+        if n % 5 == 0:
+            command = Twist()
+            command.linear.x, command.angular.z = n, -n
+            rows.append(("/cmd_vel", command, *ns(time)))
+    rows.append(("/episode", String(""), *ns(start + 0.05 + seconds)))
+    path.write_bytes(bag_bytes(sorted(rows, key=lambda row: row[2:])))
+    return path
+
+
+@pytest.fixture(autouse=True)
+def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("robot.yaml").write_text(CONFIG)
+    demonstration(Path("run.bag"), 100.0)
+
+
+def made(*arguments: str, config: str | None = None) -> Any:
+    """Run the command, which must succeed, and return the first episode as a table."""
+    if config is not None:
+        Path("robot.yaml").write_text(config)
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1", *arguments]) == 0
+    files = sorted(Path("out/data").glob("*.parquet"))
+    return pyarrow.parquet.read_table(files[0]) if files else None
+
+
+def failure(capsys: pytest.CaptureFixture[str], config: str, *arguments: str) -> str:
+    """Return the one-line error of a run that must fail."""
+    Path("bad.yaml").write_text(config)
+    assert dataset(["run.bag", "--config", "bad.yaml", "-o", "bad", "-j1", *arguments]) == 1
+    text = capsys.readouterr().err
+    assert text.startswith("pipros dataset: ")
+    assert text.count("\n") == 1
+    return text
+
+
+def test_rows_have_the_last_message_before_them() -> None:
+    table = made()
+
+    assert table.num_rows == 21  # 100.05 to 102.05
+    assert table["timestamp"].to_pylist() == pytest.approx([n / 10 for n in range(21)])
+    assert table["task"].unique().to_pylist() == ["lift the cup"]
+    joints = [pytest.approx([-1000 - n, 1000 + n]) for n in range(21)]  # the message 0.05 s before the row
+    assert table["observations.joints"].to_pylist() == joints
+    commands = [n // 5 * 5 for n in range(21)]
+    assert table["actions.base"].to_pylist() == [[n, -n] for n in commands]
+    described = table.schema.field("observations.joints").metadata
+    assert described[b"unit"] == b"deg"
+    assert described[b"names"] == b"['b', 'a']"
+    assert described[b"max"] == b"[1000.0, 1000.0]"
+
+
+def test_videos_have_a_frame_for_each_row() -> None:
+    made()
+
+    with av.open("out/videos/front/episode_000000.mp4") as video:
+        stream = video.streams.video[0]
+        frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(stream)]
+        assert (stream.codec.name, stream.average_rate) == ("h264", 10)
+    assert len(frames) == 21
+    for n, frame in enumerate(frames):
+        assert frame.shape == (32, 48, 3)
+        assert abs(float(frame.mean()) - 10 * n) < 4
+
+
+def test_jpeg_pictures_are_kept_as_they_are() -> None:
+    config = CONFIG.replace("front: {", "front: {store: jpeg, ")
+    made(config=config)
+    kept = pyarrow.parquet.read_table("out/pictures/front/episode_000000.parquet")["jpeg"].to_pylist()
+    assert kept == [jpeg(10 * n) for n in range(21)]
+
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "hdf5", "--format=hdf5"]) == 0
+    with h5py.File("hdf5/data/episode_000000.hdf5") as file:
+        assert [cell.tobytes() for cell in file["cameras/front/jpeg"]] == kept
+        assert file.attrs["task"] == "lift the cup"
+        assert file["observations/joints"].attrs["unit"] == "deg"
+        assert file["observations/joints"][3].tolist() == pytest.approx([-1003, 1003])
+        assert file["actions/base"][:, 0].tolist() == [n // 5 * 5 for n in range(21)]
+        assert np.diff(file["time"][:]).tolist() == [10**8] * 20
+
+
+def test_duckdb_and_pandas_read_the_data_set() -> None:
+    made()
+    sql = "SELECT count(*), max(\"actions.base\"[1]) FROM 'out/data/*.parquet'"
+    assert duckdb.sql(sql).fetchall() == [(21, 20.0)]
+
+
+def raw_image(time: float, level: int) -> Row:
+    pixels = np.full((5, 7, 3), (level, 0, 0), np.uint8)  # blue is 0
+    image = Image(height=5, width=7, encoding="rgb8", step=21, data=pixels.tobytes())
+    return "/raw", image, *ns(time)
+
+
+def test_raw_images_of_odd_size_become_videos() -> None:
+    Path("run.bag").write_bytes(bag_bytes([raw_image(100 + n / 10, 200) for n in range(10)]))
+    made(config="rate: 10\ntime: receipt\ncameras: {eye: {topic: /raw}}\n")
+
+    with av.open("out/videos/eye/episode_000000.mp4") as video:
+        frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
+    assert len(frames) == 10
+    assert frames[0].shape == (4, 6, 3)
+    assert frames[0].mean(axis=(0, 1)).tolist() == pytest.approx([200, 0, 0], abs=12)
+
+
+def test_a_damaged_picture_is_replaced_and_reported() -> None:
+    rows = [picture(100 + n / 10, b"\xff\xd8broken" if n in (0, 4) else jpeg(20 * n)) for n in range(10)]
+    Path("run.bag").write_bytes(bag_bytes(rows))
+    made(config="rate: 10\ncameras: {front: {topic: /camera/compressed}}\n")
+
+    with av.open("out/videos/front/episode_000000.mp4") as video:
+        levels = [float(frame.to_ndarray(format="gray").mean()) for frame in video.decode(video=0)]
+    assert len(levels) == json.loads(Path("out/checks/episode_000000.json").read_text())["rows"]
+    assert abs(levels[4] - levels[3]) < 3
+    assert abs(levels[0] - levels[1]) < 3
+    assert "2 pictures are damaged" in Path("out/report.md").read_text()
+
+
+GAPPED = "rate: 10\ntime: receipt\ngaps: {}\nobservations: {{x: {{topic: /x}}, y: {{topic: /y}}}}\n"
+
+
+def gapped() -> None:
+    """Write a bag in which /y has no message from 1.0 to 1.6 s, and begins at 0.3 s."""
+    rows: list[Row] = []
+    for n in range(30):
+        rows.append(("/x", Float64(n), *ns(100 + n / 10)))
+        if n >= 3 and not 10 <= n < 16:
+            rows.append(("/y", Float64(-n), *ns(100 + n / 10)))
+    Path("run.bag").write_bytes(bag_bytes(rows))
+
+
+def test_gaps_are_null_or_held() -> None:
+    gapped()
+    table = made(config=GAPPED.format("keep"))
+    assert table.num_rows == 27  # the rows before the first message are cut
+    y = [each[0] for each in table["observations.y"].to_pylist()]
+    assert y[:7] == [-3, -4, -5, -6, -7, -8, -9]
+    assert y[7:14] == [-9, *[None] * 5, -16]  # -9 is 0.1 s old, which is within the tolerance
+
+    Path("robot.yaml").write_text(GAPPED.format("hold"))
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "held", "-j1"]) == 0
+    held = pyarrow.parquet.read_table("held/data/episode_000000.parquet")["observations.y"].to_pylist()
+    assert [each[0] for each in held][7:14] == [-9] * 6 + [-16]
+
+
+def test_an_episode_with_gaps_is_left_out_and_reported(capsys: pytest.CaptureFixture[str]) -> None:
+    gapped()
+    Path("robot.yaml").write_text(GAPPED.format("skip"))
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1"]) == 1
+    assert capsys.readouterr().out.startswith("0 of 1 episodes, 0 rows")
+    text = Path("out/report.md").read_text()
+    assert "left out: observations.y has no message within 0.1 s for 5 rows, the first at 1.10 s" in text
+    assert not Path("out/data").exists()
+
+
+@pytest.mark.parametrize(("pick", "first"), [("backward", 1), ("forward", 2), ("nearest", 2)])
+def test_the_message_of_a_row_is_chosen(pick: str, first: int) -> None:
+    """Rows are at 0.00, 0.25, …, messages at 0.0, 0.1, 0.3, …"""
+    rows: list[Row] = [("/x", Float64(n), *ns(100 + at)) for n, at in enumerate((0, 0.1, 0.3, 0.5, 0.75, 1))]
+    Path("run.bag").write_bytes(bag_bytes(rows))
+    config = f"rate: 4\ntolerance: 1\ntime: receipt\nobservations: {{x: {{topic: /x, pick: {pick}}}}}\n"
+    assert made(config=config)["observations.x"].to_pylist() == [[0], [first], [3], [4], [5]]
+
+
+def test_stamps_out_of_order_are_left_out() -> None:
+    rows = [joints(100 + n / 10) for n in range(20)]
+    late = rows[5][1]
+    late.header.stamp = Time(500, 0)  # one wrong stamp must not hide all that follow
+    Path("run.bag").write_bytes(bag_bytes(rows))
+    config = "rate: 10\ntolerance: 0.25\nobservations: {j: {topic: /joints, names: [a]}}\n"
+    values = [each[0] for each in made(config=config)["observations.j"].to_pylist()]
+    assert pytest.approx(100.5) not in values
+    assert pytest.approx(101.8) in values
+    found = json.loads(Path("out/checks/episode_000000.json").read_text())["findings"]
+    assert [each["text"] for each in found if each["check"] == "clock"] == [
+        "stamps jump by +399.500 s; stamps jump by -399.500 s"
+    ]
+
+
+def test_episodes_follow_bools_and_texts() -> None:
+    rows: list[Row] = [("/x", Float64(n), *ns(100 + n / 10)) for n in range(60)]
+    marks = {100.5: True, 101.5: False, 102: True, 103: True}
+    rows += [("/mark", Bool(on), *ns(at)) for at, on in marks.items()]
+    rows.append(("/task", String("first"), *ns(101)))
+    rows.append(("/task", String("second"), *ns(102.5)))
+    Path("run.bag").write_bytes(bag_bytes(sorted(rows, key=lambda row: row[2:])))
+    made(config="rate: 10\ntime: receipt\nepisodes: {topic: /mark}\ntask: {topic: /task}\n"
+         "observations: {x: {topic: /x}}\n")  # fmt: skip
+    results = [json.loads(file.read_text()) for file in sorted(Path("out/checks").glob("*.json"))]
+    assert [(each["start"] / 1e9, each["end"] / 1e9, each["task"]) for each in results] == [
+        (100.5, 101.5, "first"),
+        (102, 103, "second"),
+        (103, 105.9, "second"),
+    ]
+
+
+def test_an_interrupted_run_continues_and_equals_a_whole_one() -> None:
+    names = [str(demonstration(Path(f"run{n}.bag"), 100.0 + n, seconds=1.0)) for n in range(6)]
+    command = [*names, "--config", "robot.yaml", "-j2", "-o"]
+    assert dataset([*command, "whole"]) == 0
+
+    code = "import sys; from pipros.data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
+    process = subprocess.Popen([sys.executable, "-c", code, *command, "out"], start_new_session=True)
+    try:
+        wait_until(lambda: list(Path("out/checks").glob("*.json")))
+    finally:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+    before = {file: file.stat().st_mtime_ns for file in Path("out/checks").glob("*.json")}
+    Path("out/data/episode_000005.parquet.active").write_bytes(b"unfinished")
+    assert dataset([*command, "out"]) == 0
+
+    assert {file: file.stat().st_mtime_ns for file in before} == before
+    for file in Path("whole").rglob("*.*"):
+        assert (Path("out") / file.relative_to("whole")).read_bytes() == file.read_bytes()
+    assert len(list(Path("out").rglob("*.*"))) == len(list(Path("whole").rglob("*.*")))
+
+
+def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    made()
+    Path("robot.yaml").write_text(CONFIG.replace("rate: 10", "rate: 5"))
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
+    assert "out has another rate and config_sha256. Choose a new" in capsys.readouterr().err
+    Path("full").mkdir()
+    Path("full/mine.txt").write_text("keep")
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "full"]) == 1
+    assert "full holds other files" in capsys.readouterr().err
+    assert [path.name for path in Path("full").iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("rate: 10\n", "", "bad.yaml: rate: is missing"),
+        ("rate: 10", "rate: fast", "rate: must be a number from 0.001 to 10000, got 'fast'"),
+        ("rate: 10", "rat: 10", "bad.yaml:1: rat: unknown key. Did you mean rate?"),
+        ("names: [b, a]", "name: [b, a]", "joints.name: unknown key. Did you mean names"),
+        ("names: [b, a]", "names: [b, c]", "left out: observations.joints has no"),
+        ("max: [1000, 1000]", "max: -1000", "joints.min: must be < max, got"),
+        ("max: [1000, 1000]", "max: [1, 2, 3]", "joints.max: must be one number or 2, got 3"),
+        ("topic: /joints", "topic: /jonts", "joints.topic: no bag has /jonts. Did you mean /joints"),
+        ("fields: [linear.x, ", "fields: [linear.w, ", "9: actions.base.fields: geometry_msgs/Twist has no"),
+        (", time: receipt", "", "9: actions.base: geometry_msgs/Twist has no header. Add time"),
+        ("topic: /episode", "topic: /joints", "must be std_msgs/String or std_msgs/Bool, got sensor"),
+        ("{topic: /episode}", "once", "episodes: must be file, {topic: …} or {service: …}, got 'once'"),
+        ("front: {topic: /camera/compressed}", "front: {topic: /joints}", "front.topic: must be sensor_msgs"),
+        ("tolerance: 0.15", "tolerance: -1", "bad.yaml:2: tolerance: must be a number >= 0, got -1"),
+        ("observations:\n", "observations: [\n", "invalid YAML"),
+        ("actions:\n", "checks: {frosen: 1}\nactions:\n", "8: checks.frosen: unknown key. Did you mean fro"),
+    ],
+)  # fmt: skip
+def test_errors_name_the_line_and_the_key(
+    old: str, new: str, reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert old in CONFIG
+    config = CONFIG.replace(old, new)
+    if reason.startswith("left out"):
+        Path("bad.yaml").write_text(config)
+        assert dataset(["run.bag", "--config", "bad.yaml", "-o", "bad", "-j1"]) == 1
+        assert reason in Path("bad/report.md").read_text()
+    else:
+        assert reason in failure(capsys, config)
+
+
+def test_missing_files_are_named_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert dataset(["run.bag", "--config", "no.yaml", "-o", "out"]) == 1
+    assert capsys.readouterr().err == "pipros dataset: cannot read no.yaml: No such file or directory\n"
+    assert dataset(["no*.bag", "--config", "robot.yaml", "-o", "out"]) == 1
+    assert capsys.readouterr().err == "pipros dataset: no such file: no*.bag\n"
+    Path("run.bag").write_bytes(b"#ROSBAG V2.0\n")
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
+    assert capsys.readouterr().err.startswith("pipros dataset: run.bag")
+
+
+def test_the_suggested_description_makes_a_data_set(capsys: pytest.CaptureFixture[str]) -> None:
+    assert dataset(["run.bag", "--suggest"]) == 0
+    text = capsys.readouterr().out
+    assert "rate: 10  # rows a second" in text
+    assert '  joints:\n    topic: "/joints"  # sensor_msgs/JointState, ' in text
+    assert 'names: ["a", "b"]' in text
+    assert text.index("actions:\n") < text.index('topic: "/cmd_vel"')
+    table = made(config=text)
+    assert table["actions.cmd_vel"].to_pylist()[0] == [0] * 6
+    assert len(table["observations.joints"][0]) == 2
+    assert Path("out/videos/camera/episode_000000.mp4").stat().st_size > 0
+
+
+@pytest.mark.parametrize(("library", "kind"), [("h5py", "hdf5"), ("av", "parquet")])
+def test_a_missing_library_is_named_in_one_line(library: str, kind: str) -> None:
+    code = f"import sys; sys.modules[{library!r}] = None; "
+    code += "from pipros.data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
+    command = ["run.bag", "--config", "robot.yaml", "-o", "out", "--format", kind]
+    ended = subprocess.run(
+        [sys.executable, "-c", code, *command], capture_output=True, text=True, check=False
+    )
+    assert (ended.returncode, ended.stdout) == (1, "")
+    assert f"needs {library}, which is not installed. Try: " in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
+
+
+def test_an_episode_with_too_many_rows_is_an_error(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits = Limits.parse("dataset_rows=20")
+    monkeypatch.setattr("pipros.data.datasets.rows.process_limits", lambda: limits)
+    assert "the episode has 21 rows: the limit is 20 (dataset_rows" in failure(capsys, CONFIG)
+
+
+def test_a_topic_with_too_many_numbers_is_an_error(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits = Limits.parse("table_bytes=300")
+    monkeypatch.setattr("pipros.data.datasets.signals.process_limits", lambda: limits)
+    assert "observations.joints: the episode is too large: the limit is 300" in failure(capsys, CONFIG)
+
+
+def test_a_picture_with_too_many_pixels_counts_as_damaged() -> None:
+    huge = bytearray(jpeg(50))
+    at = huge.index(b"\xff\xc0")
+    huge[at + 5 : at + 9] = b"\xff\xff\xff\xff"  # height and width
+    rows = [picture(100 + n / 10, bytes(huge) if n else jpeg(9)) for n in range(3)]
+    Path("run.bag").write_bytes(bag_bytes(rows))
+    made(config="rate: 10\ncameras: {front: {topic: /camera/compressed}}\n")
+    assert "2 pictures are damaged" in Path("out/report.md").read_text()
+
+
+def test_suggested_names_are_quoted(capsys: pytest.CaptureFixture[str]) -> None:
+    state = JointState(name=["on", "a: [b"], position=[1.0, 2.0])
+    state.header.stamp = Time(100, 0)
+    topic = "/x\nrate: 9"
+    Path("run.bag").write_bytes(bag_bytes([(topic, state, 100, 0), (topic, state, 100, 10**8)]))
+    assert dataset(["run.bag", "--suggest"]) == 0
+    text = capsys.readouterr().out
+    table = made(config=text.replace("rate: 10", "rate: 1"))
+    assert table["observations.x_rate_9"].to_pylist() == [[1, 2]]
