@@ -13,8 +13,8 @@ from pipros.master.master import Master
 from tests.support.network import FarNetwork, needs_network
 from tests.support.users import STRANGER, needs_other_users
 
-# Another user may not be able to read pipros. Before the process gives up its rights, a node that hears itself
-# has therefore imported everything that a publisher and a subscriber import as they need it.
+# Another user may not be able to read pipros. Before the process gives up its rights, a node that hears
+# itself has therefore imported everything that a publisher and a subscriber import as they need it.
 NODE = """
 import encodings.idna, os, sys, threading, time
 from pipros.basics.env import Environment
