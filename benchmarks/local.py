@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 """Nodes of one machine: TCP, Unix streams, shared memory, and subscribers without a copy, in one run.
 
-    benchmarks/local.py [--only flow,fan,small,trip,service,idle] [--rounds 7] [--seconds 1]
+    benchmarks/local.py [--only flow,fan,small,trip,service,idle] [--rounds 7] [--seconds 1] [--svg FILE]
 
 A row of `flow` and `fan` is the processor time of the publisher and all subscribers together, in us for each
 message, which hardly depends on what else the machine does. Round trips and calls are durations, which mean
 little if other programs use more than some 5 % of the machine. The variants follow each other within each
-round, and medians count. "off" is PIPROS_LOCAL=off; "stream" is PIPROS_SHARED_MEMORY=off; "shared" is
-PIPROS_SHARED_MEMORY=on; "zero copy" is the default with `rospy.Subscriber(..., zero_copy=True)`. Messages of
-a megabyte use `queue_size=None`, so that none is lost. roscpp has no such queue: its publisher sends at most
-eight messages ahead. Its processor time is measured from outside. The ratios compare with "off".
+round, and medians count. "off" is PIPROS_LOCAL=off; "stream" is PIPROS_SHARED_MEMORY=off; "shared" is the
+default; "zero copy" is the default with `rospy.Subscriber(..., zero_copy=True)`. Messages of a megabyte use
+`queue_size=None`, so that none is lost. roscpp has no such queue: its publisher sends at most eight messages
+ahead. Its processor time is measured from outside. The ratios compare with "off"; `--svg` draws those of
+large messages.
 """
 
 import resource
@@ -18,7 +19,9 @@ import sys
 import threading
 import time
 from functools import partial
+from xml.sax.saxutils import escape
 
+from scale import STYLE, text
 from table import Load, line
 from worlds import CppWorld, World, answer, finish, init, open_worlds, option_parser, ran_as_worker, say
 
@@ -283,6 +286,7 @@ ROWS = (
     ("service", "plain service call, processor time", partial(service, is_processor_time=True), 3.0, None),
     ("idle", "idle talker: MB", idle, None, None),
 )
+WIDTH = 760  # of the chart
 VARIANTS = ("genuine", "roscpp", "off", "stream", "shared", "zero copy")
 
 
@@ -303,21 +307,57 @@ def cell(values, off):
     return f"{median:,.3g}" if median < 1000 else f"{median:,.0f}", statistics.median(off) / median
 
 
+def chart(rows):
+    """Return an SVG with a bar for each ratio in `rows`: (label, {variant: ratio})."""
+    left, right, bar, gap = 190, 70, 14, 14
+    scale = (WIDTH - left - right) / max(max(ratios.values()) for _, ratios in rows)
+    words = "; ".join(
+        f"{label}: " + ", ".join(f"{name} {ratio:.1f}" for name, ratio in ratios.items())
+        for label, ratios in rows
+    )
+    parts, top = [], 44
+    for label, ratios in rows:
+        parts.append(text(left - 10, top + bar * len(ratios) / 2 + 4, label, anchor="end"))
+        for place, (name, ratio) in enumerate(ratios.items()):
+            y = top + place * bar
+            kind = "genuine" if name == "off" else "pipros"
+            width = round(ratio * scale, 1)
+            parts.append(f'<rect class="mark {kind}" x="{left}" y="{y}" width="{width}" height="{bar - 3}"/>')
+            parts.append(text(left + ratio * scale + 5, y + 10, f"{ratio:.1f} x {name}"))
+        top += bar * len(ratios) + gap
+    title = "Messages for the same processor time as through TCP (off)"
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" version="1.1" viewBox="0 0 {WIDTH} {top}"'
+            f' width="{WIDTH}" height="{top}" role="img" aria-labelledby="title desc">',
+            f'<title id="title">{title}</title>',
+            f'<desc id="desc">{escape(words)}</desc>',
+            f'<style type="text/css">{STYLE}</style>',
+            f'<rect class="ground" width="{WIDTH}" height="{top}"/>',
+            text(10, 22, title, "title"),
+            *parts,
+            "</svg>",
+            "",
+        ]
+    )
+
+
 def main():
     parser = option_parser(__doc__, dict.fromkeys(row[0] for row in ROWS), 1.0)
     parser.set_defaults(rounds=7)
+    parser.add_argument("--svg", help="also draw a chart into this file")
     options = parser.parse_args()
     if ran_as_worker(options, globals()):
         return
     chosen = [row for row in ROWS if not options.only or row[0] in options.only.split(",")]
     lines = [line(["us, unless noted", *VARIANTS, "goals"]), line(["---"] + ["---:"] * (len(VARIANTS) + 1))]
-    load = Load()
+    load, drawn = Load(), []
     with open_worlds(tuned=False, roscpp=True) as worlds:
         by_name = {world.name: world for world in worlds}
         more = [
             World("off", sys.executable, {"PIPROS_LOCAL": "off"}),
             World("stream", sys.executable, {"PIPROS_SHARED_MEMORY": "off"}),
-            World("shared", sys.executable, {"PIPROS_SHARED_MEMORY": "on"}),
+            World("shared", sys.executable, {}),
         ]
         worlds += more
         variants = [Variant(name, by_name[name]) for name in ("genuine", "roscpp") if name in by_name]
@@ -329,20 +369,26 @@ def main():
                 for variant in variants:
                     if is_able(variant, measure):
                         values.setdefault(variant.name, []).append(measure(variant, options.seconds))
-            cells = []
+            cells, ratios = [], {}
             for name in VARIANTS:
                 if name not in values:
                     cells.append("")
                     continue
-                text, ratio = cell(values[name], values["off"])
-                cells.append(text if name == "off" else f"{text} ({ratio:.2f} x)")
+                figure, ratio = cell(values[name], values["off"])
+                cells.append(figure if name == "off" else f"{figure} ({ratio:.2f} x)")
+                ratios[name] = ratio
             wanted = " / ".join(f"{goal:g} x" for goal in goals if goal is not None)
             lines.append(line([label, *cells, wanted]))
             print(lines[-1], flush=True)
+            if "zero copy" in ratios:
+                drawn.append((label.removesuffix(", time"), ratios))
     print("\n" + "\n".join(lines))
     print(
         f"\n{options.rounds} rounds; others used {load.percent():.0f} % of the machine, its workers included"
     )
+    if options.svg and drawn:
+        with open(options.svg, "w") as file:
+            file.write(chart(drawn))
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ class SharingLink(Protocol):
     """The link to a subscriber that shares memory."""
 
     def end(self, reason: str) -> object:
-        """Close the link, and log the reason."""
+        """Close the link, and log the reason unless it is empty."""
 
     def offer_memory(self) -> None:
         """Offer shared memory, unless this has been done."""
@@ -52,15 +52,13 @@ class LinkMemory:
     """One subscriber's share of a topic's memory. Its methods are called with the link's lock held.
 
     Attributes:
-        takes_views: whether the subscriber's callbacks get arrays that refer to the slots.
         is_ready: whether the subscriber has accepted the offer of memory.
         is_slow: whether the publisher has waited for it in vain. It gets no slot until it has returned all.
         known: the number of the newest segment that it was given; 0 for none.
     """
 
-    def __init__(self, topic: SlotGiver, owner: SharingLink, *, takes_views: bool) -> None:
+    def __init__(self, topic: SlotGiver, owner: SharingLink) -> None:
         self.owner = owner
-        self.takes_views = takes_views
         self.is_ready = False
         self.is_slow = False
         self.acknowledgements = -1  # the pipe's end, opened when the subscriber gets its first segment

@@ -31,9 +31,7 @@ VERSION: Final = "v1"
 SWITCH: Final = "PIPROS_LOCAL"
 """The environment variable that turns Unix streams off if it is `off`."""
 MEMORY_SWITCH: Final = "PIPROS_SHARED_MEMORY"
-"""The environment variable that turns shared memory off if it is `off`. It is used for all subscribers if it
-is `on`, and otherwise for those with `zero_copy`.
-"""
+"""The environment variable that turns shared memory off if it is `off`."""
 
 _BACKLOG: Final = 1024
 _UNMAPPED_USER: Final = 65534
@@ -45,11 +43,9 @@ def is_enabled() -> bool:
     return HAS_LOCAL_SOCKETS and os.environ.get(SWITCH) != "off"
 
 
-def shares_memory(*, for_views: bool) -> bool:
-    """Return whether this process shares memory with subscribers that copy, or `for_views`, do not."""
-    value = os.environ.get(MEMORY_SWITCH)
-    is_wanted = value != "off" if for_views else value == "on"
-    return is_wanted and is_enabled() and hasattr(os, "memfd_create")
+def shares_memory() -> bool:
+    """Return whether this process shares memory with the nodes of this machine."""
+    return os.environ.get(MEMORY_SWITCH) != "off" and is_enabled() and hasattr(os, "memfd_create")
 
 
 def is_local(sock: socket.socket) -> bool:

@@ -38,10 +38,9 @@ class LocalOutgoingLink(OutgoingLink):
         limits: Limits,
         timings: LinkTimings,
         memory: TopicMemory,
-        takes_views: bool,
         on_closed: Callable[[OutgoingLink], object],
     ) -> None:
-        self.memory = memory.add(self, takes_views=takes_views)
+        self.memory = memory.add(self)
         self._is_offered = False
         super().__init__(
             sock, loop, queue_size=queue_size, limits=limits, timings=timings, on_closed=on_closed
@@ -85,7 +84,7 @@ class LocalOutgoingLink(OutgoingLink):
             self.memory.known = 0
 
     def end(self, reason: str) -> None:
-        """Close the link, and log the reason."""
+        """Close the link, and log the reason unless it is empty."""
         self.end_reason = reason
         self.close()
 

@@ -8,10 +8,9 @@ slot through a pipe, which the publisher reads before the next large message. (T
 publisher's event loop for each slot.) No memory is changed by two processes, so nothing depends on the order
 of memory accesses.
 
-For a single subscriber that copies, the stream is as good as a slot. Slots are therefore used if at least two
-subscribers have room, or one whose callbacks get arrays. Whatever does not fit (`slot_table`) is sent
-through the streams, with their queues and limits. All segments have a limit for each topic and node. After
-`LinkTimings.keep_memory_s` without large messages, their memory is freed.
+Whatever does not fit (`slot_table`) is sent through the streams, with their queues and limits. All segments
+have a limit for each topic and node. After `LinkTimings.keep_memory_s` without large messages, their memory
+is freed.
 """
 
 from __future__ import annotations
@@ -87,9 +86,9 @@ class TopicMemory:
 
     # -- subscribers --------------------------------------------------------------
 
-    def add(self, owner: SharingLink, *, takes_views: bool) -> LinkMemory:
+    def add(self, owner: SharingLink) -> LinkMemory:
         """Return a new subscriber's share."""
-        link = LinkMemory(self, owner, takes_views=takes_views)
+        link = LinkMemory(self, owner)
         with self._lock:
             self._links.add(link)
             self._table.add_subscriber(link)
@@ -120,13 +119,13 @@ class TopicMemory:
     # -- messages -----------------------------------------------------------------
 
     def offer(self, links: Sequence[LinkMemory]) -> None:
-        """Offer memory to new subscribers, if it would pay. Their next messages can be in slots."""
-        if not all(link.is_ready for link in links) and _pays(links):
-            for link in links:
+        """Offer memory to new subscribers. Their next messages can be in slots."""
+        for link in links:
+            if not link.is_ready:
                 link.owner.offer_memory()
 
     def place(self, links: Iterable[LinkMemory], message: WireMessage, size: int) -> PlacedMessage | None:
-        """Copy a message into a slot, if this pays for the subscribers that have room.
+        """Copy a message into a slot, if a subscriber has room.
 
         Call `release` after `LinkMemory.give`. Only one thread may call `place` at a time.
 
@@ -137,8 +136,7 @@ class TopicMemory:
         with self._lock:
             if self._is_closed:
                 return None
-            able = [link for link in links if link.is_ready and self._has_free_slot(link)]
-            if not _pays(able):
+            if not [link for link in links if link.is_ready and self._has_free_slot(link)]:
                 return None
             segment = self._segment_for(size)
             slot = self._table.take(segment.number) if segment else None
@@ -229,14 +227,15 @@ class TopicMemory:
             return
         except OSError:
             data = b""
+        reason = None if data else ""  # it has ended, as its stream will show, and is needs no log entry
         try:
-            if not data:
-                raise ProtocolError("it closed the pipe for acknowledgements")
             for slot, in_use in decode_acknowledgements(data):
                 self._table.acknowledge(link, slot, in_use=in_use)
         except ProtocolError as error:
+            reason = str(error)
+        if reason is not None:
             self._table.remove_subscriber(link)
-            self._loop.call(link.owner.end, str(error))
+            self._loop.call(link.owner.end, reason)
         if link.is_slow and not self._table.waiting(link):
             link.is_slow = False
 
@@ -319,11 +318,6 @@ class TopicMemory:
             if not any(link.known == current.number for link in self._links):
                 self._current = None
                 self._close_unused()
-
-
-def _pays(links: Sequence[LinkMemory]) -> bool:
-    """Return whether a message for these subscribers should be in a slot."""
-    return len(links) > 1 or any(link.takes_views for link in links)
 
 
 _topics: weakref.WeakSet[TopicMemory] = weakref.WeakSet()

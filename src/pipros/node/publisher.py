@@ -25,7 +25,7 @@ from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
 from pipros.node.publisher_link import PublisherLink
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
-from pipros.wire.slot_frames import COPIES, HEADER_FIELD, VIEWS
+from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -233,9 +233,8 @@ class Publication:
             link.close()
 
     def _link(self, connection: TcprosConnection, entry: LinkEntry) -> OutgoingLink:
-        context, wanted = self._context, connection.fields.get(HEADER_FIELD)
-        is_wanted = wanted in (COPIES, VIEWS) and shares_memory(for_views=wanted == VIEWS)
-        if is_wanted and is_local(connection.sock):
+        context, is_accepted = self._context, connection.fields.get(HEADER_FIELD) == ACCEPTED
+        if is_accepted and shares_memory() and is_local(connection.sock):
             if self._shared is None:
                 from pipros.node.shared_publication import SharedPublication
 
@@ -243,7 +242,6 @@ class Publication:
             return self._shared.link(
                 connection.sock,
                 queue_size=self.queue_size,
-                takes_views=wanted == VIEWS,
                 on_closed=lambda link: self._detach(link, entry),
             )
         return OutgoingLink(

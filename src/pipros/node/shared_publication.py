@@ -42,7 +42,6 @@ class SharedPublication:
         sock: socket.socket,
         *,
         queue_size: int | None,
-        takes_views: bool,
         on_closed: Callable[[OutgoingLink], object],
     ) -> LocalOutgoingLink:
         """Return the link to a new subscriber."""
@@ -53,7 +52,6 @@ class SharedPublication:
             limits=self._context.limits,
             timings=self._context.timings.links,
             memory=self.memory,
-            takes_views=takes_views,
             on_closed=on_closed,
         )
 

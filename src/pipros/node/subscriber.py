@@ -23,7 +23,7 @@ from pipros.node.context import NodeContext
 from pipros.node.latch import LastMessage, LatchedFirst
 from pipros.node.publisher_connector import LinkEnd, PublisherConnector
 from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
-from pipros.wire.slot_frames import COPIES, HEADER_FIELD, VIEWS
+from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -202,11 +202,9 @@ class Subscription:
         )
         limits = self._context.limits
         if isinstance(address, str):
-            shares = (
-                local_stream.shares_memory(for_views=self._takes_views) and uri not in self._without_memory
-            )
+            shares = local_stream.shares_memory() and uri not in self._without_memory
             if shares:
-                wanted[HEADER_FIELD] = VIEWS if self._takes_views else COPIES
+                wanted[HEADER_FIELD] = ACCEPTED
             try:
                 connection = await tcpros.connect_locally(
                     address, wanted, shares_memory=shares, limits=limits

@@ -24,10 +24,8 @@ from pipros.basics.errors import ProtocolError
 
 HEADER_FIELD: Final = "pipros_memory"
 """The field of a subscriber's connection header that says that it accepts these frames."""
-COPIES: Final = "copies"
-"""Value of HEADER_FIELD: callbacks get `bytes`, so each message is copied out of its slot."""
-VIEWS: Final = "views"
-"""Value of HEADER_FIELD: callbacks get arrays that refer to the slot."""
+ACCEPTED: Final = "slots"
+"""The value of HEADER_FIELD."""
 
 SEGMENT: Final = 1
 SLOT: Final = 2
