@@ -30,16 +30,8 @@ __all__ = [
     "open_bags",
 ]
 
-_HOMES = {
-    "Bags": "bags",
-    "Column": "columns",
-    "ListColumn": "columns",
-    "OctetColumn": "columns",
-    "RecordColumn": "columns",
-    "Table": "table",
-    "TextColumn": "columns",
-    "open_bags": "bags",
-}
+_HOMES = {"Bags": "bags", "Table": "table", "open_bags": "bags"}
+_HOMES |= dict.fromkeys(("Column", "ListColumn", "OctetColumn", "RecordColumn", "TextColumn"), "columns")
 
 
 def __getattr__(name: str) -> Any:

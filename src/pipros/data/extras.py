@@ -27,11 +27,11 @@ def missing_extra(error: ImportError, purpose: str) -> MissingExtra:
     return MissingExtra(f"{purpose} needs {what}. Try: {install_command('data')}", name=error.name)
 
 
-def pandas() -> Any:
-    """Import pandas, which no extra installs. Raise `MissingExtra` if it is not installed."""
+def user_library(name: str, purpose: str) -> Any:
+    """Import a library that no extra installs. Raise `MissingExtra` if it is not installed."""
     try:
-        return import_module("pandas")
+        return import_module(name)
     except ImportError as error:
-        raise MissingExtra(
-            "to_pandas needs pandas, which is not installed. Try: pip install pandas", name="pandas"
-        ) from error
+        package = name.partition(".")[0]
+        what = f"{purpose} needs {package}, which is not installed. Try: pip install {package}"
+        raise MissingExtra(what, name=package) from error

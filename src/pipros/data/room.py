@@ -33,7 +33,7 @@ ROOM = Room(
             "pyarrow>=22,<26; python_version < '3.13'",
             "pyarrow>=22; python_version >= '3.13'",
             "duckdb>=1.4.2,<2",
-            "av>=16",
+            "av>=15",
             "h5py>=3.11",
         )
     },

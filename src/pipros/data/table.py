@@ -158,9 +158,9 @@ class Table(Mapping[str, Any]):
 
     def to_pandas(self) -> Any:
         """Return a `pandas.DataFrame`. Raise `MissingExtra` if pandas is not installed."""
-        from pipros.data.extras import pandas
+        from pipros.data.extras import user_library
 
-        pandas()
+        user_library("pandas", "to_pandas")
         return self.to_arrow().to_pandas()
 
     def to_parquet(self, path: str | os.PathLike[str]) -> None:

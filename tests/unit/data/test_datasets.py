@@ -8,75 +8,21 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import av
-import cv2
 import duckdb
 import h5py
 import numpy as np
 import pyarrow.parquet
 import pytest
-from geometry_msgs.msg import Twist
-from sensor_msgs.msg import CompressedImage, Image, JointState
+from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import Bool, Float64, String
 
-from pipros.basics.limits import Limits
 from pipros.data.commands.dataset import main as dataset
 from pipros.msg.time import Time
 from tests.support.bags import Row, bag_bytes
 from tests.support.waiting import wait_until
-
-CONFIG = """\
-rate: 10
-tolerance: 0.15
-episodes: {topic: /episode}
-observations:
-  joints: {topic: /joints, names: [b, a], unit: deg, scale: 10, min: -1000, max: [1000, 1000]}
-cameras:
-  front: {topic: /camera/compressed}
-actions:
-  base: {topic: /cmd_vel, fields: [linear.x, angular.z], time: receipt, tolerance: 1}
-"""
-
-
-def ns(time: float) -> tuple[int, int]:
-    return divmod(round(time * 1e9), 10**9)
-
-
-def jpeg(level: int) -> bytes:
-    return cv2.imencode(".jpg", np.full((32, 48, 3), level, np.uint8))[1].tobytes()
-
-
-def joints(time: float, *, value: float | None = None, names: tuple[str, ...] = ("a", "b")) -> Row:
-    state = JointState(name=list(names), position=[time if value is None else value, -time][: len(names)])
-    state.header.stamp = Time(*ns(time))
-    return "/joints", state, *ns(time + 0.01)
-
-
-def picture(time: float, data: bytes) -> Row:
-    image = CompressedImage(format="jpeg", data=data)
-    image.header.stamp = Time(*ns(time))
-    return "/camera/compressed", image, *ns(time + 0.02)
-
-
-def demonstration(path: Path, start: float, *, seconds: float = 2.0) -> Path:
-    """Write a bag with an episode: joints and pictures at 10 Hz, a command each 0.5 s."""
-    rows: list[Row] = [("/episode", String("lift the cup"), *ns(start + 0.05))]
-    for n in range(round(seconds * 10) + 5):
-        time = start + n / 10
-        rows += [
-            joints(time),
-            joints(time, value=7.0, names=("gripper",)),
-            picture(time, jpeg(10 * (n % 25))),
-        ]
-        if n % 5 == 0:
-            command = Twist()
-            command.linear.x, command.angular.z = n, -n
-            rows.append(("/cmd_vel", command, *ns(time)))
-    rows.append(("/episode", String(""), *ns(start + 0.05 + seconds)))
-    path.write_bytes(bag_bytes(sorted(rows, key=lambda row: row[2:])))
-    return path
+from tests.unit.data.demonstrations import CONFIG, demonstration, joints, jpeg, made, ns, picture
 
 
 @pytest.fixture(autouse=True)
@@ -84,25 +30,6 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("robot.yaml").write_text(CONFIG)
     demonstration(Path("run.bag"), 100.0)
-
-
-def made(*arguments: str, config: str | None = None) -> Any:
-    """Run the command, which must succeed, and return the first episode as a table."""
-    if config is not None:
-        Path("robot.yaml").write_text(config)
-    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1", *arguments]) == 0
-    files = sorted(Path("out/data").glob("*.parquet"))
-    return pyarrow.parquet.read_table(files[0]) if files else None
-
-
-def failure(capsys: pytest.CaptureFixture[str], config: str, *arguments: str) -> str:
-    """Return the one-line error of a run that must fail."""
-    Path("bad.yaml").write_text(config)
-    assert dataset(["run.bag", "--config", "bad.yaml", "-o", "bad", "-j1", *arguments]) == 1
-    text = capsys.readouterr().err
-    assert text.startswith("pipros dataset: ")
-    assert text.count("\n") == 1
-    return text
 
 
 def test_rows_have_the_last_message_before_them() -> None:
@@ -157,8 +84,8 @@ def test_duckdb_and_pandas_read_the_data_set() -> None:
 
 
 def raw_image(time: float, level: int) -> Row:
-    pixels = np.full((5, 7, 3), (level, 0, 0), np.uint8)  # blue is 0
-    image = Image(height=5, width=7, encoding="rgb8", step=21, data=pixels.tobytes())
+    pixels = np.full((33, 49, 3), (level, 0, 0), np.uint8)  # blue is 0
+    image = Image(height=33, width=49, encoding="rgb8", step=147, data=pixels.tobytes())
     return "/raw", image, *ns(time)
 
 
@@ -169,7 +96,7 @@ def test_raw_images_of_odd_size_become_videos() -> None:
     with av.open("out/videos/eye/episode_000000.mp4") as video:
         frames = [frame.to_ndarray(format="rgb24") for frame in video.decode(video=0)]
     assert len(frames) == 10
-    assert frames[0].shape == (4, 6, 3)
+    assert frames[0].shape == (32, 48, 3)
     assert frames[0].mean(axis=(0, 1)).tolist() == pytest.approx([200, 0, 0], abs=12)
 
 
@@ -286,62 +213,6 @@ def test_an_interrupted_run_continues_and_equals_a_whole_one() -> None:
     assert len(list(Path("out").rglob("*.*"))) == len(list(Path("whole").rglob("*.*")))
 
 
-def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[str]) -> None:
-    made()
-    Path("robot.yaml").write_text(CONFIG.replace("rate: 10", "rate: 5"))
-    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
-    assert "out has another rate and config_sha256. Choose a new" in capsys.readouterr().err
-    Path("full").mkdir()
-    Path("full/mine.txt").write_text("keep")
-    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "full"]) == 1
-    assert "full holds other files" in capsys.readouterr().err
-    assert [path.name for path in Path("full").iterdir()] == ["mine.txt"]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "reason"),
-    [
-        ("rate: 10\n", "", "bad.yaml: rate: is missing"),
-        ("rate: 10", "rate: fast", "rate: must be a number from 0.001 to 10000, got 'fast'"),
-        ("rate: 10", "rat: 10", "bad.yaml:1: rat: unknown key. Did you mean rate?"),
-        ("names: [b, a]", "name: [b, a]", "joints.name: unknown key. Did you mean names"),
-        ("names: [b, a]", "names: [b, c]", "left out: observations.joints has no"),
-        ("max: [1000, 1000]", "max: -1000", "joints.min: must be < max, got"),
-        ("max: [1000, 1000]", "max: [1, 2, 3]", "joints.max: must be one number or 2, got 3"),
-        ("topic: /joints", "topic: /jonts", "joints.topic: no bag has /jonts. Did you mean /joints"),
-        ("fields: [linear.x, ", "fields: [linear.w, ", "9: actions.base.fields: geometry_msgs/Twist has no"),
-        (", time: receipt", "", "9: actions.base: geometry_msgs/Twist has no header. Add time"),
-        ("topic: /episode", "topic: /joints", "must be std_msgs/String or std_msgs/Bool, got sensor"),
-        ("{topic: /episode}", "once", "episodes: must be file, {topic: …} or {service: …}, got 'once'"),
-        ("front: {topic: /camera/compressed}", "front: {topic: /joints}", "front.topic: must be sensor_msgs"),
-        ("tolerance: 0.15", "tolerance: -1", "bad.yaml:2: tolerance: must be a number >= 0, got -1"),
-        ("observations:\n", "observations: [\n", "invalid YAML"),
-        ("actions:\n", "checks: {frosen: 1}\nactions:\n", "8: checks.frosen: unknown key. Did you mean fro"),
-    ],
-)  # fmt: skip
-def test_errors_name_the_line_and_the_key(
-    old: str, new: str, reason: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert old in CONFIG
-    config = CONFIG.replace(old, new)
-    if reason.startswith("left out"):
-        Path("bad.yaml").write_text(config)
-        assert dataset(["run.bag", "--config", "bad.yaml", "-o", "bad", "-j1"]) == 1
-        assert reason in Path("bad/report.md").read_text()
-    else:
-        assert reason in failure(capsys, config)
-
-
-def test_missing_files_are_named_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert dataset(["run.bag", "--config", "no.yaml", "-o", "out"]) == 1
-    assert capsys.readouterr().err == "pipros dataset: cannot read no.yaml: No such file or directory\n"
-    assert dataset(["no*.bag", "--config", "robot.yaml", "-o", "out"]) == 1
-    assert capsys.readouterr().err == "pipros dataset: no such file: no*.bag\n"
-    Path("run.bag").write_bytes(b"#ROSBAG V2.0\n")
-    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
-    assert capsys.readouterr().err.startswith("pipros dataset: run.bag")
-
-
 def test_the_suggested_description_makes_a_data_set(capsys: pytest.CaptureFixture[str]) -> None:
     assert dataset(["run.bag", "--suggest"]) == 0
     text = capsys.readouterr().out
@@ -353,35 +224,6 @@ def test_the_suggested_description_makes_a_data_set(capsys: pytest.CaptureFixtur
     assert table["actions.cmd_vel"].to_pylist()[0] == [0] * 6
     assert len(table["observations.joints"][0]) == 2
     assert Path("out/videos/camera/episode_000000.mp4").stat().st_size > 0
-
-
-@pytest.mark.parametrize(("library", "kind"), [("h5py", "hdf5"), ("av", "parquet")])
-def test_a_missing_library_is_named_in_one_line(library: str, kind: str) -> None:
-    code = f"import sys; sys.modules[{library!r}] = None; "
-    code += "from pipros.data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
-    command = ["run.bag", "--config", "robot.yaml", "-o", "out", "--format", kind]
-    ended = subprocess.run(
-        [sys.executable, "-c", code, *command], capture_output=True, text=True, check=False
-    )
-    assert (ended.returncode, ended.stdout) == (1, "")
-    assert f"needs {library}, which is not installed. Try: " in ended.stderr
-    assert len(ended.stderr.splitlines()) == 1
-
-
-def test_an_episode_with_too_many_rows_is_an_error(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    limits = Limits.parse("dataset_rows=20")
-    monkeypatch.setattr("pipros.data.datasets.rows.process_limits", lambda: limits)
-    assert "the episode has 21 rows: the limit is 20 (dataset_rows" in failure(capsys, CONFIG)
-
-
-def test_a_topic_with_too_many_numbers_is_an_error(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    limits = Limits.parse("table_bytes=300")
-    monkeypatch.setattr("pipros.data.datasets.signals.process_limits", lambda: limits)
-    assert "observations.joints: the episode is too large: the limit is 300" in failure(capsys, CONFIG)
 
 
 def test_a_picture_with_too_many_pixels_counts_as_damaged() -> None:

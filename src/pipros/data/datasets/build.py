@@ -23,7 +23,8 @@ from pipros.data.bags import open_bags
 from pipros.data.datasets.config import DatasetConfig
 from pipros.data.datasets.drawing import episode_svg
 from pipros.data.datasets.episodes import Episode, find_episodes
-from pipros.data.datasets.formats import WRITERS
+from pipros.data.datasets.formats import WRITERS, Writer
+from pipros.data.datasets.lerobot import lerobot_writer
 from pipros.data.datasets.rows import EpisodeRows, episode_rows
 from pipros.data.extras import library
 from pipros.msg.time import NS_PER_S
@@ -42,20 +43,16 @@ def build(
 ) -> list[dict[str, Any]]:
     """Make a data set, or continue to do so. Return the contents of `checks` for all episodes.
 
-    Args:
-        bags: the files. An episode lies in one of them.
-        folder: the data set.
-        kind: the format, one of `WRITERS`.
-        jobs: number of processes.
-        msgs: folders with the ROS 2 definitions that ROS 2 bags need.
-        shown: called with the number of finished episodes and of all episodes.
+    An episode lies in one of the bags. `kind` is `lerobot` or one of `WRITERS`, `msgs` are folders with ROS 2
+    definitions, and `shown` is called with the number of finished episodes and of all episodes.
 
     Raises:
         BadSettings: the description does not fit the bags, or the folder holds something else.
         BagError: a bag is damaged. Episodes that are finished stay so.
         MissingExtra: a library is not installed.
     """
-    library(WRITERS[kind][1], f"the format {kind}")
+    if kind != LEROBOT:
+        library(WRITERS[kind][1], f"the format {kind}")
     if any(each.store == "video" for each in config.cameras):
         library("av", "a video")
     episodes: list[Episode] = []
@@ -68,7 +65,7 @@ def build(
     threads = max(1, (os.cpu_count() or 1) // jobs)
     work = [(each, config, str(folder), kind, tuple(msgs), threads) for each in left]
     done = len(episodes) - len(left)
-    for _ in map(write_episode, work) if jobs == 1 else _in_processes(work, jobs):
+    for _ in _in_lerobot(work) if kind == LEROBOT else _in_processes(work, jobs):
         done += 1
         if shown is not None:
             shown(done, len(episodes))
@@ -77,17 +74,18 @@ def build(
     return results
 
 
+LEROBOT = "lerobot"
 _Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int]
 
 
-def write_episode(work: _Work) -> None:
+def write_episode(work: _Work, writer: Writer | None = None) -> None:
     """Write the files of an episode. Raise the errors of `build`, which name the bag."""
     episode, config, name, kind, msgs, threads = work
     folder = Path(name)
     try:
         with open_bags(episode.bag, msgs=msgs) as bags:
             rows = episode_rows(bags, episode, config)
-            broken = 0 if rows.problem else WRITERS[kind][0](folder, rows, bags, threads)
+            broken = 0 if rows.problem else (writer or WRITERS[kind][0])(folder, rows, bags, threads)
     except BadSettings:
         raise
     except PiprosError as error:
@@ -142,6 +140,9 @@ def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Ep
 
 
 def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
+    if jobs == 1:
+        yield from map(write_episode, work)
+        return
     ctrl_c = signal.SIGINT, signal.SIG_DFL
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), signal.signal, ctrl_c)
     try:
@@ -155,6 +156,15 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
         raise
 
 
+def _in_lerobot(work: Sequence[_Work]) -> Iterator[None]:
+    """Write all episodes in this process, because the library keeps one data set open."""
+    if work:
+        with lerobot_writer(Path(work[0][2]) / LEROBOT, work[0][1]) as writer:
+            for each in work:
+                write_episode(each, writer)
+                yield
+
+
 def _check_file(folder: Path, episode: Episode) -> Path:
     return folder / "checks" / f"{episode.name}.json"
 
@@ -166,18 +176,12 @@ def _write(path: Path, text: str) -> None:
 
 def _report(results: Sequence[dict[str, Any]]) -> str:
     """Return a report in Markdown: a table of the episodes, and the findings of each."""
-    written = [each for each in results if not each["left_out"]]
-    lines = [
-        "# Report\n",
-        f"{len(written)} of {len(results)} episodes, {sum(each['rows'] for each in written)} rows.\n",
-        "| episode | bag | s | rows | task | findings |\n| ---: | --- | ---: | ---: | --- | --- |",
-    ]
+    lines = ["# Report\n", "| episode | bag | s | rows | task | findings |", f"{'| ---: ' * 6}|"]
     for each in results:
-        checks = ", ".join(sorted({found["check"] for found in each["findings"]})) or "none"
-        seconds = f"{(each['end'] - each['start']) / NS_PER_S:.1f}"
         number = f"[{each['episode']}](checks/episode_{each['episode']:06d}.svg)"
-        rows = "left out" if each["left_out"] else str(each["rows"])
-        cells = [number, each["bag"], seconds, rows, each["task"], checks]
+        seconds = f"{(each['end'] - each['start']) / NS_PER_S:.1f}"
+        rows = "left out" if each["left_out"] else each["rows"]
+        cells = map(str, (number, each["bag"], seconds, rows, each["task"], len(each["findings"])))
         lines.append(f"| {' | '.join(' '.join(cell.replace('|', '/').split()) for cell in cells)} |")
     for each in results:
         texts = [f"- left out: {each['left_out']}"] if each["left_out"] else []

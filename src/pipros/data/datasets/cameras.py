@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator
 from fractions import Fraction
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -50,9 +51,7 @@ def pictures(
     bags: Bags, source: CameraSource, start: int, end: int, wanted: NDArray[np.int64]
 ) -> Iterator[Picture]:
     """Yield the messages with increasing numbers, of which some may be equal.
-
-    Raises:
-        PictureError: a picture does not match its message, or its encoding cannot be stored.
+    Raises `PictureError` if a picture does not match its message, or cannot be stored.
     """
     at = done = 0
     for table in batches(bags, source, start, end):
@@ -90,39 +89,42 @@ def decoded(picture: Picture) -> Any:
         return None
 
 
-def write_video(file: Any, frames: Iterator[Picture], rate: float, threads: int) -> int:
+def steady(found: Iterator[Picture], broken: list[Picture]) -> Iterator[Any]:
+    """Yield the frames of pictures. A damaged picture gets the frame before it, or the first valid one.
+
+    Damaged pictures are added to `broken`. Raises `PictureError` if none is valid.
+    """
+    waiting, last = 0, None
+    for picture in found:
+        frame = decoded(picture)
+        if frame is None:
+            broken.append(picture)
+        last = last if frame is None else frame
+        waiting += 1
+        if last is not None:
+            yield from repeat(last, waiting)
+            waiting = 0
+    if last is None:
+        raise PictureError("the episode has no valid picture")
+
+
+def write_video(file: Any, found: Iterator[Picture], rate: float, threads: int) -> int:
     """Write pictures as a video: H.264 in MP4, preset fast. Return the number of damaged pictures.
 
-    Sizes are rounded down to even numbers. All pictures are scaled to the size of the first one. A damaged
-    picture is replaced by the one before it, and those before the first valid one by it.
+    Sizes are rounded down to even numbers. All pictures are scaled to the size of the first one.
     """
-    av = library("av", "a video")
-    broken = waiting = count = 0
-    last: Any = None
+    broken: list[Picture] = []
     stream: Any = None
     ticks = Fraction(rate).limit_denominator(100_000)
-    with av.open(file, "w", format="mp4") as container:
-        for picture in frames:
-            frame = decoded(picture)
-            broken += frame is None
-            if frame is None and last is None:
-                waiting += 1
-                continue
+    with library("av", "a video").open(file, "w", format="mp4") as container:
+        for number, frame in enumerate(steady(found, broken)):
             if stream is None:
                 stream = container.add_stream("libx264", rate=ticks, options={"preset": "fast"})
                 stream.width, stream.height = max(frame.width & ~1, 2), max(frame.height & ~1, 2)
-                stream.pix_fmt = "yuv420p"
-                stream.thread_count = threads
-            if frame is not None:
-                last = frame.reformat(
-                    stream.width, stream.height, "yuv420p", src_color_range="JPEG", dst_color_range="MPEG"
-                )
-            for _ in range(waiting + 1):
-                last.pts, last.time_base = count, 1 / ticks
-                container.mux(stream.encode(last))
-                count += 1
-            waiting = 0
-        if stream is None:
-            raise PictureError("the episode has no valid picture")
+                stream.pix_fmt, stream.thread_count = "yuv420p", threads
+            size = (stream.width, stream.height, "yuv420p")
+            scaled = frame.reformat(*size, src_color_range="JPEG", dst_color_range="MPEG")
+            scaled.pts, scaled.time_base = number, 1 / ticks
+            container.mux(stream.encode(scaled))
         container.mux(stream.encode(None))
-    return broken
+    return len(broken)

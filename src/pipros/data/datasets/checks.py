@@ -1,12 +1,6 @@
 """The checks of an episode: missing frames, jumps of clocks, frozen and saturated signals, ended topics.
 
-Thresholds are those of the description:
-
-- `missing`: two messages are further apart than this multiple of the median distance.
-- `clock`: the difference between stamp and receipt changes by more than this time (s), or stamps decrease.
-- `frozen`: a number, or the picture of a camera, does not change for this time (s).
-- `saturated`: a number is at or beyond a limit for this time (s).
-- `stopped`: the last message is older than this time (s) when the episode ends.
+docs/data.md says what each finds, with the thresholds in the description.
 """
 
 from __future__ import annotations
@@ -28,19 +22,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What a check found in one topic.
-
-    Attributes:
-        check: the name of the check.
-        source: the name of the topic in the data set.
-        text: what was found.
-        spans: from when to when, in seconds since the episode began.
-    """
+    """What a check found in one topic."""
 
     check: str
-    source: str
+    source: str  # the name of the topic in the data set
     text: str
-    spans: list[tuple[float, float]]
+    spans: list[tuple[float, float]]  # seconds since the episode began
 
 
 def examine(recording: Recording, source: Source, start: int, end: int) -> list[Finding]:

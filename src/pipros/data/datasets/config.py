@@ -28,75 +28,48 @@ _SIGNAL_KEYS = [*_SOURCE_KEYS, "fields", "names", "unit", "scale", "min", "max"]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A topic of the data set.
+    """A topic of the data set."""
 
-    Attributes:
-        name: its name in the data set: `observations.joints`.
-        place: where the file describes it, for errors.
-        topic: the topic.
-        time: `header` or `receipt`, the times by which messages are aligned.
-        tolerance: maximum difference between the times of a message and its row in seconds.
-        pick: one of `DIRECTIONS` of `pipros.data.nearest`: which message a row gets.
-        checks: the thresholds of the checks by name.
-    """
-
-    name: str
-    place: str
+    name: str  # in the data set: observations.joints
+    place: str  # where the file describes it, for errors
     topic: str
-    time: str
-    tolerance: float
-    pick: str
+    time: str  # one of TIMES, by which messages are aligned
+    tolerance: float  # maximum difference between the times of a message and its row (s)
+    pick: str  # one of DIRECTIONS: which message a row gets
     checks: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True)
 class SignalSource(Source):
-    """Numbers from a topic.
+    """Numbers from a topic."""
 
-    Attributes:
-        fields: the fields that are joined; empty for the usual ones of the type.
-        names: the names of the numbers. For messages with a field `name`, the numbers of these names.
-        unit: the unit in the data set, or empty.
-        scale: the factor from the numbers of the messages to `unit`.
-        least, most: the limits in `unit`, one for all numbers or one each; empty if there are none.
-    """
-
-    fields: tuple[str, ...]
-    names: tuple[str, ...]
-    unit: str
-    scale: float
-    least: tuple[float, ...]
+    fields: tuple[str, ...]  # empty for the usual ones of the type
+    names: tuple[str, ...]  # of the numbers; for messages with a field `name`, the numbers of these names
+    unit: str  # in the data set, or empty
+    scale: float  # from the numbers of the messages to this unit
+    least: tuple[float, ...]  # limits in this unit, one for all numbers or one each; or empty
     most: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class CameraSource(Source):
-    """Pictures from a topic. `store` is one of `STORES`."""
+    """Pictures from a topic."""
 
-    store: str
+    store: str  # one of STORES
 
 
 @dataclass(frozen=True, slots=True)
 class DatasetConfig:
-    """The description of a data set.
+    """The description of a data set."""
 
-    Attributes:
-        rate: rows per second.
-        gaps: one of `GAPS`: what happens to rows without a message within the tolerance.
-        marker: the topic that marks episodes; empty if each bag is one.
-        task: the task as a text, or empty.
-        task_topic: the topic with the task, or empty.
-        digest: a hash of the file.
-    """
-
-    rate: float
-    gaps: str
-    marker: str
-    task: str
-    task_topic: str
+    rate: float  # rows per second
+    gaps: str  # one of GAPS: what happens to rows without a message within the tolerance
+    marker: str  # the topic that marks episodes; empty if each bag is one
+    task: str  # as a text, or empty
+    task_topic: str  # the topic with the task, or empty
     signals: tuple[SignalSource, ...]
     cameras: tuple[CameraSource, ...]
-    digest: str
+    digest: str  # a hash of the file
 
     @property
     def sources(self) -> tuple[SignalSource | CameraSource, ...]:

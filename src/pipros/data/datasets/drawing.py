@@ -26,9 +26,7 @@ def episode_svg(
 ) -> str:
     """Return a drawing with a plot for each signal, in which the spans of findings are red.
 
-    Args:
-        seconds: the times of the rows since the episode began.
-        signals: an array with a row for each time, by name. For a camera, whether the row has a picture.
+    `seconds` are the times of the rows since the episode began, `signals` have an array with a row for each.
     """
     longest = max(
         [float(seconds[-1]) if len(seconds) else 0.0, *(e for f in findings for _, e in f.spans), 1e-9]

@@ -18,20 +18,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """A part of a bag.
+    """A part of a bag."""
 
-    Attributes:
-        number: its number in the data set.
-        bag: the file.
-        start, end: times of receipt (ns).
-        task: the task as a text, or empty.
-    """
-
-    number: int
+    number: int  # in the data set
     bag: str
-    start: int
+    start: int  # times of receipt (ns)
     end: int
-    task: str
+    task: str  # as a text, or empty
 
     @property
     def name(self) -> str:
@@ -44,9 +37,7 @@ def find_episodes(bags: Bags, bag: str, config: DatasetConfig, first: int) -> li
 
     A marker topic has `std_msgs/Bool` or `std_msgs/String`: a true value or a text that is not empty begins
     an episode, and ends the one before; a false value or an empty text ends it, as does the end of the bag.
-
-    Raises:
-        BadSettings: the topic of the markers or tasks does not exist, or has another type.
+    Raises `BadSettings` if the topic of the markers or tasks does not exist, or has another type.
     """
     try:
         begin, end = bags.readers[0].range_ns

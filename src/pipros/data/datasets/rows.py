@@ -36,10 +36,7 @@ class SignalRows:
 
 @dataclass(frozen=True, slots=True)
 class CameraRows:
-    """The pictures of a camera: the number of the message for each row, and which rows are gaps.
-
-    In a gap, the number is that of the row before.
-    """
+    """The pictures of a camera: the message for each row, in gaps that of the row before."""
 
     source: CameraSource
     messages: NDArray[np.int64]
@@ -71,9 +68,7 @@ class EpisodeRows:
 def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> EpisodeRows:
     """Read and align the topics of an episode. Rows before the first complete one and after the last are cut.
 
-    Raises:
-        BadSettings: the description does not fit the bag.
-        BagError: a message does not match its definition.
+    Raises `BadSettings` if the description does not fit the bag, and `BagError` if the bag is damaged.
     """
     start, end = episode.start, episode.end
     count = int((end - start) * config.rate / NS_PER_S) + 1
@@ -118,8 +113,7 @@ def aligned(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the number of the message for each row, and which rows have none; such numbers mean nothing.
 
-    Args:
-        is_held: whether rows without a message get the last one before them, however old it is.
+    If `is_held`, rows without a message get the last one before them, however old it is.
     """
     index, is_gap = matches(rows, times, source.tolerance, source.pick)
     if is_held:

@@ -52,31 +52,20 @@ USUAL_FIELDS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """The messages of a topic during an episode, with increasing times.
+    """The messages of a topic during an episode. Those are left out without which times increase."""
 
-    Attributes:
-        times: the times by which they are aligned (ns).
-        values: a row of numbers for each message.
-        names: the names of the numbers.
-        stamps, receipts: the times of all messages (ns), also of those that are left out because times must
-            increase. `stamps` is empty if messages have no header.
-        rows: the numbers of the messages that are kept.
-    """
-
-    times: NDArray[np.int64]
-    values: NDArray[np.float64]
-    names: tuple[str, ...]
-    stamps: NDArray[np.int64]
-    receipts: NDArray[np.int64]
-    rows: NDArray[np.int64]
+    times: NDArray[np.int64]  # by which they are aligned (ns)
+    values: NDArray[np.float64]  # a row for each message
+    names: tuple[str, ...]  # of the numbers in a row
+    stamps: NDArray[np.int64]  # of all messages (ns); empty if they have no header
+    receipts: NDArray[np.int64]  # of all messages (ns)
+    rows: NDArray[np.int64]  # the numbers of the messages that are kept
 
 
 def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recording:
     """Read the numbers of a topic that rows from `start` to `end` (ns) may need.
 
-    Raises:
-        BadSettings: the description does not fit the messages.
-        BagError: a message does not match its definition.
+    Raises `BadSettings` if the description does not fit the bag, and `BagError` if the bag is damaged.
     """
     left = limit = process_limits().of(DataLimits).table_bytes
     parts: list[NDArray[np.float64]] = []

@@ -25,9 +25,7 @@ def suggest(bags: Bags, rows: int = 200) -> str:
 
     Topics with usual numeric fields become observations, and those whose names mean commands actions. The
     rate is that of the slowest camera, or of the slowest observation. Only the first messages are read.
-
-    Raises:
-        BadSettings: no topic has a type that is known.
+    Raises `BadSettings` if no topic has a type that is known.
     """
     parts: dict[str, list[str]] = {each: [] for each in ("observations", "cameras", "actions")}
     rates: dict[str, list[float]] = {each: [] for each in parts}

@@ -1,0 +1,105 @@
+"""`pipros dataset`: errors and limits."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipros.basics.limits import Limits
+from pipros.data.commands.dataset import main as dataset
+from tests.unit.data.demonstrations import CONFIG, demonstration, failure, made
+
+
+@pytest.fixture(autouse=True)
+def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("robot.yaml").write_text(CONFIG)
+    demonstration(Path("run.bag"), 100.0)
+
+
+def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    made()
+    Path("robot.yaml").write_text(CONFIG.replace("rate: 10", "rate: 5"))
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
+    assert "out has another rate and config_sha256. Choose a new" in capsys.readouterr().err
+    Path("full").mkdir()
+    Path("full/mine.txt").write_text("keep")
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "full"]) == 1
+    assert "full holds other files" in capsys.readouterr().err
+    assert [path.name for path in Path("full").iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("rate: 10\n", "", "bad.yaml: rate: is missing"),
+        ("rate: 10", "rate: fast", "rate: must be a number from 0.001 to 10000, got 'fast'"),
+        ("rate: 10", "rat: 10", "bad.yaml:1: rat: unknown key. Did you mean rate?"),
+        ("names: [b, a]", "name: [b, a]", "joints.name: unknown key. Did you mean names"),
+        ("names: [b, a]", "names: [b, c]", "left out: observations.joints has no"),
+        ("max: [1000, 1000]", "max: -1000", "joints.min: must be < max, got"),
+        ("max: [1000, 1000]", "max: [1, 2, 3]", "joints.max: must be one number or 2, got 3"),
+        ("topic: /joints", "topic: /jonts", "joints.topic: no bag has /jonts. Did you mean /joints"),
+        ("fields: [linear.x, ", "fields: [linear.w, ", "9: actions.base.fields: geometry_msgs/Twist has no"),
+        (", time: receipt", "", "9: actions.base: geometry_msgs/Twist has no header. Add time"),
+        ("topic: /episode", "topic: /joints", "must be std_msgs/String or std_msgs/Bool, got sensor"),
+        ("{topic: /episode}", "once", "episodes: must be file, {topic: …} or {service: …}, got 'once'"),
+        ("front: {topic: /camera/compressed}", "front: {topic: /joints}", "front.topic: must be sensor_msgs"),
+        ("tolerance: 0.15", "tolerance: -1", "bad.yaml:2: tolerance: must be a number >= 0, got -1"),
+        ("observations:\n", "observations: [\n", "invalid YAML"),
+        ("actions:\n", "checks: {frosen: 1}\nactions:\n", "8: checks.frosen: unknown key. Did you mean fro"),
+    ],
+)  # fmt: skip
+def test_errors_name_the_line_and_the_key(
+    old: str, new: str, reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert old in CONFIG
+    config = CONFIG.replace(old, new)
+    if reason.startswith("left out"):
+        Path("bad.yaml").write_text(config)
+        assert dataset(["run.bag", "--config", "bad.yaml", "-o", "bad", "-j1"]) == 1
+        assert reason in Path("bad/report.md").read_text()
+    else:
+        assert reason in failure(capsys, config)
+
+
+def test_missing_files_are_named_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert dataset(["run.bag", "--config", "no.yaml", "-o", "out"]) == 1
+    assert capsys.readouterr().err == "pipros dataset: cannot read no.yaml: No such file or directory\n"
+    assert dataset(["no*.bag", "--config", "robot.yaml", "-o", "out"]) == 1
+    assert capsys.readouterr().err == "pipros dataset: no such file: no*.bag\n"
+    Path("run.bag").write_bytes(b"#ROSBAG V2.0\n")
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
+    assert capsys.readouterr().err.startswith("pipros dataset: run.bag")
+
+
+@pytest.mark.parametrize(("library", "kind"), [("h5py", "hdf5"), ("av", "parquet"), ("lerobot", "lerobot")])
+def test_a_missing_library_is_named_in_one_line(library: str, kind: str) -> None:
+    code = f"import sys; sys.modules[{library!r}] = None; "
+    code += "from pipros.data.commands.dataset import main; sys.exit(main(sys.argv[1:]))"
+    command = ["run.bag", "--config", "robot.yaml", "-o", "out", "--format", kind]
+    ended = subprocess.run(
+        [sys.executable, "-c", code, *command], capture_output=True, text=True, check=False
+    )
+    assert (ended.returncode, ended.stdout) == (1, "")
+    assert f"needs {library}, which is not installed. Try: " in ended.stderr
+    assert len(ended.stderr.splitlines()) == 1
+
+
+def test_an_episode_with_too_many_rows_is_an_error(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits = Limits.parse("dataset_rows=20")
+    monkeypatch.setattr("pipros.data.datasets.rows.process_limits", lambda: limits)
+    assert "the episode has 21 rows: the limit is 20 (dataset_rows" in failure(capsys, CONFIG)
+
+
+def test_a_topic_with_too_many_numbers_is_an_error(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits = Limits.parse("table_bytes=300")
+    monkeypatch.setattr("pipros.data.datasets.signals.process_limits", lambda: limits)
+    assert "observations.joints: the episode is too large: the limit is 300" in failure(capsys, CONFIG)
