@@ -152,6 +152,34 @@ def test_defaults_are_those_of_rviz(tab: Tab) -> None:
     assert found == []
 
 
+MARKERS = """async () => {
+  const { MarkerArray } = await import("/scene/displays/markers.js");
+  const scene = { now: () => 0n, poseOf: () => [0, 0, 0, 0, 0, 0, 1], noteStatus() {}, invalidate() {} };
+  const display = new MarkerArray(scene, [], {});
+  display.begin = () => {};
+  display.shown = new Map();
+  display.namespaces = new Map();
+  display.isPartShown = () => true;
+  const marker = (type, x, a) => ({ action: 0, ns: "a", id: 1, type, points: [], colors: [], lifetime: 0n,
+    header: { frame_id: "map", stamp: 0n }, frame_locked: false, text: "",
+    color: { r: x, g: 0, b: 0, a }, scale: { x, y: 1, z: 1 },
+    pose: { position: { x, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } } });
+  const mesh = () => display.root.children[0].children[0].children[0];
+  const looks = () => [mesh().scale.x, mesh().parent.position.x, mesh().material.color.r,
+    mesh().material.opacity];
+  display.take(marker(1, 0.5, 1));
+  const first = mesh();
+  display.take(marker(1, 1, 0.25));
+  const found = [mesh() === first, looks()];
+  display.take(marker(2, 1, 1));
+  return [...found, mesh() === first, display.root.children.length];
+}"""
+
+
+def test_a_marker_that_is_sent_again_keeps_its_object(tab: Tab) -> None:
+    assert tab.evaluate(MARKERS) == [True, [1, 1, 1, 0.25], False, 1]
+
+
 def test_a_silent_server_of_markers_is_reported_until_it_returns(tab: Tab) -> None:
     found = tab.evaluate(
         """async () => {

@@ -78,7 +78,10 @@ test("texts name the frame, the cause and the remedy", () => {
   assert.deepEqual(fixedFrameStatus(frames, "x", ""), ["error", "Unknown frame x"]);
   assert.equal(explanation(frames, "map", "x", 0n), "");
   assert.match(explanation(frames, "map", "island", 0n), /in the tree of \[other\]/);
-  assert.match(explanation(frames, "map", "base", 100n * SECOND), /from \[odom\] to \[map\], sent by \[\/sender\], is 99 s old/);
+  const later = performance.now() + 5000;
+  assert.match(explanation(frames, "map", "base", 100n * SECOND, later),
+    /from \[odom\] to \[map\], sent by \[\/sender\], is 99 s old; its sender may have stopped\.$/);
+  assert.match(explanation(frames, "map", "base", 100n * SECOND), /is 99 s old; newer ones still arrive: this browser or/);
   assert.equal(explanation(frames, "map", "base", 2n * SECOND), "");
   assert.equal(explanation(filled([["a", "b", 0, true]]), "a", "b", 0n), "");
   assert.deepEqual(otherRoots(frames, "map"), ["other"]);

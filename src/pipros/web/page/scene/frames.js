@@ -146,7 +146,7 @@ export class Frames {
     }
     if (!this.frames.has(parent)) this.frames.set(parent, null);
     if (!frame.insert(stamp, parent, pose)) return false;
-    frame.authority = authority;
+    [frame.authority, frame.heardMs] = [authority, performance.now()]; // when this browser got the newest transform
     this.version += 1;
     return true;
   }

@@ -18,16 +18,16 @@ export function fixedFrameStatus(frames, fixedFrame, problem) {
 
 // Returns why a frame has no pose in the fixed frame: the frame is in another tree, or a link is old. Empty if
 // nothing is known.
-export function explanation(frames, fixedFrame, frame, now) {
+export function explanation(frames, fixedFrame, frame, now, clockMs = performance.now()) {
   if (!frames.has(frame)) return "";
   try {
-    return explained(frames, fixedFrame, frame, now);
+    return explained(frames, fixedFrame, frame, now, clockMs);
   } catch (error) {
     return error.message; // a loop
   }
 }
 
-function explained(frames, fixedFrame, frame, now) {
+function explained(frames, fixedFrame, frame, now, clockMs) {
   const [links, others] = [frame, fixedFrame].map((name) => frames.linksAbove(name));
   const root = links.at(-1)?.parent ?? frame;
   if (root !== (others.at(-1)?.parent ?? fixedFrame))
@@ -37,8 +37,10 @@ function explained(frames, fixedFrame, frame, now) {
   const age = Number(now - oldest.stamp) / 1e9;
   if (age <= LINK_AGE_S) return "";
   const sender = frames.authority(oldest.child);
+  // While transforms arrive, the sender has not stopped, even if they are old on arrival.
+  const isHeard = clockMs - frames.frames.get(oldest.child).heardMs <= LINK_AGE_S * 1000;
   return `The transform from [${oldest.child}] to [${oldest.parent}]${sender ? `, sent by [${sender}],` : ""} is ${age.toFixed(0)} s ` +
-    `old; its sender may have stopped.`;
+    `old; ${isHeard ? "newer ones still arrive: this browser or the sender's clock is behind." : "its sender may have stopped."}`;
 }
 
 function rootOf(frames, name) {

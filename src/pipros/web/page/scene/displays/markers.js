@@ -6,12 +6,16 @@ import { TransformError } from "../frames.js";
 import { problemOf, warningOf } from "../marker_checks.js";
 import { points } from "../points.js";
 import { normalized, poseOf, poseTexts } from "../pose.js";
-import { BOX, CYLINDER, SPHERE, arrow, blended, dispose, lit, place, segments, textSprite, unlit, wideLines } from "../shapes.js";
+import { BOX, COARSE_SPHERE, CYLINDER, SPHERE, arrow, blended, colourOf, dispose, lit,
+  place, segments, textSprite, unlit, wideLines } from "../shapes.js";
 
 const [ADD, DELETE, DELETE_ALL] = [0, 2, 3];
 const MAX_MARKERS = 20000;
-const TYPES = [null, cube, sphere, cylinder, strip, list, cubes, spheres, squares, label, null, triangles];
+const solids = [BOX, SPHERE, CYLINDER].map((shape) => (marker, rgb) => solid(shape, marker, rgb));
+const TYPES = [null, ...solids, strip, list, cubes, spheres, squares, label, null, triangles];
 const [ARROW, MESH] = [0, 10];
+const [SPHERE_TYPE, SOLIDS] = [2, [1, 2, 3]]; // and cubes and cylinders
+const FEW = 100; // markers; beyond them, spheres have fewer triangles
 
 export class Markers extends Display {
   begin() {
@@ -52,6 +56,7 @@ export class Markers extends Display {
       this.setStatus("Markers", "error", `More than ${MAX_MARKERS} markers are not shown.`);
       return;
     }
+    if (this.update(key, marker)) return;
     this.remove(key, false);
     const holder = new THREE.Group();
     const object = this.draw(marker, key);
@@ -59,11 +64,30 @@ export class Markers extends Display {
       place(object, normalized(poseOf(marker.pose)));
       holder.add(object);
     }
-    const until = marker.lifetime > 0n ? this.scene.now() + marker.lifetime : null;
-    const entry = { holder, sender: this.sender, message: marker, until, isPlaced: false };
+    const entry = { holder, sender: this.sender, message: marker, until: this.endOf(marker), isPlaced: false };
     this.shown.set(key, entry);
     this.root.add(holder);
     this.locate(key, entry);
+  }
+
+  // Changes a cube, sphere or cylinder to a newer message of the same type. Returns whether it did.
+  update(key, marker) {
+    const entry = this.shown.get(key);
+    if (!entry || entry.message.type !== marker.type || !SOLIDS.includes(marker.type)) return false;
+    const [object] = entry.holder.children;
+    const [mesh] = object.children;
+    resize(mesh, marker);
+    mesh.material.color.copy(colourOf(rgbOf(marker)));
+    Object.assign(mesh.material, blended(marker.color.a));
+    place(object, normalized(poseOf(marker.pose)));
+    Object.assign(entry, { sender: this.sender, message: marker, until: this.endOf(marker), isPlaced: false });
+    this.locate(key, entry);
+    return true;
+  }
+
+  // The time at which a marker ends; null if it stays.
+  endOf(marker) {
+    return marker.lifetime > 0n ? this.scene.now() + marker.lifetime : null;
   }
 
   remove(key, isGone = true) {
@@ -126,10 +150,11 @@ export class Markers extends Display {
   }
 
   draw(marker, key) {
-    const rgb = [marker.color.r, marker.color.g, marker.color.b].map((part) => part * 255);
+    const rgb = rgbOf(marker);
     if (marker.type === ARROW) return arrowOf(marker, rgb);
     if (marker.type === MESH) return this.mesh(marker, rgb, key);
     const make = TYPES[marker.type];
+    if (marker.type === SPHERE_TYPE && this.shown.size >= FEW) return solid(COARSE_SPHERE, marker, rgb);
     if (make) return make(marker, rgb);
     this.setStatus(key, "error", `Unknown marker type: ${marker.type}.`);
     return null;
@@ -196,24 +221,15 @@ function arrowOf({ scale, color, points: places }, rgb) {
   return group;
 }
 
-function solid(geometry, { scale, color }, rgb) {
-  const mesh = new THREE.Mesh(geometry, lit(rgb, color.a));
-  mesh.scale.set(scale.x || 1e-9, scale.y || 1e-9, scale.z || 1e-9);
+const rgbOf = ({ color }) => [color.r, color.g, color.b].map((part) => part * 255);
+const resize = (mesh, { scale }) => mesh.scale.set(scale.x || 1e-9, scale.y || 1e-9, scale.z || 1e-9);
+
+function solid(geometry, marker, rgb) {
+  const mesh = new THREE.Mesh(geometry, lit(rgb, marker.color.a));
+  resize(mesh, marker);
   const group = new THREE.Group();
   group.add(mesh);
   return group;
-}
-
-function cube(marker, rgb) {
-  return solid(BOX, marker, rgb);
-}
-
-function sphere(marker, rgb) {
-  return solid(SPHERE, marker, rgb);
-}
-
-function cylinder(marker, rgb) {
-  return solid(CYLINDER, marker, rgb);
 }
 
 const coordinates = (places) => places.flatMap(({ x, y, z }) => [x, y, z]);
