@@ -22,6 +22,15 @@ ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
 SESSION = {"session": "test", "linear": 0.5, "angular": 1.0}
 
 
+LISTENER = """
+import rospy
+from geometry_msgs.msg import Twist
+rospy.init_node("turtle")
+rospy.Subscriber("/turtle1/cmd_vel", Twist, lambda _: None)
+rospy.spin()
+"""
+
+
 @pytest.fixture
 def system(ros: RosSystem) -> RosSystem:
     ros.pipros.start_bare_master()
@@ -199,6 +208,9 @@ def test_steering_needs_control_and_a_session(system: RosSystem, open_tab: OpenT
     page = Page(system)
     tab = open_tab(page, "teleop")
     expect(tab.get_by_role("button", name="Start")).to_be_disabled()
+    expect(tab.get_by_label("Topic", exact=True)).to_have_value("/cmd_vel")
+    system.pipros.start(sys.executable, "-c", LISTENER)
+    expect(tab.get_by_label("Topic", exact=True)).to_have_value("/turtle1/cmd_vel")
     with page.connect() as browser:
         assert "read-only" in browser.act("steer", session="x", linear=1, angular=0)["error"]
         assert "read-only" in next(browser.watch("teleop", name="/cmd_vel", **SESSION))["error"]

@@ -35,6 +35,14 @@ together.add("speed", double_t, 64, "The largest, m/s", 0.5, 0, 3)
 exit(gen.generate(PACKAGE, "tuning", "Tuning"))
 """
 
+# the elements of settings that are wider than their place on a phone
+CUT_OFF = """() => {
+  const isCut = (each) => each.matches(".about, .label") && each.scrollWidth > each.clientWidth + 1;
+  const isOutside = (each) => each.getBoundingClientRect().right > 390;
+  return [...document.querySelectorAll(".setting *")].filter((each) => isCut(each) || isOutside(each))
+    .map((each) => each.outerHTML);
+}"""
+
 
 @pytest.fixture
 def module(tmp_path: Path) -> Path:
@@ -94,6 +102,8 @@ def test_each_kind_of_parameter_is_changed_on_the_page(
     free.press("Enter")
     expect(tab.get_by_role("alert").first).to_contain_text("can't set parameter 'free'")
     expect(free).to_have_value("1")
+    tab.set_viewport_size({"width": 390, "height": 844})
+    assert tab.evaluate(CUT_OFF) == []
 
 
 def test_without_control_parameters_are_read_only(ros: RosSystem, open_tab: OpenTab, module: Path) -> None:

@@ -166,9 +166,12 @@ def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab
     tab.keyboard.press("Enter")
     expect(tab.get_by_role("complementary", name="Topic")).to_contain_text("sensor_msgs/BatteryState")
     expect(tab.get_by_role("meter", name="Level")).to_have_attribute("aria-valuenow", "62.5")
+    tab.keyboard.press("Escape")  # the focus is on the row
+    expect(tab.get_by_role("complementary", name="Topic")).to_be_hidden()
+    expect(tab).to_have_url(re.compile("#topics$"))
     tab.get_by_role("tab", selected=True).focus()
     tab.keyboard.press("End")
-    expect(tab.get_by_role("tab", selected=True)).to_have_text("Panels")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("ROS 2")
     tab.keyboard.press("Home")
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Graph")
 
@@ -180,4 +183,10 @@ def test_each_tab_fits_a_phone(robot: RosSystem, open_tab: OpenTab, place: str) 
     tab = open_tab(Page(robot), place, size=(390, 800))
     expect(tab.get_by_role("tab", selected=True)).to_be_in_viewport()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    if place == "console":  # one row of controls, which scrolls
+        assert tab.locator("#view .bar").first.bounding_box()["height"] < 60  # type: ignore[index]
+    if place == "topics":
+        name = tab.locator("[data-name='/front/image_raw'] td").first
+        expect(name).to_be_visible()
+        assert name.evaluate("(cell) => cell.scrollWidth <= cell.clientWidth")
     keep_screenshots(tab, f"{place}-phone")

@@ -17,15 +17,15 @@ export const TABS = [
   ["images", "Images"],
   ["tf", "TF"],
   ["scene", "Scene"],
+  ["panels", "Panels"],
   ["bags", "Bags"],
   ["diagnostics", "Diagnostics"],
-  ["fleet", "Fleet"],
-  ["ros2", "ROS 2"],
   ["services", "Services"],
   ["actions", "Actions"],
   ["publish", "Publish"],
   ["teleop", "Teleop"],
-  ["panels", "Panels"],
+  ["fleet", "Fleet"],
+  ["ros2", "ROS 2"],
 ];
 
 const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];

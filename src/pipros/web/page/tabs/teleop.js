@@ -1,5 +1,6 @@
 // Steer a robot with the keys or a touch stick. The server stops the robot if this page sends no commands.
 
+import { runningNote } from "../bags/running_note.js";
 import { h, replace, uniqueId } from "../dom.js";
 import { live } from "../live.js";
 import { steeringStick } from "../steering_stick.js";
@@ -12,7 +13,7 @@ export function open(view, argument, context) {
   const { control } = context;
   const names = h("datalist", { id: uniqueId("velocity-topics") });
   const topic = h("input", { value: argument || USUAL, list: names.id, "aria-label": "Topic", spellcheck: "false",
-    onchange: () => { setOn(false); context.remember(topic.value); } });
+    onchange: () => { isChosen = true; setOn(false); context.remember(topic.value); } });
   const limit = (title, value) => h("input", { type: "number", value, min: 0, step: 0.1, "aria-label": title,
     onchange: () => { if (isOn) begin(); } });
   const [fastest, quickest] = [limit("Highest speed in m/s", 0.5), limit("Highest turn rate in rad/s", 1)];
@@ -20,7 +21,7 @@ export function open(view, argument, context) {
   const stick = steeringStick((position) => { wanted = position; draw(); send(); }, context.signal);
   const figures = h("div", { class: "figures", role: "status" });
   const error = h("div", { class: "error", role: "alert" });
-  view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form steering" },
+  view.append(h("div", { class: "column" }, runningNote(context.signal), error, h("div", { class: "scroll form steering" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to steer."),
     h("label", {}, "Topic", topic), names, h("label", {}, "Speed limit, m/s", fastest), h("label", {}, "Turn limit, rad/s", quickest),
     h("p", {}, power), stick.element, figures,
@@ -28,6 +29,7 @@ export function open(view, argument, context) {
       "too, if this page is silent for half a second."))));
   const session = commandSession(context, (problem) => { if (isOn) replace(error, problem); });
   let isOn = false;
+  let isChosen = Boolean(argument); // the topic, by the user
   let listeners = null;
   let wanted = [0, 0]; // forward and left, from -1 to 1
 
@@ -74,14 +76,22 @@ export function open(view, argument, context) {
   context.watch("running_topics", {}, (data) => {
     const known = data.topics.filter((each) => each.type === TYPE).map((each) => each.name);
     replace(names, known.map((value) => h("option", { value })));
+    if (!isChosen && !isOn) topic.value = steerable(data.topics, topic.value);
   });
   context.onShown = (isShown) => { if (!isShown && isOn) setOn(false); };
   draw();
   return { go: (name) => {
     if (name === topic.value || !name) return;
     setOn(false);
+    isChosen = true;
     topic.value = name;
   } };
+}
+
+// Returns the velocity topic to offer: the present one, or the first that has a subscriber if that one has none.
+function steerable(topics, present) {
+  const heard = topics.filter((each) => each.type === TYPE && each.subscribers.length).map((each) => each.name);
+  return heard.includes(present) ? present : heard[0] ?? present;
 }
 
 // A session in which the server publishes commands. `onError` is called with the text of a command that failed.

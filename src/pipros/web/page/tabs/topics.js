@@ -44,8 +44,7 @@ export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter topics", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const none = h("div", { class: "note", hidden: true }, "There are no topics.");
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic",
-    onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic" });
   const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MAX_ROWS,
     sortBy: "Topic" });
   table.element.classList.add("fixed", "topics");
@@ -58,6 +57,9 @@ export function open(view, argument, context) {
   table.element.addEventListener("keydown", (event) => {
     if (event.target.closest("button.measure")) event.stopPropagation(); // Enter presses the button, and does not select the row
   }, { capture: true });
+  view.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && selected && !event.target.matches("input")) choose("");
+  });
   const inTree = h("input", { type: "checkbox", onchange: () => draw() });
   const all = h("button", { title: `Subscribe to the first ${MAX_MEASURED} topics of the list`,
     onclick: () => measured.choose(measured.count() ? [] : shown().map((topic) => topic.name)) }, "Measure all");
