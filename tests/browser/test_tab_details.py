@@ -215,7 +215,9 @@ def test_frames_without_updates_are_shown_as_old(ros: RosSystem, open_tab: OpenT
     expect(tab.locator("tr", has_text="laser")).to_contain_text("static")
     expect(tab.locator("svg.canvas")).to_contain_text("laser")
     robot.kill()
-    expect(row).to_contain_text(re.compile(r"([2-9]|\d\d+)\.\d s"))
+    expect(row).to_contain_text(re.compile(r"stale([3-9]|\d\d+)\.\d s"))
+    expect(tab.locator('[data-key="frame:wheel_left"].stale')).to_be_visible()
+    expect(tab.locator(".corner")).to_contain_text(re.compile(r", \d stale"))
 
 
 def test_a_pair_of_frames_has_its_transform_and_its_chain(ros: RosSystem, open_tab: OpenTab) -> None:

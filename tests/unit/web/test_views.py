@@ -199,6 +199,20 @@ def test_frames_have_parents_rates_and_ages() -> None:
     ]
 
 
+def test_a_frame_without_new_transforms_is_stale_and_has_no_rate() -> None:
+    tree = FrameTree()
+    for wall_s in (10.0, 10.1, 10.2):
+        tree.add(TFMessage([transform("map", "base", 10)]), wall_s, "/slam", is_static=False)
+    tree.add(TFMessage([transform("base", "laser")]), 9.0, "/model", is_static=True)
+    found = [(row["stale"], row["rate"] is None, row["delay"] is None) for row in tree.rows(13.3)]
+    assert found == [(True, True, True), (False, True, True)]
+    for number in range(60):  # the rate is that of the newest transforms
+        tree.add(TFMessage([transform("map", "base", 20)]), 20.0 + number, "/slam", is_static=False)
+    assert (tree.rows(80.0)[0]["stale"], tree.rows(80.0)[0]["rate"]) == (False, pytest.approx(1.0))
+    tree.set_clock(90.0)
+    assert not tree.rows(1000.0)[0]["stale"]
+
+
 def test_a_frame_that_gets_another_parent_is_reset() -> None:
     tree = FrameTree()
     tree.add(TFMessage([transform("map", "base")]), 1.0, "/a", is_static=False)

@@ -15,7 +15,7 @@ FONT_SIZE = 13
 NODE_HEIGHT = 40.0
 TOPIC_HEIGHT = 28.0
 MARGIN = 24.0
-TRAFFIC_WIDTH = 150.0
+TRAFFIC_WIDTH = 190.0
 """Width reserved for a rate and a bandwidth on an arrow."""
 _MAX_LABEL_CHARACTERS = 60
 
@@ -63,7 +63,10 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
 
 def _label(vertex: Vertex) -> str:
     more = f": {len(vertex.members)}" if vertex.kind == "namespace" else ""
-    return printable(vertex.name, _MAX_LABEL_CHARACTERS) + more
+    name = vertex.name
+    if vertex.group and name != vertex.group:  # its box shows the namespace
+        name = name.removeprefix(f"{vertex.group.rstrip('/')}/")
+    return printable(name, _MAX_LABEL_CHARACTERS) + more
 
 
 def _size(vertex: Vertex, text: str) -> tuple[float, float]:

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import math
 import threading
+from collections import deque
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -33,6 +34,10 @@ MAX_FRAMES = 2000
 MAX_LINKS = 50
 """Maximum number of links in a chain that is sent."""
 LONGEST_ERROR = 500
+MAX_ARRIVALS = 50
+"""Number of arrivals from which a frame's rate is computed."""
+STALE_S, STALE_INTERVALS = 3.0, 10
+"""A frame is stale after this many of its intervals without a transform, but at least this time."""
 
 
 @dataclass(slots=True)
@@ -43,18 +48,32 @@ class Frame:
         parent: parent frame in the last transform.
         authority: node that published the last transform.
         is_static: whether the last transform was published on `/tf_static`.
-        count: number of transforms since `begin_s`.
-        begin_s, last_s: wall times of arrival of the first and the last transform.
+        arrivals: wall times of arrival of the newest transforms.
         delay_s: time from the last transform's timestamp to its arrival; None if the timestamp is 0.
     """
 
     parent: str
     authority: str
     is_static: bool
-    begin_s: float
-    last_s: float
+    arrivals: deque[float]
     delay_s: float | None
-    count: int = 1
+
+    @property
+    def last_s(self) -> float:
+        return self.arrivals[-1]
+
+    @property
+    def interval_s(self) -> float | None:
+        """The mean time between the newest transforms; None if it is unknown."""
+        span_s = self.last_s - self.arrivals[0]
+        return span_s / (len(self.arrivals) - 1) if span_s > 0 else None
+
+    def is_stale(self, now_s: float) -> bool:
+        """Return whether regular transforms have ended."""
+        interval_s = self.interval_s
+        if self.is_static or interval_s is None:
+            return False
+        return now_s - self.last_s > max(STALE_S, STALE_INTERVALS * interval_s)
 
 
 class FrameTree:
@@ -101,26 +120,33 @@ class FrameTree:
                 if known is None or known.parent != parent:
                     if known is None and len(self._frames) >= MAX_FRAMES:
                         continue
-                    self._frames[child] = Frame(parent, authority, is_static, wall_s, wall_s, delay_s)
+                    arrivals = deque([wall_s], MAX_ARRIVALS)
+                    self._frames[child] = Frame(parent, authority, is_static, arrivals, delay_s)
                     continue
-                known.count += 1
-                known.authority, known.is_static = authority, is_static
-                known.last_s, known.delay_s = wall_s, delay_s
+                known.arrivals.append(wall_s)
+                known.authority, known.is_static, known.delay_s = authority, is_static, delay_s
 
     def rows(self, now_s: float) -> list[Mapping[str, Any]]:
-        """Return the state of each frame, sorted by name. Rates are in Hz, ages and delays in seconds."""
+        """Return the state of each frame, sorted by name. Rates are in Hz, ages and delays in seconds.
+
+        A stale frame has neither rate nor delay. In simulated time, which can pause, no frame is stale.
+        """
         with self._lock:
+            stale = (
+                {name for name, frame in self._frames.items() if frame.is_stale(now_s)}
+                if self._clock_s is None
+                else set()
+            )
             return [
                 {
                     "frame": child,
                     "parent": frame.parent,
                     "authority": frame.authority,
                     "static": frame.is_static,
-                    "rate": (frame.count - 1) / (frame.last_s - frame.begin_s)
-                    if frame.last_s > frame.begin_s
-                    else None,
+                    "stale": child in stale,
+                    "rate": 1 / frame.interval_s if frame.interval_s and child not in stale else None,
                     "age": round(now_s - frame.last_s, 2),
-                    "delay": None if frame.delay_s is None else round(frame.delay_s, 3),
+                    "delay": None if frame.delay_s is None or child in stale else round(frame.delay_s, 3),
                 }
                 for child, frame in sorted(self._frames.items())
             ]

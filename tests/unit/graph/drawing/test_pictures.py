@@ -17,6 +17,7 @@ from pipros.graph.drawing.png import PictureFailed, to_png
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
 from pipros.graph.system_state import SystemState, TopicConnection
+from pipros.web.views.graph import scene_values
 
 SVG = "{http://www.w3.org/2000/svg}"
 EVIL = '/a"]; evil [label="<script>'
@@ -38,14 +39,25 @@ def test_svg_has_nodes_topics_arrows_and_namespaces() -> None:
     drawing = parsed(draw(graph_of()))
     assert [text.text for text in drawing.iter(f"{SVG}text")] == [
         "/ns",
-        "/ns/listener",
-        "/ns/talker",
+        "listener",
+        "talker",
         "/battery_topic",
     ]
     assert len(list(drawing.iter(f"{SVG}ellipse"))) == 2
     assert [shape.get("class") for shape in drawing.iter(f"{SVG}rect")] == ["band", "topic"]
     assert len([path for path in drawing.iter(f"{SVG}path") if path.get("class") == "arrow"]) == 2
     assert "node unreachable" in {shape.get("class") for shape in drawing.iter(f"{SVG}ellipse")}
+
+
+def test_the_widest_traffic_leaves_the_head_of_its_arrow_visible() -> None:
+    scene = draw(graph_of(), with_traffic=True)
+    (route,) = [route for arrow, route, _ in scene.arrows if arrow.start.kind == "node"]
+    (middle,) = [
+        each["middle"][0] for each in scene_values(scene)["arrows"] if each["start"]["kind"] == "node"
+    ]
+    half = len("1000.0 Hz · 999.9 kB/s") * 6.3 / 2  # 6.3 pixels a letter, as in graph/canvas.js
+    assert route[0][0] <= middle - half
+    assert middle + half <= route[-1][0] - 10
 
 
 def test_a_name_with_markup_stays_text() -> None:

@@ -65,7 +65,7 @@ export function graphCanvas(label, onSelect) {
       onkeydown: (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); choose(); } },
     }, shape, s("text", { "text-anchor": "middle", "dominant-baseline": "central" }, vertex.text),
     s("title", {}, [vertex.name, ...vertex.members].join("\n")),
-      vertex.gone ? s("text", { class: "age", y: vertex.h / 2 + 9, "text-anchor": "middle" }) : null);
+      vertex.gone ? s("text", { class: "age", y: vertex.h / 2 + 15, "text-anchor": "middle" }) : null);
   }
 
   // Shows how long ago vertices were removed: [{kind, name, age}] with ages in seconds.
@@ -74,6 +74,11 @@ export function graphCanvas(label, onSelect) {
       const text = vertices.get(keyText({ kind, name }))?.group.querySelector("text.age");
       if (text) text.textContent = `gone ${age} s ago`;
     }
+  }
+
+  // Marks the vertices of things whose data have ended.
+  function markStale(keys) {
+    for (const [key, { group }] of vertices) group.classList.toggle("stale", keys.includes(key));
   }
 
   const vertexOf = (key) => vertices.get(key)?.vertex;
@@ -214,7 +219,7 @@ export function graphCanvas(label, onSelect) {
     h("button", { "aria-label": "Zoom out", title: "Zoom out (-)", onclick: () => zoom(ZOOM_STEP) }, "−"),
     h("button", { "aria-label": "Zoom in", title: "Zoom in (+)", onclick: () => zoom(1 / ZOOM_STEP) }, "+"),
     h("button", { title: "Fit everything (0)", onclick: fit }, "Fit"));
-  return { element, draw, emphasise, find, fit, centre, onKey, zoomButtons, showAges, vertexOf, label: labelArrows };
+  return { element, draw, emphasise, find, fit, centre, onKey, zoomButtons, showAges, markStale, vertexOf, label: labelArrows };
 }
 
 function bandElement(band) {

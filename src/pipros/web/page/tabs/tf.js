@@ -5,15 +5,20 @@ import { framePair } from "../frame_pair.js";
 import { graphCanvas } from "../graph/canvas.js";
 import { dataTable } from "../table.js";
 
+const stale = (text) => h("span", { class: "stale" }, text);
+const rateText = (frame) => (frame.static ? "static" : frame.stale ? stale("stale") : hertz(frame.rate));
+const ageText = (frame) => (frame.static ? "" : frame.stale ? stale(`${frame.age.toFixed(1)} s`) : `${frame.age.toFixed(1)} s`);
 const COLUMNS = [
   { title: "Frame", text: (frame) => frame.frame, order: (frame) => frame.frame },
   { title: "Parent", text: (frame) => frame.parent, order: (frame) => frame.parent },
   { title: "From", text: (frame) => frame.authority, order: (frame) => frame.authority },
-  { title: "Rate", kind: "number", text: (frame) => (frame.static ? "static" : hertz(frame.rate)), order: (frame) => frame.rate },
-  { title: "Age", kind: "number", text: (frame) => (frame.static ? "" : `${frame.age.toFixed(1)} s`), order: (frame) => frame.age },
-  { title: "Delay", kind: "number", text: (frame) => (frame.static || frame.delay === null ? "" : milliseconds(frame.delay)),
+  { title: "Rate", kind: "number", text: rateText, order: (frame) => frame.rate },
+  { title: "Age", kind: "number", text: ageText, order: (frame) => frame.age },
+  { title: "Delay", kind: "number", text: (frame) => (frame.static || frame.stale || frame.delay === null ? "" : milliseconds(frame.delay)),
     order: (frame) => frame.delay },
 ];
+
+const UNLISTED = "Frames whose transforms ended before this view was opened are not listed.";
 
 export function open(view, argument, context) {
   let selected = argument;
@@ -22,9 +27,10 @@ export function open(view, argument, context) {
     onChoose: (name) => choose(name === selected ? "" : name), sortBy: "Frame" });
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" }, "No transform received yet on /tf or /tf_static.");
+  const counts = h("span", { class: "pale", title: UNLISTED });
   const pair = framePair(context, (chosen) => choose(chosen));
   view.append(h("div", { class: "column graph" }, pair.bar, error, hint, pair.element,
-    h("div", { class: "stage" }, canvas.element, h("div", { class: "corner" }, canvas.zoomButtons())),
+    h("div", { class: "stage" }, canvas.element, h("div", { class: "corner" }, counts, canvas.zoomButtons())),
     h("div", { class: "scroll half" }, table.element)));
 
   function choose(name) {
@@ -43,6 +49,9 @@ export function open(view, argument, context) {
     hint.hidden = data.frames.length > 0;
     replace(error, data.error);
     if (data.scene) canvas.draw(data.scene);
+    const old = data.frames.filter((frame) => frame.stale);
+    canvas.markStale(old.map((frame) => `frame:${frame.frame}`));
+    replace(counts, `${data.frames.length} frames since this view was opened`, old.length ? `, ${old.length} stale` : "");
     table.show(data.frames);
     pair.offer(data.frames);
     canvas.emphasise(selected ? `frame:${selected}` : null);
