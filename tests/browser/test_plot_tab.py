@@ -15,12 +15,13 @@ from tests.support.waiting import wait_until
 
 CURVES = """
 import math, rospy
-from geometry_msgs.msg import Point, Vector3
+from geometry_msgs.msg import Point, PoseWithCovariance, Vector3
 from std_msgs.msg import Float64
 rospy.init_node("curves")
 fast = rospy.Publisher("/fast", Float64, queue_size=10)
 gaps = rospy.Publisher("/gaps", Float64, queue_size=10)
 vector = rospy.Publisher("/vector", Vector3, queue_size=10)
+covariance = rospy.Publisher("/covariance", PoseWithCovariance, queue_size=10)
 circle = rospy.Publisher("/circle", Point, queue_size=10)
 begin = rospy.get_time()
 rate, count = rospy.Rate(50), 0
@@ -30,6 +31,7 @@ while not rospy.is_shutdown():
     if count % 10 == 0:
         gaps.publish(5.0 if count % 20 else math.nan)
         vector.publish(1.0, 2.0, 3.0)
+        covariance.publish(PoseWithCovariance())
     if count % 50 == 0:
         rospy.logerr("turn %d", count // 50)
     count += 1
@@ -64,6 +66,14 @@ def test_a_topic_without_a_field_offers_its_numbers(ros: RosSystem, open_tab: Op
     expect(tab.locator(".legend")).to_contain_text("/vector/y: 2")
     expect(fields).to_be_hidden()
     expect(tab).to_have_url(re.compile("#plot//vector/y$"))
+    tab.get_by_role("button", name="Remove /vector/y").click()
+    tab.get_by_role("group", name="Topics").get_by_role("button", name="/covariance").click()
+    expect(fields.get_by_role("button", name="pose/position/x", exact=True)).to_be_visible()
+    element = fields.get_by_role("button", name="covariance[0]", exact=True)
+    expect(element).to_be_hidden()
+    fields.get_by_text(re.compile(r"^\d+ covariances$")).click()
+    element.click()
+    expect(tab.locator(".legend")).to_contain_text("/covariance/covariance[0]: 0")
 
 
 def test_nan_interrupts_a_curve_beside_a_faster_one(ros: RosSystem, open_tab: OpenTab) -> None:
@@ -144,6 +154,10 @@ def test_curves_over_another_curve(ros: RosSystem, open_tab: OpenTab) -> None:
     # A circle fills the width of the chart; over time, its curve would grow from the right edge.
     wait_until(lambda: tab.evaluate(COLUMNS, SECOND) > 0.8, 30, "the circle")
     keep_screenshots(tab, "plot-xy")
+    tab.locator(".u-over").hover()
+    expect(tab.locator(".legend .at")).to_have_text(
+        re.compile(r"nearest sample -?[\d.e-]+, -?[\d.e-]+ at \d\d:\d\d:\d\d\.\d\d")
+    )
     expect(tab).to_have_url(re.compile("axis:xy"))
 
 

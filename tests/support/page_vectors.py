@@ -199,8 +199,8 @@ def plots(chance: random.Random) -> Any:
         # numpy makes a value NaN beside a gap, and outside of the samples
         crossed = np.interp(second, first, values, left=math.inf, right=math.inf)
         pairs = [
-            None if math.isnan(x) else [float(x), y]
-            for x, y in zip(crossed, others, strict=True)
+            None if math.isnan(x) else [float(x), y, time_s]
+            for x, y, time_s in zip(crossed, others, second, strict=True)
             if not math.isinf(x)
         ]
         found.append(

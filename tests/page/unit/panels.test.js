@@ -2,6 +2,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { MAX_PANELS, appended, beside, layoutText, leaf, leavesOf, moved, parsedLayout, placesOf, resized, withLeaf,
   without } from "../page/panels/layout.js";
+import { TimeLink } from "../page/panels/time_link.js";
 import { placeIn, placeOf } from "../page/place.js";
 import { VECTORS, close } from "./vectors.js";
 
@@ -60,4 +61,15 @@ test("addresses are read back", () => {
   assert.deepEqual(placeIn(placeOf("plot", "/a b/x:ü@3")), ["plot", "/a b/x:ü@3"]);
   assert.equal(placeOf("plot", "/imu/x:y"), "#plot//imu/x:y");
   assert.deepEqual(placeIn("#plot/%zz"), ["plot", "%zz"]);
+});
+
+test("linked plots have the times of all, and others their own", () => {
+  const times = new TimeLink();
+  assert.deepEqual(times.range("a", 10, 12), [10, 12]);
+  assert.deepEqual(times.range("b", 11, 15), [10, 15]);
+  times.isOn = false;
+  assert.deepEqual(times.range("b", 11, 15), [11, 15]);
+  times.isOn = true;
+  times.forget("b");
+  assert.deepEqual(times.range("a", 10, 13), [10, 13]);
 });

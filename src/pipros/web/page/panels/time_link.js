@@ -4,7 +4,7 @@ export class TimeLink extends EventTarget {
   constructor() {
     super();
     this.isOn = true;
-    this.ends = new Map(); // view to the time of its newest sample
+    this.ends = new Map(); // view to the times of its oldest and newest sample
   }
 
   // Notifies all plots of the user's action in one of them: {range: [from, to] or null} or {time: seconds or null}.
@@ -23,9 +23,11 @@ export class TimeLink extends EventTarget {
     this.ends.delete(view);
   }
 
-  // Stores the time of a view's newest sample, and returns the end of its axis: the time of the newest sample of all.
-  end(view, time) {
-    this.ends.set(view, time);
-    return this.isOn ? Math.max(...this.ends.values()) : time;
+  // Stores the times of a view's oldest and newest sample, and returns those of all views.
+  range(view, oldest, newest) {
+    this.ends.set(view, [oldest, newest]);
+    if (!this.isOn) return [oldest, newest];
+    const all = [...this.ends.values()];
+    return [Math.min(...all.map(([first]) => first)), Math.max(...all.map(([, last]) => last))];
   }
 }

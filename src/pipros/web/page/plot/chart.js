@@ -127,6 +127,17 @@ function drawPairs(own, settings) {
   });
 }
 
+// Returns the sample of an x-y plot that is nearest to a place in pixels: [x, y, time]; null if there is none.
+export function sampleNear(own, settings, { left, top }) {
+  let [found, nearest] = [null, Infinity];
+  for (const { curve, points } of pairedCurves(settings)) for (const point of points.filter(Boolean)) {
+    const [x, y] = [own.valToPos(point[0], "x"), own.valToPos(point[1], curve.isRight ? "right" : "y")];
+    const distance = Math.hypot(x - left, y - top);
+    if (distance < nearest) [found, nearest] = [point, distance];
+  }
+  return found;
+}
+
 // Log entries as dashed lines, and the moment of a bag.
 function drawMarks(own, { marks, moment }) {
   const line = (drawing, { top, bottom }, time, colour, dash) => {

@@ -86,12 +86,12 @@ function between({ times, values }, time) {
   return values[index] + part * (values[index + 1] - values[index]);
 }
 
-// The values of one curve over the values of another, between two times: [[x, y], …] with null at gaps.
+// The values of one curve over the values of another, between two times: [[x, y, time], …] with null at gaps.
 export function pairs(over, curve, [begin, end]) {
   const found = [];
   for (let index = Math.max(0, indexAt(curve.times, begin)); index < curve.times.length && curve.times[index] <= end; index += 1) {
     const x = between(over, curve.times[index]);
-    if (x !== undefined) found.push(x === null || curve.values[index] === null ? null : [x, curve.values[index]]);
+    if (x !== undefined) found.push(x === null || curve.values[index] === null ? null : [x, curve.values[index], curve.times[index]]);
   }
   return found;
 }

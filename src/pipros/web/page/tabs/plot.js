@@ -2,7 +2,7 @@
 
 import { playback } from "../bags/playback.js";
 import { download, h, replace, uniqueId } from "../dom.js";
-import { createChart, dataOf, markNear, timeText } from "../plot/chart.js";
+import { createChart, dataOf, markNear, sampleNear, timeText } from "../plot/chart.js";
 import { CurveSet } from "../plot/curve_set.js";
 import { curveTexts, parsedPlot, plotText } from "../plot/curve_text.js";
 import { curveLegend, number } from "../plot/legend.js";
@@ -12,12 +12,16 @@ const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros"
 const MAX_OFFERED = 60; // topics
 const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String",
   "tf2_msgs/TFMessage"]); // without numbers that are worth a curve
+const COVARIANCE = /covariance\[\d+\]$/;
 const SHORTEST = 1; // seconds of the time axis
 const SPANS = [10, 30, 60, 300, 1800];
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
 const HINT = "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, "
   + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double click to follow again; or use +, -, the arrow " +
     "keys and 0.";
+
+const sampleText = (sample) => (sample
+  ? `nearest sample ${number(sample[0])}, ${number(sample[1])} at ${timeText(sample[2])}` : "");
 
 export function open(view, argument, context) {
   const set = new CurveSet(context, { change: () => { needsDraw = true; }, fields: (curve, fields) => offer(curve, fields) });
@@ -102,8 +106,11 @@ export function open(view, argument, context) {
     set.drop(curve.text);
     changed();
     const addOne = (name) => { add(`${curve.field}${name.startsWith("[") ? "" : "/"}${name}`); replace(offered); };
-    replace(offered, h("span", { class: "key" }, `Numbers of ${curve.field}:`),
-      fields.map((name) => h("button", { onclick: () => addOne(name) }, name)),
+    const button = (name) => h("button", { onclick: () => addOne(name) }, name);
+    const [matrices, others] = [true, false].map((isWanted) => fields.filter((name) => COVARIANCE.test(name) === isWanted));
+    const isFolded = matrices.length > 1 && others.length > 0;
+    replace(offered, h("span", { class: "key" }, `Numbers of ${curve.field}:`), (isFolded ? others : fields).map(button),
+      isFolded ? h("details", {}, h("summary", {}, `${matrices.length} covariances`), matrices.map(button)) : null,
       h("button", { class: "plain", "aria-label": "Close the choice", onclick: () => replace(offered) }, "×"));
   }
 
@@ -136,8 +143,8 @@ export function open(view, argument, context) {
     const last = pausedAt ?? set.newest;
     if (set.isWhole) return [Math.min(set.oldest, last), last];
     if (context.times && set.axis === "received") {
-      const end = context.times.end(view, last);
-      return [end - Number(seconds.value), end];
+      const [begin, end] = context.times.range(view, set.oldest, last);
+      return [Math.min(end - SHORTEST, Math.max(end - Number(seconds.value), begin)), end];
     }
     return [Math.min(last - SHORTEST, Math.max(last - Number(seconds.value), set.oldest)), last]; // not empty at first
   }
@@ -220,7 +227,7 @@ export function open(view, argument, context) {
   }
 
   function placeText(left, time) {
-    if (set.isXy) return `at ${number(plot.posToVal(left, "x"))}, ${number(plot.posToVal(plot.cursor.top, "y"))}`;
+    if (set.isXy) return sampleText(sampleNear(plot, settings(), plot.cursor));
     const near = markNear(plot, set.marks, left);
     return `at ${timeText(time)}${near ? `: ${LEVELS[near[1]] ?? ""} ${near[2]}` : ""}`;
   }
