@@ -92,6 +92,10 @@ def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, 
     show_tab(tab, "TF")
     expect(tab.locator(".tab-tf")).to_contain_text("laser")
     expect(tab.locator("#shown-bag")).to_contain_text("run.bag 0:07.5")
+    for title in ("Publish", "Services", "Actions", "Teleop", "Parameters"):
+        show_tab(tab, title)
+        note = tab.locator(f".tab-{title.lower().replace('parameters', 'params')} .running-note")
+        expect(note).to_have_text("This view acts on the running system, not on the open bag run.bag.")
 
 
 def test_the_address_holds_the_moment_and_the_timeline_zooms(
@@ -190,6 +194,10 @@ def test_a_part_of_a_bag_is_exported(ros: RosSystem, open_tab: OpenTab, tmp_path
     tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
     area = tab.get_by_role("slider", name="Moment")
     jump_to(tab, "10")
+    tab.get_by_role("button", name="Export", exact=True).click()  # asks, because the whole bag may be large
+    with tab.expect_download():
+        tab.get_by_role("button", name=re.compile(r"^Export the whole bag \(.* kB\)\?$")).click()
+    expect(tab.get_by_role("button", name="Export", exact=True)).to_be_enabled()
     area.press("Shift+ArrowRight")  # a hundredth of 20 s
     tab.locator(".timeline [data-topic='/rosout']").first.uncheck()
     files = {}

@@ -1,5 +1,6 @@
 // Actions: their goals with feedback and results, and a form to send goals.
 
+import { runningNote } from "../bags/running_note.js";
 import { copiesValues } from "../copy.js";
 import { h, morph, panelHead, replace, uniqueId } from "../dom.js";
 import { dataTable } from "../table.js";
@@ -23,7 +24,8 @@ export function open(view, argument, context) {
   const table = dataTable(COLUMNS, { label: "Actions", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
     most: MAX_ROWS, sortBy: "Action" });
   table.element.classList.add("fixed");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("actions")),
+  view.append(h("div", { class: "column" }, runningNote(context.signal),
+    h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("actions")),
     error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];

@@ -34,12 +34,15 @@ export function open(view, argument, context) {
     h("form", { onsubmit: (event) => { event.preventDefault(); jumpToText(goal.value); } }, goal, h("button", {}, "Jump")));
   const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"],
     ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
-  const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
-  const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection =
-    range; replace(exported, range ? `Export selection (${elapsed(range[1] - range[0])})` : "Export"); }, choose: () => {} });
+  const exported = h("button", { title: "Save the checked topics: the part selected by a drag with Shift, or all",
+    onclick: () => { if (selection || isSure) save(); else ask(true); } }, "Export");
+  const cancel = h("button", { hidden: true, title: "End the export" }, "Cancel");
+  const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; ask(false); },
+    choose: () => {} });
   let selection = null; // [from, to]
+  let isSure = false; // that the whole bag is to be saved
   const closing = button("Close", "Close the bag", () => choose(""));
-  controls.append(h("span", { class: "spring" }), form, exported);
+  controls.append(h("span", { class: "spring" }), form, exported, cancel);
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), closing),
     error, recordingPanel(context, (name) => choose(name)), controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
@@ -62,15 +65,39 @@ export function open(view, argument, context) {
     show();
   }, (problem) => replace(error, problem));
 
+  // Without a selection, the first press asks and the second one saves, because a bag can be large.
+  function ask(isAsked) {
+    isSure = isAsked;
+    const whole = isSure ? ` the whole bag (${bytes(playback.bag.size)})?` : "";
+    const part = selection ? ` selection (${elapsed(selection[1] - selection[0])})` : whole;
+    replace(exported, `Export${part}`);
+  }
+
   // Saves the selected part, which arrives in pieces.
   function save() {
     const { bag } = playback;
     const [begin, end] = selection ?? [bag.begin, bag.end];
     const pieces = [];
+    let size = 0;
+    const showSize = () => replace(exported, `Exporting: ${bytes(size)}`);
     exported.disabled = true;
-    const finish = (text) => { exported.disabled = false; replace(error, text); stop(); };
+    cancel.hidden = false;
+    showSize();
+    const finish = (text) => {
+      exported.disabled = false;
+      cancel.hidden = true;
+      ask(false);
+      replace(error, text);
+      stop();
+    };
+    cancel.onclick = () => finish("");
     const stop = context.watch("bag_export", { name: bag.name, format: form.value, topics: tracks.topics(), begin, end }, (data) => {
-      if (!data.done) { pieces.push(data); return; }
+      if (!data.done) {
+        pieces.push(data);
+        size += data.byteLength;
+        showSize();
+        return;
+      }
       const name = bag.name.split("/").at(-1).replace(/\.(bag|mcap|bag\.active)$/, "");
       download(`${name}-part.${form.value === "bag" ? "bag" : "zip"}`, new Blob(pieces), "application/octet-stream");
       finish("");

@@ -1,5 +1,6 @@
 // Parameters as a tree, with recent changes marked.
 
+import { runningNote } from "../bags/running_note.js";
 import { bytes, h, morph, replace } from "../dom.js";
 import { sections } from "../sections.js";
 
@@ -15,7 +16,8 @@ export function open(view, argument, context) {
   const body = h("div", { class: "scroll params" }, h("div", {}));
   const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
   const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("params"), search, h("span", { class: "spring" }),
+  view.append(h("div", { class: "column" }, runningNote(context.signal),
+    h("div", { class: "bar" }, sections("params"), search, h("span", { class: "spring" }),
     control ? h("form", { class: "choices", onsubmit: async (event) => { event.preventDefault(); await change("set_param",
       { name: name.value, value: value.value }); } }, name, value, h("button", {}, "Set"),
       h("button", { type: "button", onclick: () => change("delete_param", { name: name.value }) }, "Delete")) : null), error, body));

@@ -1,5 +1,6 @@
 // A form to publish messages, once, or at a rate as long as this page is open in the browser.
 
+import { runningNote } from "../bags/running_note.js";
 import { h, replace, uniqueId } from "../dom.js";
 import { publisherList, startPublisher } from "../publishers.js";
 import { yaml } from "./services.js";
@@ -15,7 +16,7 @@ export function open(view, argument, context) {
   const topics = h("datalist", { id: topic.getAttribute("list") });
   const error = h("div", { class: "error", role: "alert" });
   const list = publisherList(context.signal);
-  view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
+  view.append(h("div", { class: "column" }, runningNote(context.signal), error, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
     h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" },

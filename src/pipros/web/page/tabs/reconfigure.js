@@ -1,5 +1,6 @@
 // Parameters of dynamic_reconfigure servers, edited as in rqt_reconfigure.
 
+import { runningNote } from "../bags/running_note.js";
 import { h, replace } from "../dom.js";
 import { reconfigureForm } from "../reconfigure_form.js";
 import { sections } from "../sections.js";
@@ -10,7 +11,8 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const list = h("ul", { class: "servers", "aria-label": "Servers" });
   const body = h("div", { class: "scroll settings" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("reconfigure"), filter, h("span", { class: "spring" }),
+  view.append(h("div", { class: "column" }, runningNote(context.signal),
+    h("div", { class: "bar" }, sections("reconfigure"), filter, h("span", { class: "spring" }),
     h("span", { class: "key" }, control ? "" : "Start with --control to change parameters.")), error,
       h("div", { class: "split" }, list, body)));
   let servers = [];

@@ -1,5 +1,6 @@
 // Services, and a form to call them.
 
+import { runningNote } from "../bags/running_note.js";
 import { copiesValues } from "../copy.js";
 import { h, milliseconds, panelHead, replace } from "../dom.js";
 import { dataTable } from "../table.js";
@@ -23,7 +24,8 @@ export function open(view, argument, context) {
   const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
     most: MAX_ROWS, sortBy: "Service" });
   table.element.classList.add("fixed");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"),
+  view.append(h("div", { class: "column" }, runningNote(context.signal),
+    h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"),
     h("span", { class: "spring" }), table.csvButton("services")), error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];

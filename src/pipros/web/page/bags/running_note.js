@@ -1,0 +1,16 @@
+// A note in views that act on the running system, shown while the other views show a bag.
+
+import { h, replace } from "../dom.js";
+import { playback } from "./playback.js";
+
+// Returns the note. `signal` ends it.
+export function runningNote(signal) {
+  const element = h("div", { class: "running-note", role: "note", hidden: true });
+  const show = () => {
+    element.hidden = !playback.name;
+    replace(element, `This view acts on the running system, not on the open bag ${playback.name}.`);
+  };
+  playback.addEventListener("change", show, { signal });
+  show();
+  return element;
+}
