@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -58,7 +59,8 @@ class Programs:
     def start(self, name: str, role: str, user: int = 0, prefix: tuple[str, ...] = (), host: str = "") -> str:
         """Start a node, and return the first line that it prints."""
         command = [*prefix, sys.executable, "-c", NODE, self.uri, name, str(user), role, host]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        environment = {**os.environ, "PIPROS_LOCAL": "on"}
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
         self._started.append(process)
         assert process.stdout is not None
         return process.stdout.readline().strip()
