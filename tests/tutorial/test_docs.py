@@ -32,6 +32,7 @@ OTHERS = {
     ("client.md", "python"): "tests/tutorial/test_client_docs.py",
     ("data.md", "console"): "tests/unit/data/test_docs.py",
     ("data.md", "python"): "tests/unit/data/test_docs.py",
+    ("data.md", "yaml"): "tests/unit/data/test_docs.py",
     ("fleets.md", "console"): "tests/graph/test_fleet_command.py",
     ("fleets.md", "yaml"): "tests/unit/fleet/test_docs.py",
     ("launch.md", "python"): "tests/graph/test_launch_facade.py",
