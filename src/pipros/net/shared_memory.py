@@ -136,6 +136,7 @@ class TopicMemory:
         with self._lock:
             if self._is_closed:
                 return None
+            # a list, so that the acknowledgements of every subscriber are read
             if not [link for link in links if link.is_ready and self._has_free_slot(link)]:
                 return None
             segment = self._segment_for(size)
@@ -227,7 +228,7 @@ class TopicMemory:
             return
         except OSError:
             data = b""
-        reason = None if data else ""  # it has ended, as its stream will show, and is needs no log entry
+        reason = None if data else ""  # it has ended, as its stream will show: not worth a log entry
         try:
             for slot, in_use in decode_acknowledgements(data):
                 self._table.acknowledge(link, slot, in_use=in_use)
