@@ -74,6 +74,21 @@ def test_the_token_leaves_the_address_and_a_reload_works(page: Page, open_tab: O
     )
 
 
+def test_a_reload_before_the_server_has_answered_keeps_the_token(page: Page, chromium: Browser) -> None:
+    context = chromium.new_context()
+    tab = context.new_page()
+    opened = []
+    tab.route_web_socket("**/live", lambda socket: opened.append(socket))  # a server that does not answer
+    tab.goto(page.url_of("topics"))
+    wait_until(lambda: opened or tab.wait_for_timeout(10))
+    assert tab.url == f"http://{page.host}/#topics"
+    tab.route_web_socket("**/live", lambda socket: socket.connect_to_server())
+    tab.reload()
+    expect_open(tab)
+    assert tab.evaluate("Object.keys(sessionStorage)") == ["pipros.token"]
+    context.close()
+
+
 def test_a_second_tab_opens_with_the_printed_address(page: Page, open_tab: OpenTab) -> None:
     first = open_tab(page, "graph")
     expect_open(first)

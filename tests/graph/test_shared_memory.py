@@ -613,8 +613,9 @@ with Master(port=0) as master:
         node.subscribe("x", Image, inbox.append)
     while publisher.connection_count < 2:
         time.sleep(0.01)
+    publisher.publish(Image(data=bytes(300_000)))  # offers memory; another one could use it before the limit
     while not all(peer.link.memory.is_ready for peer in publisher.publication.links):
-        publisher.publish(Image(data=bytes(300_000)))
+        time.sleep(0.01)
     for inbox in inboxes:
         while not inbox or inbox[-1].header.seq != publisher.publication._sequence:
             time.sleep(0.01)
