@@ -39,7 +39,8 @@ LAYERS: list[list[set[str]]] = [
             "vision",
             "markers",
         },
-        {"maps", "robot_model", "teleoperation", "topic_tools", "server"},
+        {"maps", "robot_model", "teleoperation", "topic_tools", "policy"},
+        {"server"},
     ],
     [
         {"testing", "web", "health"},

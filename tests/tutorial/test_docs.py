@@ -45,6 +45,8 @@ OTHERS = {
     ("pip.md", "bash"): "tests/tutorial/test_pip.py",
     ("pip.md", "python"): "tests/tutorial/test_pip.py",
     ("pip.md", "toml"): "tests/tutorial/test_pip.py",
+    ("policy.md", "console"): "tests/unit/cli/test_policy.py",
+    ("policy.md", "yaml"): "tests/unit/cli/test_policy.py",
     ("ros2.md", "console"): "tests/graph/test_ros2_command.py",
     ("ros2.md", "yaml"): "tests/unit/ros2/test_docs.py",
     ("rtps.md", "python"): "tests/unit/ros2/rtps/test_participant.py",

@@ -15,6 +15,12 @@ SUBCOMMANDS = {
         "print what to evaluate instead of sourcing a setup file",
         "Make packages and workspaces",
     ),
+    "policy": Command(
+        "pipros.cli.policy:main",
+        "say what a policy lets clients of servers do, and test it with a bag",
+        "Find out what is wrong",
+        "check",
+    ),
     "stubs": Command(
         "pipros.cli.stubs:main",
         "write type stubs for the messages of packages, for editors",

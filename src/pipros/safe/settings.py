@@ -33,12 +33,17 @@ class Settings:
 
     @classmethod
     def parsed(cls, text: str, file: str) -> Settings:
-        """Parse a file. Raise `YamlError` if it is not YAML, and `BadSettings` if it is not a mapping."""
+        """Parse a file.
+
+        Raises:
+            YamlError: it is not YAML.
+            BadSettings: it is not a mapping, or a mapping has a key twice.
+        """
         values = load(text, file, angles=False)
         if not isinstance(values, dict):
             raise BadSettings(f"{file}: must be a mapping, got {type(values).__name__}")
         lines: dict[str, int] = {}
-        _note_lines(yaml.compose(text, yaml.SafeLoader), "", lines)
+        _note_lines(yaml.compose(text, yaml.SafeLoader), "", lines, file)
         return cls(file, "", values, lines)
 
     def place(self, key: str = "") -> str:
@@ -119,10 +124,14 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _note_lines(node: Any, name: str, lines: dict[str, int]) -> None:
-    """Store the line of each key by its dotted name."""
+def _note_lines(node: Any, name: str, lines: dict[str, int], file: str) -> None:
+    """Store the line of each key by its dotted name. Raise `BadSettings` if a mapping has a key twice."""
     if isinstance(node, yaml.MappingNode):
+        known: set[str] = set()
         for key, value in node.value:
+            if key.value in known:
+                raise BadSettings(f"{file}:{key.start_mark.line + 1}: the key {key.value} occurs twice")
+            known.add(key.value)
             below = f"{name}.{key.value}" if name else str(key.value)
             lines[below] = key.start_mark.line + 1
-            _note_lines(value, below, lines)
+            _note_lines(value, below, lines, file)

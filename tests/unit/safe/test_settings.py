@@ -81,3 +81,8 @@ def test_a_place_without_a_key_is_the_file() -> None:
 def test_text_that_is_not_yaml_raises_the_error_of_the_reader() -> None:
     with pytest.raises(YamlError, match=r"robot\.yaml:3:1: invalid YAML"):
         settings("a: 1\nb: [\n")
+
+
+def test_a_key_that_occurs_twice_is_an_error() -> None:
+    with pytest.raises(BadSettings, match=r"robot\.yaml:3: the key rate occurs twice"):
+        Settings.parsed("a:\n  rate: 1\n  rate: 2\n", "robot.yaml")

@@ -1,0 +1,174 @@
+"""Decide whether a policy allows an act. Performs no I/O."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pipros.basics.printable import printable
+from pipros.basics.similar_names import similar_names
+from pipros.msg.base import Message
+from pipros.policy.field_check import FieldCheck, check_changes, check_value
+from pipros.policy.model import ActRule, Condition, Kind, Policy, Refused
+
+MINUTE_S: Final = 60.0
+_PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str": str}
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """Something that a client asks for.
+
+    Attributes:
+        name: the global name of the topic, service or parameter, after remapping.
+        type, md5sum: of the topic or service; empty for parameters.
+        value: the message, the request, or the parameter's value.
+    """
+
+    kind: Kind
+    name: str
+    value: Any
+    type: str = ""
+    md5sum: str = ""
+
+
+@dataclass(slots=True)
+class Accepted:
+    """The acts that one rule has allowed so far.
+
+    Attributes:
+        times: when, within the last minute, for a rule with a limit.
+        last_s: when the last one was allowed.
+        values: the values of the last one whose change is limited, by path.
+    """
+
+    times: deque[float] = field(default_factory=deque)
+    last_s: float = -math.inf
+    values: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """The last message for a condition. `reason` says why its value does not satisfy it; empty if it does."""
+
+    received_s: float
+    reason: str = ""
+
+
+@dataclass(slots=True)
+class PolicyState:
+    """What decisions depend on besides the policy and the act. All clients share it.
+
+    Attributes:
+        accepted: by kind and name, for rules that have allowed an act.
+        readings: the last message for each condition.
+    """
+
+    accepted: dict[tuple[Kind, str], Accepted] = field(default_factory=dict)
+    readings: dict[str, Reading] = field(default_factory=dict)
+
+
+def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRule:
+    """Return the rule that allows an act, which counts from now on. `now_s` is monotonic.
+
+    Raises:
+        Refused: the policy does not allow it. It does not count then.
+    """
+    rule = rule_for(policy, act.kind, act.name, act.type, act.md5sum)
+    if rule.stop is not None and act.value == rule.stop:
+        state.accepted.setdefault((act.kind, act.name), Accepted()).values = stopped_values(rule)
+        return rule
+    check = FieldCheck(act.name, rule.place)
+    if isinstance(act.value, Message):
+        check.message(act.value, rule.fields)
+    elif act.kind is Kind.PARAMETER:
+        _check_parameter(act, rule)
+    else:
+        raise Refused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
+    before = state.accepted.get((act.kind, act.name)) or Accepted()
+    check_changes(check.limited, before.values, now_s - before.last_s, act.name)
+    for name in rule.requires:
+        check_condition(policy.conditions[name], state.readings.get(name), now_s)
+    if rule.per_minute is not None:
+        while before.times and before.times[0] <= now_s - MINUTE_S:
+            before.times.popleft()
+        if len(before.times) >= rule.per_minute:
+            raise Refused(f"{act.name} is allowed {rule.per_minute} times a minute", rule.place)
+        before.times.append(now_s)
+    before.last_s = now_s
+    before.values = {path: value for path, (value, _) in check.limited.items()}
+    state.accepted[act.kind, act.name] = before
+    return rule
+
+
+def rule_for(policy: Policy, kind: Kind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
+    """Return the rule for a name, whose type must be that of the rule.
+
+    Raises:
+        Refused: no rule has this name, or the type or its definition differs.
+    """
+    rule = policy.rules.get((kind, name))
+    if rule is None:
+        hint = similar_names(name, [known for section, known in policy.rules if section is kind])
+        shown = printable(ascii(name)[1:-1])  # a letter of another alphabet must not look like one of ours
+        raise Refused(f"the policy names no {kind.value[:-1]} {shown}. {hint}".rstrip())
+    if kind is not Kind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
+        shown = printable(ascii(type_name)[1:-1])
+        if type_name == rule.type:
+            raise Refused(f"{name} has another definition of {shown} than the policy", rule.place)
+        raise Refused(f"{name} must have the type {rule.type}, got {shown}", rule.place)
+    return rule
+
+
+def stopped_values(rule: ActRule) -> Mapping[str, float]:
+    """Return the values whose change is limited, after the rule's stop."""
+    check = FieldCheck(rule.name, rule.place)
+    with suppress(Refused):  # the stop may be outside the ranges
+        check.message(rule.stop, rule.fields)
+    return {path: value for path, (value, _) in check.limited.items()}
+
+
+def check_condition(condition: Condition, reading: Reading | None, now_s: float) -> None:
+    """Raise `Refused` if a condition does not hold, given the last message."""
+    what = f"the condition {condition.name} does not hold"
+    if reading is None:
+        raise Refused(f"{what}: no message on {condition.topic} yet", condition.place)
+    age_s = now_s - reading.received_s
+    if not 0 <= age_s <= condition.max_age_s:
+        raise Refused(
+            f"{what}: the last message on {condition.topic} is {age_s:.1f} s old, "
+            f"at most {condition.max_age_s:g} s are allowed",
+            condition.place,
+        )
+    if reading.reason:
+        raise Refused(f"{what}: {reading.reason}")
+
+
+def read_condition(condition: Condition, message: Any, now_s: float) -> Reading:
+    """Return what a message on a condition's topic says about it."""
+    value = message
+    for step in condition.path:
+        try:
+            value = value[step] if isinstance(step, int) else getattr(value, step)
+        except (AttributeError, IndexError):
+            return Reading(now_s, f"the message on {condition.topic} has no {step} ({condition.place})")
+    if not condition.path:
+        return Reading(now_s)
+    try:
+        check_value(value, condition.rule, f"the value on {condition.topic}")
+    except Refused as error:
+        return Reading(now_s, str(error))
+    return Reading(now_s)
+
+
+def _check_parameter(act: Act, rule: ActRule) -> None:
+    wanted: Any = _PARAMETER_TYPES[rule.type]
+    if not isinstance(act.value, wanted) or (isinstance(act.value, bool) and rule.type != "bool"):
+        got = printable(ascii(act.value), 60)
+        raise Refused(f"{act.name} must have the type {rule.type}, got {got}", rule.place)
+    if rule.fields.rule is not None:
+        check_value(act.value, rule.fields.rule, act.name)

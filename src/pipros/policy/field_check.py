@@ -1,0 +1,163 @@
+"""Compare the values of a message with the rules for its fields. Performs no I/O.
+
+Every value of the message is compared: a field without a rule must have its default (zero, false, empty), so
+that a rule for `linear.x` does not leave `linear.y` open. The number and the timestamp of a header are free.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping
+from typing import Any, Final
+
+from pipros.basics.printable import printable
+from pipros.msg.time import TVal
+from pipros.policy.model import EACH, FieldRule, FieldTree, Refused
+
+VALUES: Final = 10_000
+"""Maximum number of values of a message that are compared one by one."""
+_EMPTY: Final = FieldTree()
+_FLOAT32 = struct.Struct("<f")
+_HEADER: Final = ("Header", "std_msgs/Header", "roslib/Header")
+_FREE: Final = ("seq", "stamp")
+
+
+class FieldCheck:
+    """Checks one message, and collects the values whose change is limited.
+
+    Attributes:
+        limited: these values by path, with their rules.
+    """
+
+    def __init__(self, what: str, place: str) -> None:
+        """Create a check. For texts, `what` is the name, such as `/cmd_vel`, and `place` that of its rule."""
+        self.limited: dict[str, tuple[float, FieldRule]] = {}
+        self._what = what
+        self._place = place
+        self._left = VALUES
+
+    def message(self, value: Any, tree: FieldTree, path: str = "") -> None:
+        """Check the fields of a message.
+
+        Raises:
+            Refused: a value is not permitted, or there are too many.
+        """
+        if tree.rule is not None and tree.rule.is_any:
+            return
+        is_header = value._type in _HEADER
+        for name, kind in zip(value.__slots__, value._slot_types, strict=True):
+            below = tree.below.get(name, _EMPTY)
+            if is_header and name in _FREE and below is _EMPTY:
+                continue
+            self.value(getattr(value, name), kind, below, f"{path}.{name}" if path else name)
+
+    def value(self, value: Any, kind: str, tree: FieldTree, path: str) -> None:
+        """Check a value of any type; see `message`."""
+        rule = tree.rule
+        if rule is not None and rule.is_any:
+            return
+        if kind.endswith("]"):
+            self._array(value, kind, tree, path)
+            return
+        self._left -= 1
+        if self._left < 0:
+            raise Refused(
+                f"a policy compares at most {VALUES} values of a message, {self._what} has more", self._place
+            )
+        if hasattr(value, "_slot_types") and not isinstance(value, TVal):
+            self.message(value, tree, path)
+            return
+        if isinstance(value, TVal):
+            value = value.to_sec()
+        if rule is None:
+            if value not in (0, "", b""):  # False equals 0, and NaN nothing
+                raise Refused(
+                    f"{self._named(path)} has no rule and must be zero or empty, got {_shown(value)}"
+                )
+            return
+        found = check_value(value, rule, self._named(path), is_single=kind == "float32")
+        if rule.change_per_s is not None:
+            self.limited[path] = found, rule
+
+    def _array(self, value: Any, kind: str, tree: FieldTree, path: str) -> None:
+        kind_of_element = kind.rpartition("[")[0]
+        each = tree.below.get(EACH)
+        of_all = each.rule if each is not None else None
+        if of_all is not None and of_all.count is not None and len(value) > of_all.count:
+            text = f"{self._named(path)} may have at most {of_all.count} elements, got {len(value)}"
+            raise Refused(text, of_all.place)
+        if not tree.below and kind.endswith("[]") and len(value):
+            raise Refused(
+                f"{self._named(path)} has no rule and must be empty, got {len(value)} elements", self._place
+            )
+        if of_all is not None and of_all.is_any:
+            return
+        for number, element in enumerate(value):
+            below = tree.below.get(number) or each or _EMPTY
+            self.value(element, kind_of_element, below, f"{path}[{number}]")
+
+    def _named(self, path: str) -> str:
+        return f"{path} of {self._what}" if path else self._what
+
+
+def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = False) -> Any:
+    """Return the value that subscribers get, if a rule permits it. `is_single`: they get 32 bits of it.
+
+    Raises:
+        Refused: the rule does not permit it.
+    """
+    if rule.is_any:
+        return value
+    if rule.one_of:
+        # 1 and 1.0 are the same number, but True is not 1
+        if not any(
+            value == each and isinstance(value, bool) == isinstance(each, bool) for each in rule.one_of
+        ):
+            wanted = ", ".join(map(_shown, rule.one_of))
+            raise Refused(f"{what} must be one of {wanted}; got {_shown(value)}", rule.place)
+        return value
+    if isinstance(value, bool | str | bytes) or not hasattr(value, "__float__"):
+        raise Refused(f"{what} must be a number, got {_shown(value)}", rule.place)
+    try:
+        number = float(value)
+        least, most = rule.least, rule.most
+        if is_single:  # 0.3 has other digits in 32 bits, for the limit as for the value
+            number, least, most = _single(number), _single(least), _single(most)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise Refused(f"{what} must be a finite number, got {_shown(value)}", rule.place)
+    if not least <= number <= most:
+        got = rule.unit.shown(number)
+        raise Refused(f"{what} must be {rule.shown_range}, got {got}", rule.place)
+    return number
+
+
+def check_changes(
+    found: Mapping[str, tuple[float, FieldRule]], before: Mapping[str, float], elapsed_s: float, what: str
+) -> None:
+    """Compare values with those of the previous permitted message. `elapsed_s` is the time since then.
+
+    Raises:
+        Refused: a value changes too fast.
+    """
+    seconds = min(max(elapsed_s, 0.0), 1.0)
+    for path, (value, rule) in found.items():
+        previous = before.get(path, rule.start)
+        most = (rule.change_per_s or 0.0) * seconds
+        if abs(value - previous) > most * (1 + 1e-9) + 1e-12:
+            limit = rule.unit.shown(rule.change_per_s or 0.0)
+            raise Refused(
+                f"{path} of {what} may change by at most {limit} per second, "
+                f"got {rule.unit.shown(value)} after {rule.unit.shown(previous)}",
+                rule.place,
+            )
+
+
+def _single(number: float) -> float:
+    return float(_FLOAT32.unpack(_FLOAT32.pack(number))[0]) if math.isfinite(number) else number
+
+
+def _shown(value: Any) -> str:
+    return printable(ascii(value), 60)

@@ -1,0 +1,157 @@
+"""Read the rules for fields, parameters and conditions in the file of a policy."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from typing import Any, Final
+
+from pipros.msg.class_finder import installed_class
+from pipros.policy.model import EACH, FieldRule, FieldTree, Unit
+from pipros.safe.settings import Settings
+
+UNITS: Final = {
+    **dict.fromkeys(("", "m", "m/s", "m/s^2", "rad", "rad/s", "rad/s^2"), 1.0),
+    **dict.fromkeys(("s", "kg", "N", "Nm", "V", "A"), 1.0),
+    **dict.fromkeys(("%", "cm", "cm/s"), 0.01),
+    **dict.fromkeys(("mm", "mm/s", "ms"), 0.001),
+    **dict.fromkeys(("deg", "deg/s", "deg/s^2"), math.pi / 180),
+    "km/h": 1 / 3.6,
+}
+"""Units, and what one of them is in the unit of messages (REP 103)."""
+
+NUMBERS = re.compile(r"u?int\d+|float\d+|byte|char|time|duration")
+PLAIN = ("string", "bool")
+_STEP = re.compile(r"([A-Za-z]\w*)((?:\[\d*\])*)")
+_FIELD_KEYS = ("range", "one_of", "unit", "change_per_s", "start", "count")
+
+
+def place_of(section: Settings, key: str = "") -> str:
+    """Return the place of a key for texts that clients read, who need not know the folder of the file."""
+    file, colon, name = section.place(key).partition(": ")
+    return f"{os.path.basename(file)}{colon}{name}"
+
+
+def read_fields(section: Settings, message_class: Any) -> FieldTree:
+    """Return the tree of the rules under the key `fields`, all of whose fields must exist."""
+    if section.values.get("fields") == "any":
+        return FieldTree(FieldRule(place_of(section), is_any=True))
+    fields = section.section("fields")
+    root: dict[str | int, Any] = {}
+    for key, value in fields.values.items():
+        path, kind = field_path(fields, key, message_class)
+        if value == "any":
+            rule = FieldRule(place_of(fields, key), is_any=True)
+        else:
+            spec = fields.section(key)
+            spec.only(_FIELD_KEYS)
+            if not kind.startswith("/") and kind.endswith("]"):
+                raise fields.error(key, f"is an array; write {key}[] for all elements, or {key}[0]")
+            is_number = NUMBERS.fullmatch(kind) is not None
+            rule = read_rule(spec, is_number=is_number, is_element=path[-1] == EACH)
+            if not is_number and kind not in PLAIN and rule.count is None:
+                raise fields.error(key, f"has the type {kind}; name its fields, or write {key}: any")
+        node = root
+        for step in path:
+            node = node.setdefault(step, {})
+        if None in node:
+            raise fields.error(key, "occurs twice")
+        node[None] = rule  # type: ignore[index]
+    return _tree(root)
+
+
+def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> FieldRule:
+    """Return the rule of a mapping. `is_number` and `is_element`: what it is for."""
+    unit_name = spec.text("unit", "")
+    if unit_name not in UNITS:
+        raise spec.error("unit", f"must be one of {', '.join(filter(None, UNITS))}, got {unit_name!r}")
+    unit = Unit(unit_name, UNITS[unit_name])
+    if not is_number and (
+        known := [key for key in ("range", "unit", "change_per_s", "start") if key in spec.values]
+    ):
+        raise spec.error(known[0], "applies to numbers only")
+    if "range" in spec.values and "one_of" in spec.values:
+        raise spec.error("one_of", "must not be combined with range")
+    least, most = _range(spec, "range")
+    values = spec.values.get("one_of", [])
+    if not isinstance(values, list) or ("one_of" in spec.values and not values):
+        raise spec.error("one_of", f"must be a list of values, got {values!r}")
+    for each in values:
+        if not isinstance(each, bool | int | float | str) or each != each:  # NaN
+            raise spec.error("one_of", f"must contain numbers, texts and truth values, got {each!r}")
+    scaled = [
+        each * unit.factor if unit.factor != 1.0 and not isinstance(each, str) else each for each in values
+    ]
+    change = spec.number("change_per_s", 0, least=0) * unit.factor if "change_per_s" in spec.values else None
+    if change is not None and values:
+        raise spec.error("change_per_s", "must not be combined with one_of")
+    start = spec.number("start", 0, least=-math.inf) * unit.factor
+    count = None
+    if "count" in spec.values:
+        if not is_element:
+            raise spec.error("count", "applies to all elements of an array, such as points[]")
+        count = whole(spec, "count", 1_000_000)
+    elif spec.key.startswith(("topics", "services", "actions")) and not (
+        "range" in spec.values or values or change is not None
+    ):
+        raise spec.error("", "must have range, one_of, change_per_s or count; `any` allows all values")
+    return FieldRule(
+        *(place_of(spec), False, least * unit.factor, most * unit.factor, tuple(scaled)),
+        *(unit, change, start, count),
+    )
+
+
+def _tree(node: dict[Any, Any]) -> FieldTree:
+    rule = node.pop(None, None)
+    return FieldTree(rule, {key: _tree(below) for key, below in node.items()})
+
+
+def field_path(
+    section: Settings, text: object, message_class: Any, key: str | None = None
+) -> tuple[tuple[str | int, ...], str]:
+    """Return the steps of a field such as `points[].positions[0]`, and its type."""
+    where = str(text) if key is None else key
+    if not isinstance(text, str):
+        raise section.error(where, "must be the name of a field, such as linear.x")
+    path: list[str | int] = []
+    kind = message_class._type
+    current = message_class
+    for word in text.split("."):
+        match = _STEP.fullmatch(word)
+        if match is None:
+            raise section.error(where, f"{text} is not the name of a field, such as linear.x or joints[]")
+        fields = {} if current is None else dict(zip(current.__slots__, current._slot_types, strict=True))
+        name, indexes = match[1], re.findall(r"\[(\d*)\]", match[2])
+        if name not in fields:
+            raise section.error(
+                where, f"{kind} has no field {name}. Its fields: {', '.join(fields) or 'none'}"
+            )
+        kind = fields[name]
+        path.append(name)
+        for index in indexes:
+            if not kind.endswith("]"):
+                raise section.error(where, f"{name} is not an array")
+            kind = kind.rpartition("[")[0]
+            path.append(int(index) if index else EACH)
+        current = installed_class(kind) if "/" in kind and not kind.endswith("]") else None
+    return tuple(path), kind
+
+
+def _range(spec: Settings, key: str) -> tuple[float, float]:
+    if key not in spec.values:
+        return -math.inf, math.inf
+    ends = spec.numbers(key)
+    if len(ends) != 2 or ends[0] > ends[1]:
+        raise spec.error(
+            key, f"must be two numbers, the smaller one first, such as [-0.3, 0.3], got {list(ends)}"
+        )
+    return ends[0], ends[1]
+
+
+def whole(section: Settings, key: str, most: int) -> int:
+    """Return a whole number from 1 to `most`."""
+    value = section.number(key, None, least=1, most=most)
+    if value != int(value):
+        raise section.error(key, f"must be a whole number, got {value}")
+    return int(value)

@@ -1,0 +1,156 @@
+"""The parts of a policy, as read from its file. `policy_file.py` reads them, `decisions.py` applies them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+
+EACH: Final = "[]"
+"""The key of a `FieldTree` for all elements of an array that have no entry for their index."""
+
+
+class Refused(PiprosError):
+    """A policy does not allow an act. The text names the value and the rule.
+
+    Attributes:
+        place: line and key of the rule in the file; empty if there is none.
+    """
+
+    def __init__(self, reason: str, place: str = "") -> None:
+        self.place = place
+        super().__init__(f"{reason} ({place})" if place else reason)
+
+
+class Kind(Enum):
+    """Kind of act. The values are the sections of the file."""
+
+    TOPIC = "topics"
+    SERVICE = "services"
+    PARAMETER = "parameters"
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit of a field. Messages contain `factor` times the number in the file (REP 103)."""
+
+    text: str = ""
+    factor: float = 1.0
+
+    def shown(self, value: float) -> str:
+        """Return a value of a message in this unit, with its name.
+
+        >>> Unit("deg", math.pi / 180).shown(math.pi)
+        '180 deg'
+        """
+        return f"{value / self.factor:g} {self.text}".rstrip()
+
+
+@dataclass(frozen=True, slots=True)
+class FieldRule:
+    """The permitted values of a field, in the units of the message.
+
+    Attributes:
+        place: line and key in the file.
+        is_any: whether all values are permitted; then nothing else is set.
+        least, most: the range, with its ends; infinite without a range.
+        one_of: the permitted values; empty without such a list.
+        unit: the unit in texts.
+        change_per_s: maximum change from the previous permitted message, per second between the two, and
+            for at most one second.
+        start: the value that precedes the first message.
+        count: maximum number of elements of the array, for the rule of all elements.
+    """
+
+    place: str
+    is_any: bool = False
+    least: float = -math.inf
+    most: float = math.inf
+    one_of: tuple[Any, ...] = ()
+    unit: Unit = field(default_factory=Unit)
+    change_per_s: float | None = None
+    start: float = 0.0
+    count: int | None = None
+
+    @property
+    def has_range(self) -> bool:
+        return math.isfinite(self.least) or math.isfinite(self.most)
+
+    @property
+    def shown_range(self) -> str:
+        """The range as text: `from -0.3 to 0.3 m/s`."""
+        return f"from {self.least / self.unit.factor:g} to {self.unit.shown(self.most)}"
+
+
+@dataclass(frozen=True, slots=True)
+class FieldTree:
+    """The rules of a field and of the fields below it, by name, index or `EACH`."""
+
+    rule: FieldRule | None = None
+    below: Mapping[str | int, FieldTree] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class ActRule:
+    """What clients may do with one topic, service or parameter.
+
+    Attributes:
+        place: line and key in the file.
+        kind, name: what the rule is for; the name is global.
+        type: type of the topic or service, or of the parameter's value.
+        message_class: class of messages or requests; None for parameters.
+        md5sum: of the topic or service; empty for parameters.
+        fields: rules for the values; fields without a rule must have their defaults.
+        per_minute: maximum number of acts within any 60 s; None for no limit.
+        requires: names of conditions that must hold.
+        stop: a message that is always allowed, because it stops what the topic moves; None if there is none.
+    """
+
+    place: str
+    kind: Kind
+    name: str
+    type: str
+    message_class: Any = None
+    md5sum: str = ""
+    fields: FieldTree = field(default_factory=FieldTree)
+    per_minute: int | None = None
+    requires: tuple[str, ...] = ()
+    stop: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A condition on the last message of a topic.
+
+    Attributes:
+        place: line and key in the file.
+        path: the field; empty if any message satisfies the condition.
+        rule: the values for which the condition holds.
+        max_age_s: maximum age of the message.
+    """
+
+    place: str
+    name: str
+    topic: str
+    message_class: Any
+    path: tuple[str | int, ...]
+    rule: FieldRule
+    max_age_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """A policy. Acts that no rule names are refused.
+
+    Attributes:
+        actions: names and types of the actions, whose goal and cancel topics are in `rules`.
+    """
+
+    file: str
+    rules: Mapping[tuple[Kind, str], ActRule]
+    conditions: Mapping[str, Condition] = field(default_factory=dict)
+    actions: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,228 @@
+"""Read the YAML file of a policy (docs/policy.md), with errors that name the file, the line and the key."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+from pipros.basics import names
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
+from pipros.msg import load_message_class, load_service_class
+from pipros.msg.from_yaml import fill_message_args
+from pipros.policy.field_file import NUMBERS, PLAIN, field_path, place_of, read_fields, read_rule, whole
+from pipros.policy.model import EACH, ActRule, Condition, FieldRule, FieldTree, Kind, Policy
+from pipros.safe.settings import BadSettings, Settings
+from pipros.safe.yaml import YamlError
+
+FILE_BYTES: Final = 256 * 1024
+"""Maximum size of a policy, which bounds its rules, too."""
+
+PARAMETER_TYPES: Final = ("bool", "int", "double", "str")
+_BOUNDS = ("range", "above", "below", "one_of", "unit")
+_ACT_KEYS = ("type", "fields", "per_minute", "requires")
+_KEYS = {
+    Kind.TOPIC: (*_ACT_KEYS, "stop"),
+    Kind.SERVICE: _ACT_KEYS,
+    Kind.PARAMETER: ("type", "range", "one_of", "unit", "per_minute", "requires"),
+}
+
+
+def read_policy(path: str | os.PathLike[str]) -> Policy:
+    """Read a policy.
+
+    Raises:
+        BadSettings: the file cannot be read, or is malformed; the text names the file, the line and the key.
+    """
+    try:
+        return parse_policy(read_text(path, FILE_BYTES), os.fspath(path))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise BadSettings(f"cannot read {os.fspath(path)}: {reason}") from None
+
+
+def parse_policy(text: str, file: str) -> Policy:
+    """Parse the text of a policy. Raise the same errors as `read_policy`."""
+    try:
+        top = Settings.parsed(text, file)
+    except YamlError as error:
+        raise BadSettings(str(error)) from None
+    return _Reader(top, file).policy()
+
+
+class _Reader:
+    """Reads one file."""
+
+    def __init__(self, top: Settings, file: str) -> None:
+        self._top = top
+        self._file = file
+
+    def policy(self) -> Policy:
+        self._top.only([*(kind.value for kind in Kind), "actions", "conditions"])
+        conditions = {each.name: each for each in self._conditions()}
+        rules: dict[tuple[Kind, str], ActRule] = {}
+        actions = self._top.section("actions")
+        for key in self._names(actions):
+            for rule in self._action(actions.section(key), key, conditions):
+                rules[rule.kind, rule.name] = rule
+        for kind in Kind:
+            section = self._top.section(kind.value)
+            for key in self._names(section):
+                if (kind, key) in rules:
+                    raise section.error(key, "is a topic of an action in this policy. Remove one of the two")
+                rules[kind, key] = self._act(section.section(key), kind, key, conditions)
+        if not rules:
+            raise self._top.error("", "must name at least one of topics, services, actions and parameters")
+        for condition in conditions.values():
+            if (Kind.TOPIC, condition.topic) in rules:
+                raise self._top.section("conditions").error(
+                    condition.name,
+                    f"reads {condition.topic}, which clients may publish. Remove one of the two",
+                )
+        types = {key: actions.section(key).text("type") for key in actions.values}
+        return Policy(self._file, rules, conditions, types)
+
+    def _names(self, section: Settings) -> Iterator[str]:
+        for key in section.values:
+            if not isinstance(key, str) or not names.is_legal_topic(key) or not names.is_global(key):
+                raise section.error(str(key), "must be a legal global name, such as /cmd_vel")
+            if names.canonicalize(key) != key:
+                raise section.error(key, f"must be written as {names.canonicalize(key)}")
+            if not isinstance(section.values[key], dict):
+                raise section.error(key, "must be a mapping with at least the key type")
+            yield key
+
+    # -- acts -----------------------------------------------------------------------------
+
+    def _act(self, section: Settings, kind: Kind, name: str, conditions: Mapping[str, Condition]) -> ActRule:
+        section.only(_KEYS[kind])
+        per_minute, requires = self._limits(section, conditions)
+        if kind is Kind.PARAMETER:
+            type_name = section.choice("type", PARAMETER_TYPES, "")
+            rule = read_rule(section, is_number=type_name in ("int", "double"))
+            return ActRule(
+                *(place_of(section), kind, name, type_name),
+                fields=FieldTree(rule),
+                per_minute=per_minute,
+                requires=requires,
+            )
+        found = self._load(section, kind)
+        message_class = found if kind is Kind.TOPIC else found._request_class
+        tree = read_fields(section, message_class)
+        return ActRule(
+            *(place_of(section), kind, name, found._type, message_class, found._md5sum, tree),
+            per_minute=per_minute,
+            requires=requires,
+            stop=_stop(section, message_class),
+        )
+
+    def _action(self, section: Settings, name: str, conditions: Mapping[str, Condition]) -> Iterator[ActRule]:
+        """Yield the rules for the topics of an action. The fields of the file are those of its goal."""
+        section.only(_ACT_KEYS)
+        type_name = section.text("type")
+        if not type_name.endswith("Action"):
+            raise section.error(
+                "type",
+                f"must be the type of an action, such as move_base_msgs/MoveBaseAction, got {type_name!r}",
+            )
+        goal_class = self._loaded(section, f"{type_name}Goal")
+        parts = dict(zip(goal_class.__slots__, goal_class._slot_types, strict=True))
+        if "goal" not in parts:
+            raise section.error("type", f"{goal_class._type} is not the goal of an action")
+        below = read_fields(section, self._loaded(section, parts["goal"]))
+        place = place_of(section)
+        free = FieldTree(FieldRule(place, is_any=True))
+        tree = FieldTree(below={"header": free, "goal_id": free, "goal": below})
+        per_minute, requires = self._limits(section, conditions)
+        yield ActRule(
+            *(place, Kind.TOPIC, f"{name}/goal", goal_class._type, goal_class, goal_class._md5sum, tree),
+            per_minute=per_minute,
+            requires=requires,
+        )
+        cancel: Any = load_message_class("actionlib_msgs/GoalID")
+        yield ActRule(place, Kind.TOPIC, f"{name}/cancel", cancel._type, cancel, cancel._md5sum, free)
+
+    def _limits(
+        self, section: Settings, conditions: Mapping[str, Condition]
+    ) -> tuple[int | None, tuple[str, ...]]:
+        per_minute = None
+        if "per_minute" in section.values:
+            per_minute = whole(section, "per_minute", 60_000)
+        requires = section.texts("requires")
+        for each in requires:
+            if each not in conditions:
+                raise section.error("requires", f"names {each}, which is not one of the conditions")
+        return per_minute, requires
+
+    def _load(self, section: Settings, kind: Kind) -> Any:
+        if kind is Kind.TOPIC:
+            return self._loaded(section, section.text("type"))
+        try:
+            return load_service_class(section.text("type"))
+        except PiprosError as error:
+            raise section.error("type", str(error)) from None
+
+    def _loaded(self, section: Settings, type_name: str) -> Any:
+        try:
+            return load_message_class(type_name)
+        except PiprosError as error:
+            raise section.error("type", str(error)) from None
+
+    # -- conditions -----------------------------------------------------------------------
+
+    def _conditions(self) -> Iterator[Condition]:
+        for section in self._top.section("conditions").sections():
+            section.only(("topic", "type", "field", "max_age_s", *_BOUNDS))
+            name = section.key.rpartition(".")[2]
+            topic = section.text("topic")
+            if (
+                not (names.is_legal_topic(topic) and names.is_global(topic))
+                or names.canonicalize(topic) != topic
+            ):
+                raise section.error("topic", f"must be a legal global name, such as /battery, got {topic!r}")
+            message_class = self._loaded(section, section.text("type"))
+            path: tuple[str | int, ...] = ()
+            kind = "string"
+            given = [key for key in _BOUNDS[:4] if key in section.values]
+            if len(given) > 1:
+                raise section.error(given[1], f"must not be combined with {given[0]}")
+            if "field" in section.values:
+                path, kind = field_path(section, section.text("field"), message_class, "field")
+                if not (NUMBERS.fullmatch(kind) or kind in PLAIN) or EACH in path:
+                    raise section.error("field", "must name one number or text, such as buttons[4]")
+                if kind in ("time", "duration"):
+                    raise section.error("field", "must not be a time; max_age_s limits the age of messages")
+                if not given:
+                    raise section.error("", "must have one of range, above, below and one_of for its field")
+            elif given:
+                raise section.error(given[0], "needs the key field")
+            is_number = NUMBERS.fullmatch(kind) is not None
+            rule = read_rule(section, is_number=is_number or not path)
+            if "above" in section.values or "below" in section.values:
+                if not is_number:
+                    raise section.error("field", f"must be a number, got the type {kind}")
+                least, most = (
+                    section.number(key, end, least=-math.inf) * rule.unit.factor
+                    if key in section.values
+                    else end
+                    for key, end in (("above", -math.inf), ("below", math.inf))
+                )
+                rule = FieldRule(rule.place, least=least, most=most, unit=rule.unit)
+            age_s = section.number("max_age_s", None, least=0.01)
+            yield Condition(place_of(section), name, topic, message_class, path, rule, age_s)
+
+
+def _stop(section: Settings, message_class: Any) -> Any:
+    """Return the message that stops what the topic moves, or None."""
+    value = section.values.get("stop")
+    if value not in (None, "zero") and not isinstance(value, dict):
+        raise section.error("stop", f"must be zero, or the values of a message, got {value!r}")
+    message = message_class()
+    try:
+        fill_message_args(message, [value if isinstance(value, dict) else {}])
+        message._to_buffers()
+    except (PiprosError, ValueError, TypeError) as error:
+        raise section.error("stop", " ".join(str(error).split())) from None
+    return None if value is None else message

@@ -1,0 +1,269 @@
+"""Decisions: nothing outside a policy is allowed, whatever names, types and values clients send."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.msg import load_message_class, load_service_class
+from pipros.policy.decisions import Act, PolicyState, decide, read_condition
+from pipros.policy.field_check import VALUES
+from pipros.policy.model import Kind, Refused
+from pipros.policy.policy_file import parse_policy
+
+Twist: Any = load_message_class("geometry_msgs/Twist")
+Vector3: Any = load_message_class("geometry_msgs/Vector3")
+BASE = parse_policy(
+    """\
+topics:
+  /cmd_vel:
+    type: geometry_msgs/Twist
+    fields: {linear.x: {range: [-0.3, 0.3], unit: m/s}, angular.z: {range: [-1, 1], unit: rad/s}}
+""",
+    "base.yaml",
+)
+
+
+def publish(name: str, message: Any) -> Act:
+    return Act(Kind.TOPIC, name, message, message._type, message._md5sum)
+
+
+def twist(x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> Any:
+    return Twist(Vector3(x, y, 0.0), Vector3(0.0, 0.0, turn))
+
+
+def refusal(policy: Any, act: Act, state: PolicyState | None = None, now_s: float = 0.0) -> str:
+    with pytest.raises(Refused) as caught:
+        decide(policy, act, state or PolicyState(), now_s)
+    return str(caught.value)
+
+
+ANY_FLOAT = st.floats() | st.sampled_from(
+    [0.3, -0.3, math.nextafter(0.3, 1), math.nextafter(-0.3, -1), 1.0, -0.0]
+)
+
+
+@given(values=st.lists(ANY_FLOAT, min_size=6, max_size=6))
+def test_only_values_inside_all_ranges_pass(values: list[float]) -> None:
+    message = Twist(Vector3(*values[:3]), Vector3(*values[3:]))
+    inside = (
+        -0.3 <= values[0] <= 0.3 and not any(value != 0 for value in values[1:5]) and -1 <= values[5] <= 1
+    )
+    try:
+        decide(BASE, publish("/cmd_vel", message), PolicyState(), 0.0)
+        allowed = True
+    except Refused:
+        allowed = False
+    assert allowed is inside
+
+
+@given(
+    name=st.text(max_size=12)
+    | st.sampled_from(["/cmd_v\u0435l", "/cmd_vel/", "//cmd_vel", "cmd_vel", "/CMD_VEL"])
+)
+def test_a_name_that_the_policy_does_not_have_is_refused(name: str) -> None:
+    if name != "/cmd_vel":
+        text = refusal(BASE, publish(name, twist()))
+        assert text.startswith("the policy names no topic")
+        assert text.isascii()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 0.31, -0.31, math.nextafter(0.3, 1)])
+def test_values_beyond_the_edge_nan_and_infinity_are_refused(value: float) -> None:
+    text = refusal(BASE, publish("/cmd_vel", twist(value)))
+    assert "linear.x of /cmd_vel must be" in text
+    assert "base.yaml:4: topics./cmd_vel.fields.linear.x" in text
+
+
+def test_a_field_without_a_rule_must_be_zero() -> None:
+    assert "linear.y of /cmd_vel has no rule" in refusal(BASE, publish("/cmd_vel", twist(y=0.1)))
+    assert "linear.y of /cmd_vel has no rule" in refusal(BASE, publish("/cmd_vel", twist(y=math.nan)))
+
+
+def test_another_type_and_another_definition_are_refused() -> None:
+    act = publish("/cmd_vel", load_message_class("std_msgs/String")())
+    assert "must have the type geometry_msgs/Twist, got std_msgs/String" in refusal(BASE, act)
+    other = Act(Kind.TOPIC, "/cmd_vel", twist(), Twist._type, "0" * 32)
+    assert "has another definition of geometry_msgs/Twist" in refusal(BASE, other)
+
+
+def test_a_rule_for_a_topic_allows_neither_a_service_nor_a_parameter() -> None:
+    assert "names no service" in refusal(
+        BASE, Act(Kind.SERVICE, "/cmd_vel", twist(), Twist._type, Twist._md5sum)
+    )
+    assert "names no parameter" in refusal(BASE, Act(Kind.PARAMETER, "/cmd_vel", 1))
+
+
+def test_the_limit_of_a_32_bit_field_is_the_nearest_number_with_32_bits() -> None:
+    policy = parse_policy("topics: {/f: {type: std_msgs/Float32, fields: {data: {range: [0, 0.3]}}}}", "p")
+    float32: Any = load_message_class("std_msgs/Float32")
+    (single,) = struct.unpack("<f", struct.pack("<f", 0.3))
+    for edge in (0.3, single):
+        decide(policy, publish("/f", float32(edge)), PolicyState(), 0.0)
+    assert "must be from 0 to 0.3" in refusal(policy, publish("/f", float32(0.3000001)))
+    assert "must be a finite number" in refusal(policy, publish("/f", float32(1e300)))
+
+
+RATES = parse_policy(
+    """\
+topics:
+  /cmd_vel:
+    type: geometry_msgs/Twist
+    fields: {linear.x: {range: [-2, 2], change_per_s: 0.5}}
+    per_minute: 3
+    stop: zero
+""",
+    "rates.yaml",
+)
+
+
+def test_a_change_is_limited_by_the_time_since_the_last_message_and_never_by_more_than_a_second() -> None:
+    state = PolicyState()
+    assert "may change by at most 0.5 per second, got 0.6 after 0" in refusal(
+        RATES, publish("/cmd_vel", twist(0.6))
+    )
+    decide(RATES, publish("/cmd_vel", twist(0.5)), state, 100.0)
+    assert "after 0.5" in refusal(RATES, publish("/cmd_vel", twist(0.75)), state, 100.4)
+    decide(RATES, publish("/cmd_vel", twist(0.75)), state, 100.5)
+    assert "after 0.75" in refusal(RATES, publish("/cmd_vel", twist(1.3)), state, 500.0)
+
+
+def test_a_stop_always_passes_and_the_next_change_begins_there() -> None:
+    state = PolicyState()
+    for now_s, speed in ((0.0, 0.5), (1.0, 1.0), (2.0, 1.5)):
+        decide(RATES, publish("/cmd_vel", twist(speed)), state, now_s)
+    assert "3 times a minute" in refusal(RATES, publish("/cmd_vel", twist(1.4)), state, 2.2)
+    decide(RATES, publish("/cmd_vel", twist()), state, 2.2)
+    assert "after 0 " in refusal(RATES, publish("/cmd_vel", twist(1.4)), state, 61.5)
+    decide(RATES, publish("/cmd_vel", twist(0.5)), state, 61.5)
+
+
+@given(gaps=st.lists(st.floats(min_value=0, max_value=40), max_size=30))
+def test_no_minute_has_more_acts_than_the_policy_allows(gaps: list[float]) -> None:
+    policy = parse_policy("services: {/reset: {type: std_srvs/Empty, per_minute: 3}}", "p")
+    service: Any = load_service_class("std_srvs/Empty")
+    state, now_s, passed = PolicyState(), 0.0, []
+    for gap in gaps:
+        now_s += gap
+        try:
+            act = Act(Kind.SERVICE, "/reset", service._request_class(), service._type, service._md5sum)
+            decide(policy, act, state, now_s)
+            passed.append(now_s)
+        except Refused:
+            assert sum(now_s - 60 < each for each in passed) == 3
+    assert all(sum(begin <= each < begin + 60 for each in passed) <= 3 for begin in passed)
+
+
+ARM = parse_policy(
+    """\
+topics:
+  /arm:
+    type: trajectory_msgs/JointTrajectory
+    fields:
+      joint_names[]: {one_of: [shoulder, elbow], count: 2}
+      points[]: {count: 3}
+      points[].positions[]: {range: [-90, 90], unit: deg, count: 2}
+      points[].positions[1]: {range: [0, 45], unit: deg}
+      points[].time_from_start: {range: [0.5, 10], unit: s}
+""",
+    "arm.yaml",
+)
+
+
+def trajectory(positions: list[float], seconds: float = 1.0, points: int = 1, name: str = "elbow") -> Any:
+    message: Any = load_message_class("trajectory_msgs/JointTrajectory")()
+    point: Any = load_message_class("trajectory_msgs/JointTrajectoryPoint")()
+    point.positions = positions
+    point.time_from_start = type(point.time_from_start)(seconds)
+    message.joint_names = ["shoulder", name]
+    message.points = [point] * points
+    return message
+
+
+def test_elements_of_arrays_have_the_rule_of_their_index_or_that_of_all() -> None:
+    decide(ARM, publish("/arm", trajectory([-1.5, 0.7])), PolicyState(), 0.0)
+    cases = {
+        "points[0].positions[1] of /arm must be from 0 to 45 deg, got -45.8366 deg": trajectory([0.7, -0.8]),
+        "points[0].positions[0] of /arm must be from -90 to 90 deg": trajectory([1.6, 0.7]),
+        "points[0].positions of /arm may have at most 2 elements, got 3": trajectory([0.0, 0.0, 0.0]),
+        "points of /arm may have at most 3 elements, got 4": trajectory([0.0, 0.0], points=4),
+        "points[0].time_from_start of /arm must be from 0.5 to 10 s, got 0.1 s": trajectory([0.0, 0.0], 0.1),
+        "joint_names[1] of /arm must be one of 'shoulder', 'elbow'; got 'wr\\u0456st'": trajectory(
+            [0.0], name="wr\u0456st"
+        ),
+    }
+    for expected, message in cases.items():
+        assert expected in refusal(ARM, publish("/arm", message))
+    fast = trajectory([0.0, 0.0])
+    fast.points[0].velocities = [0.0]
+    assert "points[0].velocities of /arm has no rule and must be empty" in refusal(ARM, publish("/arm", fast))
+
+
+def test_a_message_with_more_values_than_are_compared_is_refused() -> None:
+    policy = parse_policy(
+        "topics: {/s: {type: sensor_msgs/JointState, fields: {'position[]': {range: [0, 1]}}}}", "p"
+    )
+    state: Any = load_message_class("sensor_msgs/JointState")()
+    state.position = [0.5] * VALUES
+    assert f"a policy compares at most {VALUES} values" in refusal(policy, publish("/s", state))
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        (0.5, ""),
+        (1, ""),
+        (1.5, "/speed must be from 0 to 1 m/s, got 1.5 m/s"),
+        (math.nan, "/speed must be a finite number"),
+        (True, "/speed must have the type double, got True"),
+        ({"a": 1}, "/speed must have the type double"),
+    ],
+)
+def test_parameters_have_types_and_ranges(value: object, message: str) -> None:
+    policy = parse_policy("parameters: {/speed: {type: double, range: [0, 1], unit: m/s}}", "p")
+    act = Act(Kind.PARAMETER, "/speed", value)
+    if message:
+        assert message in refusal(policy, act)
+    else:
+        decide(policy, act, PolicyState(), 0.0)
+
+
+GUARDED = parse_policy(
+    """\
+services: {/go: {type: std_srvs/Empty, requires: [dead_man, battery]}}
+conditions:
+  dead_man: {topic: /joy, type: sensor_msgs/Joy, field: "buttons[1]", one_of: [1], max_age_s: 0.5}
+  battery: {topic: /level, type: std_msgs/Float32, field: data, above: 20, unit: "%", max_age_s: 10}
+""",
+    "guarded.yaml",
+)
+
+
+def test_an_act_needs_conditions_that_hold_and_messages_that_are_new_enough() -> None:
+    service: Any = load_service_class("std_srvs/Empty")
+    act = Act(Kind.SERVICE, "/go", service._request_class(), service._type, service._md5sum)
+    state = PolicyState()
+    joy: Any = load_message_class("sensor_msgs/Joy")
+    level: Any = load_message_class("std_msgs/Float32")
+
+    def read(name: str, message: Any, now_s: float) -> None:
+        state.readings[name] = read_condition(GUARDED.conditions[name], message, now_s)
+
+    assert "dead_man does not hold: no message on /joy yet" in refusal(GUARDED, act, state, 1.0)
+    read("battery", level(0.5), 1.0)
+    read("dead_man", joy(buttons=[0, 1]), 1.0)
+    decide(GUARDED, act, state, 1.5)
+    assert "the last message on /joy is 0.6 s old, at most 0.5 s" in refusal(GUARDED, act, state, 1.6)
+    read("dead_man", joy(buttons=[1, 0]), 2.0)
+    assert "must be one of 1; got 0" in refusal(GUARDED, act, state, 2.0)
+    read("dead_man", joy(buttons=[1]), 2.0)
+    assert "the message on /joy has no 1" in refusal(GUARDED, act, state, 2.0)
+    read("dead_man", joy(buttons=[0, 1]), 2.0)
+    for bad in (0.1, math.nan, math.inf):
+        read("battery", level(bad), 2.0)
+        assert "the condition battery does not hold" in refusal(GUARDED, act, state, 2.0)

@@ -1,0 +1,126 @@
+"""Policies read from YAML: their rules, and errors that name the line, the key and what to write."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from pipros.policy.model import Kind
+from pipros.policy.policy_file import FILE_BYTES, parse_policy, read_policy
+from pipros.safe.settings import BadSettings
+
+POLICY = """\
+topics:
+  /cmd_vel:
+    type: geometry_msgs/Twist
+    fields:
+      linear.x: {range: [-0.3, 0.3], unit: m/s, change_per_s: 0.5}
+      angular.z: {range: [-90, 90], unit: deg/s}
+    per_minute: 600
+    requires: dead_man
+    stop: zero
+services:
+  /reset: {type: std_srvs/Empty, per_minute: 2}
+actions:
+  /move_base:
+    type: move_base_msgs/MoveBaseAction
+    fields:
+      target_pose.header.frame_id: {one_of: [map]}
+      target_pose.pose.position.x: {range: [0, 5], unit: m}
+      target_pose.pose.orientation: any
+parameters:
+  /speed: {type: double, range: [0, 1], unit: m/s}
+conditions:
+  dead_man: {topic: /joy, type: sensor_msgs/Joy, field: "buttons[4]", one_of: [1], max_age_s: 0.5}
+"""
+
+
+def test_a_policy_has_the_rules_of_its_file() -> None:
+    policy = parse_policy(POLICY, "/etc/robot/p.yaml")
+    assert {(kind.value, name) for kind, name in policy.rules} == {
+        ("topics", "/cmd_vel"),
+        ("topics", "/move_base/goal"),
+        ("topics", "/move_base/cancel"),
+        ("services", "/reset"),
+        ("parameters", "/speed"),
+    }
+    drive = policy.rules[Kind.TOPIC, "/cmd_vel"]
+    assert (drive.type, drive.per_minute, drive.requires) == ("geometry_msgs/Twist", 600, ("dead_man",))
+    turn = drive.fields.below["angular"].below["z"].rule
+    assert turn is not None
+    assert turn.most == pytest.approx(math.pi / 2)
+    assert turn.place == "p.yaml:6: topics./cmd_vel.fields.angular.z"
+    assert policy.conditions["dead_man"].path == ("buttons", 4)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("linear.x:", "linear.w:", "p.yaml:5: topics./cmd_vel.fields.linear.w: geometry_msgs/Vector3 has no"),
+        ("linear.x: {range: [-0.3, 0.3]", "linear.x: {range: [0.3, -0.3]", "the smaller one first"),
+        ("unit: m/s,", "unit: mph,", "must be one of m, m/s"),
+        (
+            "linear.x: {range: [-0.3, 0.3], unit: m/s, change_per_s: 0.5}",
+            "linear: {count: 2}",
+            "all elements",
+        ),
+        ("linear.x: {range: [-0.3, 0.3], unit: m/s, change_per_s: 0.5}", "linear.x: {}", "must have range"),
+        ("linear.x: {range: [-0.3, 0.3],", "linear.x: {range: [-.inf, 0.3],", "must be a number or a list"),
+        ("type: geometry_msgs/Twist", "type: geometry_msgs/Twits", "topics./cmd_vel.type: "),
+        ("/cmd_vel:", "cmd_vel:", "topics.cmd_vel: must be a legal global name, such as /cmd_vel"),
+        ("/cmd_vel:", "/cmd_v\u0435l:", "must be a legal global name"),  # with a Cyrillic letter
+        ("/cmd_vel:", "//cmd_vel:", "must be a legal global name"),
+        ("/cmd_vel:", "/cmd_vel/:", "must be written as /cmd_vel"),
+        ("/reset:", "/reset: {type: std_srvs/Empty}\n  /reset:", "p.yaml:12: the key /reset occurs twice"),
+        ("per_minute: 600", "per_minute: 0", "must be a number from 1 to 60000, got 0"),
+        ("per_minute: 600", "per_minute: 1.5", "must be a whole number"),
+        ("per_minute: 600", "per_minut: 600", "unknown key. Did you mean per_minute?"),
+        ("requires: dead_man", "requires: deadman", "names deadman, which is not one of the conditions"),
+        ("stop: zero", "stop: {linear: {w: 1}}", "p.yaml:9: topics./cmd_vel.stop: "),
+        ("stop: zero", "stop: brake", "must be zero, or the values of a message, got 'brake'"),
+        ("MoveBaseAction", "MoveBaseActionGoal", "must be the type of an action"),
+        ("topic: /joy", "topic: /cmd_vel", "reads /cmd_vel, which clients may publish"),
+        ("max_age_s: 0.5", "max_age_s: 0", "must be a number >= 0.01, got 0"),
+        (", max_age_s: 0.5", "", "conditions.dead_man.max_age_s: is missing"),
+        ('field: "buttons[4]"', "field: buttons", "must name one number or text"),
+        ('field: "buttons[4]", ', "", "needs the key field"),
+        ("one_of: [1], max", "one_of: [1], above: 2, max", "one_of: must not be combined with above"),
+        ("type: double", "type: float", "must be one of bool, int, double, str, got 'float'"),
+        ("services:", "topics:", "p.yaml:10: the key topics occurs twice"),
+        ("fields:\n      target_pose.h", "fields: !!python/name:os.system\n      x", "p.yaml"),
+        (POLICY, "conditions: {}", "must name at least one of topics, services, actions and parameters"),
+        (POLICY, "- 1", "must be a mapping, got list"),
+    ],
+)
+def test_an_error_names_the_line_the_key_and_the_rule(before: str, after: str, message: str) -> None:
+    assert before in POLICY
+    with pytest.raises(BadSettings) as caught:
+        parse_policy(POLICY.replace(before, after, 1), "p.yaml")
+    assert message in str(caught.value)
+
+
+def test_a_topic_of_an_action_cannot_have_a_second_rule() -> None:
+    text = POLICY.replace(
+        "services:", "  /move_base/goal: {type: move_base_msgs/MoveBaseActionGoal}\nservices:"
+    )
+    with pytest.raises(BadSettings, match="is a topic of an action in this policy"):
+        parse_policy(text, "p.yaml")
+
+
+def test_an_array_needs_brackets() -> None:
+    text = "topics: {/j: {type: sensor_msgs/JointState, fields: {position: {range: [0, 1]}}}}"
+    with pytest.raises(
+        BadSettings, match=r"is an array; write position\[\] for all elements, or position\[0\]"
+    ):
+        parse_policy(text, "p.yaml")
+
+
+def test_a_file_that_cannot_be_read_or_is_too_large_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadSettings, match=r"cannot read .*absent\.yaml: No such file"):
+        read_policy(tmp_path / "absent.yaml")
+    large = tmp_path / "large.yaml"
+    large.write_text("#" * (FILE_BYTES + 1))
+    with pytest.raises(BadSettings, match=f"it is larger than {FILE_BYTES} bytes"):
+        read_policy(large)
