@@ -18,16 +18,17 @@ from pipros.bridges.bridge_server import BridgeServer
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
+from pipros.server.act_gate import ActGate
 
 CONTROL = Rules(has_control=True, max_poll_s=0.2)
 
 
 @contextlib.contextmanager
-def serving(node: Node, rules: Rules = CONTROL) -> Iterator[str]:
-    """Serve Foxglove clients with a node; yield the server's address."""
+def serving(node: Node, rules: Rules = CONTROL, gate: ActGate | None = None) -> Iterator[str]:
+    """Serve Foxglove clients with a node; yield the server's address. `gate` decides about their acts."""
     loop = BackgroundLoop("foxglove")
     loop.start()
-    handler = FoxgloveHandler(node, loop, rules)
+    handler = FoxgloveHandler(node, loop, rules, gate=gate)
     server = BridgeServer(dict.fromkeys(SUBPROTOCOLS, handler), Admission(), limits=node.limits)
     loop.run(server.open("127.0.0.1", 0))
     handler.start()

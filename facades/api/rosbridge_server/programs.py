@@ -22,6 +22,7 @@ from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.bridges.rosbridge.session import Timing
 from pipros.bridges.rosbridge.stream_servers import TcpServer
 from pipros.bridges.rosbridge.udp_server import UdpServer
+from pipros.policy.policy_file import read_policy
 from rospy.session import session
 
 
@@ -102,6 +103,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
     authenticator = _authenticator() if _parameter("authenticate", False) else None
     limit_bytes = _number("max_message_size", 0.0)
     certificate = _parameter("certfile", None)
+    policy = arguments.get("policy") or _parameter("policy", None)
     return ServerOptions(
         host=str(arguments.get("address") or _parameter("address", "127.0.0.1")),
         port=int(arguments.get("port") or _number("port", 9090)),
@@ -118,16 +120,17 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
             authenticator=None if is_websocket else authenticator,
             is_bson=is_bson,
             fragment_timeout_s=_number("fragment_timeout", 600.0),
+            policy=read_policy(policy) if policy else None,
         ),
         timing=Timing(unregister_s=_number("unregister_timeout", 10.0)),
     )
 
 
 def _command_line() -> dict[str, str]:
-    """Return the values of the options `--port` and `--address`, if given, by option name."""
+    """Return the values of the options `--port`, `--address` and `--policy`, if given, by option name."""
     words = rospy.myargv(sys.argv)[1:]
     found = {}
-    for name in ("port", "address"):
+    for name in ("port", "address", "policy"):
         if f"--{name}" in words:
             index = words.index(f"--{name}") + 1
             if index == len(words) or (name == "port" and not words[index].isdigit()):

@@ -22,6 +22,7 @@ from pipros.bridges.freed_memory import share_one_arena
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on
+from pipros.policy.model import Policy
 from pipros.server.secret import Secret
 from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
 from pipros.server.token_file import read_tokens
@@ -45,6 +46,7 @@ class BridgeOptions:
             always connect.
         allows_null_origin: whether pages without an origin may connect.
         has_control: whether clients may change the system.
+        policy: what clients may do if they have control; None for no policy.
         closing_s: maximum time to wait at exit for connections, node and protocols together.
     """
 
@@ -58,6 +60,7 @@ class BridgeOptions:
     allows_null_origin: bool = False
     has_control: bool = False
     closing_s: float = 0.4
+    policy: Policy | None = None
 
     @property
     def is_local(self) -> bool:

@@ -17,6 +17,8 @@ from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
+from pipros.policy.model import Policy
+from pipros.server.act_gate import ActGate
 from pipros.server.secret import Secret
 from pipros.server.view_server import PageServer
 
@@ -34,17 +36,24 @@ class AllProtocols:
         secret: Secret | None,
         *,
         has_control: bool,
+        policy: Policy | None,
     ) -> None:
-        """Create the protocols, and the page if it is installed. `secret` is its secret; None: a new one."""
+        """Create the protocols, and the page if it is installed. `secret` is its secret; None: a new one.
+
+        All protocols share one gate, with the policy.
+        """
+        gate = ActGate(node, policy)
         self._node = node
         self._loop = loop
         mounted = offered("page")
-        self._page = None if mounted is None else mounted(node, tool, secret, has_control=has_control)
+        self._page = None if mounted is None else mounted(node, tool, secret, gate, has_control=has_control)
         self._workers = Workers("timers of a bridge")
         self._rosapi: Node | None = None
         self.page: PageServer | None = None if self._page is None else self._page.server
-        self._foxglove = FoxgloveHandler(node, loop, Rules(has_control=has_control))
-        self._bridge = RosbridgeNode(node, self._call_later, RosbridgeSettings(has_control=has_control))
+        self._foxglove = FoxgloveHandler(node, loop, Rules(has_control=has_control), gate=gate)
+        self._bridge = RosbridgeNode(
+            node, self._call_later, RosbridgeSettings(has_control=has_control), gate=gate
+        )
 
     def handlers(self) -> Mapping[str, Handler]:
         return {**dict.fromkeys(SUBPROTOCOLS, self._foxglove), "": RosbridgeHandler(self._bridge)}
@@ -94,7 +103,12 @@ def serve_all(node: Node, options: BridgeOptions) -> int:
 
     def make(node: Node, loop: BackgroundLoop) -> AllProtocols:
         return AllProtocols(
-            node, loop, options.tool.replace(" ", "_"), secret, has_control=options.has_control
+            node,
+            loop,
+            options.tool.replace(" ", "_"),
+            secret,
+            has_control=options.has_control,
+            policy=options.policy,
         )
 
     return serve(node, options, make, secret)

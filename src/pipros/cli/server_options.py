@@ -1,11 +1,15 @@
-"""Parts of commands that serve the network: the address to listen on, and arguments without remappings."""
+"""Parts of commands that serve the network: the address, the policy, and arguments without remappings."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from pipros.basics.names import is_legal_remapping
 from pipros.cli.runner import CommandError
+
+if TYPE_CHECKING:
+    from pipros.policy.model import Policy
 
 
 def without_remappings(argv: Sequence[str]) -> list[str]:
@@ -25,3 +29,16 @@ def bind_address(text: str) -> tuple[str, int]:
     if not port.isdigit() or int(port) > 65535:
         raise CommandError(f"--bind must be HOST or HOST:PORT with a port from 0 to 65535, got {text}")
     return host, int(port)
+
+
+def policy_of(options: Any) -> Policy | None:
+    """Return the policy in the file of the option `--policy`, or None without the option.
+
+    Raises:
+        BadSettings: the file cannot be read, or is malformed.
+    """
+    if options.policy is None:
+        return None
+    from pipros.policy.policy_file import read_policy
+
+    return read_policy(options.policy)

@@ -52,6 +52,11 @@ class ServiceCaller:
         self._client = ServiceClient(service, self._class, master=lambda: master, calls=calls)
 
     @property
+    def type_and_md5sum(self) -> tuple[str, str]:
+        """The type of the service and its MD5 sum."""
+        return self._class._type, self._class._md5sum
+
+    @property
     def takes_arguments(self) -> bool:
         return bool(self._class._request_class.__slots__)
 

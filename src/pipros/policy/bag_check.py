@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from pipros.bag.opening import open_bag
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition
-from pipros.policy.model import Kind, Policy, Refused
+from pipros.policy.model import ActRefused, Kind, Policy
 
 
 @dataclass(slots=True)
@@ -64,7 +64,7 @@ def check_bag(policy: Policy, path: str | os.PathLike[str]) -> BagCheck:
                 act = Act(Kind.TOPIC, connection.topic, message, connection.type, connection.md5sum)
                 decide(policy, act, state, now_s)
                 result.passed += 1
-            except Refused as error:
+            except ActRefused as error:
                 known = result.refused.setdefault(error.place, RefusedMessages(now_s, str(error)))
                 known.count += 1
     return result

@@ -13,7 +13,7 @@ from pipros.basics.printable import printable
 from pipros.basics.similar_names import similar_names
 from pipros.msg.base import Message
 from pipros.policy.field_check import FieldCheck, check_changes, check_value
-from pipros.policy.model import ActRule, Condition, Kind, Policy, Refused
+from pipros.policy.model import ActRefused, ActRule, Condition, Kind, Policy
 
 MINUTE_S: Final = 60.0
 _PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str": str}
@@ -76,7 +76,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     """Return the rule that allows an act, which counts from now on. `now_s` is monotonic.
 
     Raises:
-        Refused: the policy does not allow it. It does not count then.
+        ActRefused: the policy does not allow it. It does not count then.
     """
     rule = rule_for(policy, act.kind, act.name, act.type, act.md5sum)
     if rule.stop is not None and act.value == rule.stop:
@@ -88,7 +88,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     elif act.kind is Kind.PARAMETER:
         _check_parameter(act, rule)
     else:
-        raise Refused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
+        raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
     before = state.accepted.get((act.kind, act.name)) or Accepted()
     check_changes(check.limited, before.values, now_s - before.last_s, act.name)
     for name in rule.requires:
@@ -97,7 +97,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         while before.times and before.times[0] <= now_s - MINUTE_S:
             before.times.popleft()
         if len(before.times) >= rule.per_minute:
-            raise Refused(f"{act.name} is allowed {rule.per_minute} times a minute", rule.place)
+            raise ActRefused(f"{act.name} is allowed {rule.per_minute} times a minute", rule.place)
         before.times.append(now_s)
     before.last_s = now_s
     before.values = {path: value for path, (value, _) in check.limited.items()}
@@ -109,43 +109,43 @@ def rule_for(policy: Policy, kind: Kind, name: str, type_name: str = "", md5sum:
     """Return the rule for a name, whose type must be that of the rule.
 
     Raises:
-        Refused: no rule has this name, or the type or its definition differs.
+        ActRefused: no rule has this name, or the type or its definition differs.
     """
     rule = policy.rules.get((kind, name))
     if rule is None:
         hint = similar_names(name, [known for section, known in policy.rules if section is kind])
         shown = printable(ascii(name)[1:-1])  # a letter of another alphabet must not look like one of ours
-        raise Refused(f"the policy names no {kind.value[:-1]} {shown}. {hint}".rstrip())
+        raise ActRefused(f"the policy names no {kind.value[:-1]} {shown}. {hint}".rstrip())
     if kind is not Kind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
         shown = printable(ascii(type_name)[1:-1])
         if type_name == rule.type:
-            raise Refused(f"{name} has another definition of {shown} than the policy", rule.place)
-        raise Refused(f"{name} must have the type {rule.type}, got {shown}", rule.place)
+            raise ActRefused(f"{name} has another definition of {shown} than the policy", rule.place)
+        raise ActRefused(f"{name} must have the type {rule.type}, got {shown}", rule.place)
     return rule
 
 
 def stopped_values(rule: ActRule) -> Mapping[str, float]:
     """Return the values whose change is limited, after the rule's stop."""
     check = FieldCheck(rule.name, rule.place)
-    with suppress(Refused):  # the stop may be outside the ranges
+    with suppress(ActRefused):  # the stop may be outside the ranges
         check.message(rule.stop, rule.fields)
     return {path: value for path, (value, _) in check.limited.items()}
 
 
 def check_condition(condition: Condition, reading: Reading | None, now_s: float) -> None:
-    """Raise `Refused` if a condition does not hold, given the last message."""
+    """Raise `ActRefused` if a condition does not hold, given the last message."""
     what = f"the condition {condition.name} does not hold"
     if reading is None:
-        raise Refused(f"{what}: no message on {condition.topic} yet", condition.place)
+        raise ActRefused(f"{what}: no message on {condition.topic} yet", condition.place)
     age_s = now_s - reading.received_s
     if not 0 <= age_s <= condition.max_age_s:
-        raise Refused(
+        raise ActRefused(
             f"{what}: the last message on {condition.topic} is {age_s:.1f} s old, "
             f"at most {condition.max_age_s:g} s are allowed",
             condition.place,
         )
     if reading.reason:
-        raise Refused(f"{what}: {reading.reason}")
+        raise ActRefused(f"{what}: {reading.reason}")
 
 
 def read_condition(condition: Condition, message: Any, now_s: float) -> Reading:
@@ -160,7 +160,7 @@ def read_condition(condition: Condition, message: Any, now_s: float) -> Reading:
         return Reading(now_s)
     try:
         check_value(value, condition.rule, f"the value on {condition.topic}")
-    except Refused as error:
+    except ActRefused as error:
         return Reading(now_s, str(error))
     return Reading(now_s)
 
@@ -169,6 +169,6 @@ def _check_parameter(act: Act, rule: ActRule) -> None:
     wanted: Any = _PARAMETER_TYPES[rule.type]
     if not isinstance(act.value, wanted) or (isinstance(act.value, bool) and rule.type != "bool"):
         got = printable(ascii(act.value), 60)
-        raise Refused(f"{act.name} must have the type {rule.type}, got {got}", rule.place)
+        raise ActRefused(f"{act.name} must have the type {rule.type}, got {got}", rule.place)
     if rule.fields.rule is not None:
         check_value(act.value, rule.fields.rule, act.name)

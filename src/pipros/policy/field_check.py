@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from pipros.basics.printable import printable
 from pipros.msg.time import TVal
-from pipros.policy.model import EACH, FieldRule, FieldTree, Refused
+from pipros.policy.model import EACH, ActRefused, FieldRule, FieldTree
 
 VALUES: Final = 10_000
 """Maximum number of values of a message that are compared one by one."""
@@ -41,7 +41,7 @@ class FieldCheck:
         """Check the fields of a message.
 
         Raises:
-            Refused: a value is not permitted, or there are too many.
+            ActRefused: a value is not permitted, or there are too many.
         """
         if tree.rule is not None and tree.rule.is_any:
             return
@@ -62,7 +62,7 @@ class FieldCheck:
             return
         self._left -= 1
         if self._left < 0:
-            raise Refused(
+            raise ActRefused(
                 f"a policy compares at most {VALUES} values of a message, {self._what} has more", self._place
             )
         if hasattr(value, "_slot_types") and not isinstance(value, TVal):
@@ -72,7 +72,7 @@ class FieldCheck:
             value = value.to_sec()
         if rule is None:
             if value not in (0, "", b""):  # False equals 0, and NaN nothing
-                raise Refused(
+                raise ActRefused(
                     f"{self._named(path)} has no rule and must be zero or empty, got {_shown(value)}"
                 )
             return
@@ -86,9 +86,9 @@ class FieldCheck:
         of_all = each.rule if each is not None else None
         if of_all is not None and of_all.count is not None and len(value) > of_all.count:
             text = f"{self._named(path)} may have at most {of_all.count} elements, got {len(value)}"
-            raise Refused(text, of_all.place)
+            raise ActRefused(text, of_all.place)
         if not tree.below and kind.endswith("[]") and len(value):
-            raise Refused(
+            raise ActRefused(
                 f"{self._named(path)} has no rule and must be empty, got {len(value)} elements", self._place
             )
         if of_all is not None and of_all.is_any:
@@ -105,7 +105,7 @@ def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = Fal
     """Return the value that subscribers get, if a rule permits it. `is_single`: they get 32 bits of it.
 
     Raises:
-        Refused: the rule does not permit it.
+        ActRefused: the rule does not permit it.
     """
     if rule.is_any:
         return value
@@ -115,10 +115,10 @@ def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = Fal
             value == each and isinstance(value, bool) == isinstance(each, bool) for each in rule.one_of
         ):
             wanted = ", ".join(map(_shown, rule.one_of))
-            raise Refused(f"{what} must be one of {wanted}; got {_shown(value)}", rule.place)
+            raise ActRefused(f"{what} must be one of {wanted}; got {_shown(value)}", rule.place)
         return value
     if isinstance(value, bool | str | bytes) or not hasattr(value, "__float__"):
-        raise Refused(f"{what} must be a number, got {_shown(value)}", rule.place)
+        raise ActRefused(f"{what} must be a number, got {_shown(value)}", rule.place)
     try:
         number = float(value)
         least, most = rule.least, rule.most
@@ -127,10 +127,10 @@ def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = Fal
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise Refused(f"{what} must be a finite number, got {_shown(value)}", rule.place)
+        raise ActRefused(f"{what} must be a finite number, got {_shown(value)}", rule.place)
     if not least <= number <= most:
         got = rule.unit.shown(number)
-        raise Refused(f"{what} must be {rule.shown_range}, got {got}", rule.place)
+        raise ActRefused(f"{what} must be {rule.shown_range}, got {got}", rule.place)
     return number
 
 
@@ -140,7 +140,7 @@ def check_changes(
     """Compare values with those of the previous permitted message. `elapsed_s` is the time since then.
 
     Raises:
-        Refused: a value changes too fast.
+        ActRefused: a value changes too fast.
     """
     seconds = min(max(elapsed_s, 0.0), 1.0)
     for path, (value, rule) in found.items():
@@ -148,7 +148,7 @@ def check_changes(
         most = (rule.change_per_s or 0.0) * seconds
         if abs(value - previous) > most * (1 + 1e-9) + 1e-12:
             limit = rule.unit.shown(rule.change_per_s or 0.0)
-            raise Refused(
+            raise ActRefused(
                 f"{path} of {what} may change by at most {limit} per second, "
                 f"got {rule.unit.shown(value)} after {rule.unit.shown(previous)}",
                 rule.place,

@@ -14,7 +14,7 @@ EACH: Final = "[]"
 """The key of a `FieldTree` for all elements of an array that have no entry for their index."""
 
 
-class Refused(PiprosError):
+class ActRefused(PiprosError):
     """A policy does not allow an act. The text names the value and the rule.
 
     Attributes:

@@ -13,7 +13,9 @@ from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
+from pipros.policy.model import Policy
 from pipros.server.access import Access
+from pipros.server.act_gate import ActGate
 from pipros.server.desktop import open_in_browser
 from pipros.server.secret import Secret
 from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
@@ -24,7 +26,7 @@ from pipros.web.bags.recording import BagRecording
 from pipros.web.bags.views import ShownBags
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import serve_scene_file
-from pipros.web.tabs import CHANGING, CONTROLS, OF_MESSAGES, PageContext, services_of_tabs
+from pipros.web.tabs import BY_POLICY, CHANGING, CONTROLS, OF_MESSAGES, PageContext, services_of_tabs
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 CLOSING_S = 0.4
@@ -52,6 +54,7 @@ class PageOptions:
         argv: remappings of the page's node.
         scene: the file shown in the Scene tab; if given, the node offers rviz's services.
         bags: the folder whose bags browsers may open.
+        policy: what browsers may do among `permitted`; None for no policy.
     """
 
     tool: str = "rqt_graph"
@@ -67,6 +70,7 @@ class PageOptions:
     argv: tuple[str, ...] = ()
     scene: SceneFile | None = None
     bags: str | None = None
+    policy: Policy | None = None
 
 
 def serve_page(options: PageOptions) -> int:
@@ -88,7 +92,9 @@ def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
         Node(options.tool, anonymous=True, argv=options.argv) as node,
     ):
         loop.start()
-        system = WatchedSystem(graph, node)
+        gate = ActGate(node, options.policy)
+        gate.start()
+        system = WatchedSystem(graph, node, gate)
         bags = BagFolder(options.bags) if options.bags is not None else None
         recording = BagRecording(bags) if bags is not None else None
         views = services(
@@ -126,11 +132,16 @@ class MountedPage:
         server: answers the requests.
     """
 
-    def __init__(self, node: Node, tool: str, secret: Secret | None, *, has_control: bool) -> None:
-        """Create the page of a node. `secret` is its secret; if it is None, a new secret is created."""
+    def __init__(
+        self, node: Node, tool: str, secret: Secret | None, gate: ActGate, *, has_control: bool
+    ) -> None:
+        """Create the page of a node. `secret` is its secret; if it is None, a new secret is created.
+
+        `gate` decides about the acts of browsers.
+        """
         self._closing = contextlib.ExitStack()
         graph = self._closing.enter_context(GraphClient(tool, timeout_s=MASTER_DEADLINE_S))
-        self._system = WatchedSystem(graph, node)
+        self._system = WatchedSystem(graph, node, gate)
         self.server = PageServer(services(self._system, frozenset(CHANGING if has_control else ())), secret)
 
     def start(self) -> None:
@@ -180,6 +191,8 @@ def services(
 
     For `permitted`, `saves_layouts` and `bags`, see `PageOptions`. `recording` writes to `bags`.
     """
+    if system.gate.policy is not None:
+        permitted &= BY_POLICY
     context = PageContext(system, scene_file, saves_layouts, bags, recording)
     of_tabs = services_of_tabs(context)
 

@@ -218,6 +218,20 @@ TABS = (
 CHANGING: Mapping[str, str] = {name: what for tab in TABS for name, what in tab.changing.items()}
 """The views and actions that change the system, and what they can do."""
 
+BY_POLICY = frozenset(
+    (
+        "call_service",
+        "cancel_goal",
+        "publishing",
+        "scene_feedback",
+        "send_goal",
+        "set_param",
+        "steer",
+        "teleop",
+    )
+)
+"""Those of `CHANGING` about which a policy decides. With a policy, the others are not permitted."""
+
 OF_MESSAGES = frozenset[str]().union(*(tab.of_messages for tab in TABS))
 """The views and actions that show messages of the system or of a bag."""
 

@@ -15,6 +15,7 @@ from pipros.graph.node_clients import NodeClients
 from pipros.graph.observer import ANSWER_DEADLINE_S, Observation, SystemObserver
 from pipros.graph.recent_changes import RecentChanges
 from pipros.node import Node
+from pipros.server.act_gate import ActGate
 from pipros.server.daemon_pool import DaemonPool
 from pipros.web.service_calls import ServiceCalls
 from pipros.web.topic_watch import TopicWatches
@@ -37,6 +38,7 @@ class WatchedSystem:
     Attributes:
         graph: client of the master and the nodes.
         node: the page's own node, which is registered with its first subscription.
+        gate: decides about the acts of browsers.
         topics: watched topics.
         calls: service calls from browsers.
         questions: threads for calls to the master and to the nodes' APIs.
@@ -46,8 +48,19 @@ class WatchedSystem:
         changes: nodes and topics that were recently added or removed.
     """
 
-    def __init__(self, graph: GraphClient, node: Node, *, interval_s: float = POLL_INTERVAL_S) -> None:
-        """Store the resources. The system is observed at most once per `interval_s`."""
+    def __init__(
+        self,
+        graph: GraphClient,
+        node: Node,
+        gate: ActGate | None = None,
+        *,
+        interval_s: float = POLL_INTERVAL_S,
+    ) -> None:
+        """Store the resources. The system is observed at most once per `interval_s`.
+
+        Without a gate, browsers may do all that the page permits.
+        """
+        self.gate = gate or ActGate(node)
         self._interval_s = interval_s
         self.graph = graph
         self.node = node

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pipros.msg import load_message_class, load_service_class
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition
 from pipros.policy.field_check import VALUES
-from pipros.policy.model import Kind, Refused
+from pipros.policy.model import ActRefused, Kind
 from pipros.policy.policy_file import parse_policy
 
 Twist: Any = load_message_class("geometry_msgs/Twist")
@@ -38,7 +38,7 @@ def twist(x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> Any:
 
 
 def refusal(policy: Any, act: Act, state: PolicyState | None = None, now_s: float = 0.0) -> str:
-    with pytest.raises(Refused) as caught:
+    with pytest.raises(ActRefused) as caught:
         decide(policy, act, state or PolicyState(), now_s)
     return str(caught.value)
 
@@ -57,7 +57,7 @@ def test_only_values_inside_all_ranges_pass(values: list[float]) -> None:
     try:
         decide(BASE, publish("/cmd_vel", message), PolicyState(), 0.0)
         allowed = True
-    except Refused:
+    except ActRefused:
         allowed = False
     assert allowed is inside
 
@@ -154,7 +154,7 @@ def test_no_minute_has_more_acts_than_the_policy_allows(gaps: list[float]) -> No
             act = Act(Kind.SERVICE, "/reset", service._request_class(), service._type, service._md5sum)
             decide(policy, act, state, now_s)
             passed.append(now_s)
-        except Refused:
+        except ActRefused:
             assert sum(now_s - 60 < each for each in passed) == 3
     assert all(sum(begin <= each < begin + 60 for each in passed) <= 3 for begin in passed)
 

@@ -6,7 +6,7 @@ from optparse import OptionParser
 from typing import TYPE_CHECKING, Any
 
 from pipros.cli.runner import CommandError, add_flag
-from pipros.cli.server_options import bind_address
+from pipros.cli.server_options import bind_address, policy_of
 
 if TYPE_CHECKING:
     from pipros.basics.limits import Limits
@@ -24,6 +24,9 @@ def add_bridge_options(parser: OptionParser, port: int) -> None:
         "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
     )
     add_flag(parser, "--control", help="let clients change the system")
+    parser.add_option(
+        "--policy", metavar="FILE", help="file of what clients may change, with --control (docs/policy.md)"
+    )
     parser.add_option(
         "--token-file", metavar="FILE", help="file of tokens, one per line; clients must present one of them"
     )
@@ -60,6 +63,7 @@ def bridge_options(tool: str, options: Any) -> BridgeOptions:
         [origin for origin in origins if origin != "null"],
         "null" in origins,
         bool(options.control),
+        policy=policy_of(options),
     )
 
 

@@ -69,6 +69,7 @@ def _node_main(argv: Sequence[str]) -> int:
     from pipros.bridges.limits import BridgeLimits
     from pipros.bridges.serve import BridgeOptions
     from pipros.node import Node
+    from pipros.policy.policy_file import read_policy
 
     given = _PrivateParameters(Node("foxglove_bridge", argv=argv))
     limits = process_limits()
@@ -84,6 +85,7 @@ def _node_main(argv: Sequence[str]) -> int:
         given.text("token_file", "") or None,
         given.texts("origins", []),
         has_control=True,
+        policy=read_policy(policy) if (policy := given.text("policy", "")) else None,
     )
     everything = [".*"]
     rules = Rules(

@@ -33,6 +33,7 @@ from pipros.node import Node
 from pipros.node.clock import SimulatedClock
 from pipros.node.open_calls import OpenCalls
 from pipros.packages.assets import read_asset
+from pipros.server.act_gate import ActGate
 from pipros.server.daemon_pool import DaemonPool
 from pipros.workspace.index import PackageIndex
 
@@ -70,10 +71,20 @@ class FoxgloveHandler:
     """The sessions of all Foxglove clients, and their shared state. For use in the event loop."""
 
     def __init__(
-        self, node: Node, loop: BackgroundLoop, rules: Rules, topics: SharedTopics | None = None
+        self,
+        node: Node,
+        loop: BackgroundLoop,
+        rules: Rules,
+        topics: SharedTopics | None = None,
+        gate: ActGate | None = None,
     ) -> None:
-        """Create a handler. `loop` is the server's event loop; `topics` may be shared with other handlers."""
+        """Create a handler. `loop` is the server's event loop.
+
+        `topics` and `gate` may be shared with other handlers; the default gate allows everything.
+        """
         self.node = node
+        self.gate = gate or ActGate(node)
+        self.gate.start()
         self._rules = rules
         self.topics = topics or SharedTopics(node)
         self.catalog = TopicCatalog()

@@ -20,6 +20,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.codec import encoder
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
+from pipros.server.act_gate import ActGate
 from pipros.server.json_text import encoded
 
 ROS1, JSON = "ros1", "json"
@@ -36,16 +37,19 @@ class Unsupported(PiprosError):
 class ClientPublication:
     """A topic that a client publishes."""
 
-    def __init__(self, node: Node, channel: ClientChannel) -> None:
+    def __init__(self, node: Node, gate: ActGate, channel: ClientChannel) -> None:
         """Advertise the topic.
 
         Raises:
             Unsupported: the encoding or the type cannot be used.
+            ActRefused: the policy does not allow the topic.
             PiprosError: the node publishes the topic with another type, or its name is invalid.
         """
         _check_encoding(channel.encoding)
         self.channel = channel
         found = _class_of(channel)
+        gate.check_topic(channel.topic, found._type, found._md5sum)
+        self._gate = gate
         header = {"type": found._type, "md5sum": found._md5sum, "message_definition": found._full_text}
         self._class = found
         self._raw = class_like(header)
@@ -55,10 +59,12 @@ class ClientPublication:
         """Publish a message.
 
         Raises:
+            ActRefused: the policy does not allow the message.
             PiprosError, ValueError: the message is not JSON, or has fields that the type lacks.
         """
         if self.channel.encoding == JSON:
             body = _from_json(self._class, body)
+        self._gate.check_message(self.channel.topic, body, self._class._type, self._class._md5sum)
         self._publisher.publish(self._raw(body))
 
     def close(self) -> None:
@@ -67,18 +73,25 @@ class ClientPublication:
 
 
 def call_service(
-    node: Node, service: Service, encoding: str, body: bytes, calls: OpenCalls, timeout_s: float
+    node: Node,
+    gate: ActGate,
+    service: Service,
+    encoding: str,
+    body: bytes,
+    calls: OpenCalls,
+    timeout_s: float,
 ) -> bytes:
     """Call a service and return its response, in the encoding of the request.
 
     Raises:
-        PiprosError, ValueError: the request is malformed, or the call failed.
+        PiprosError, ValueError: the policy refuses the call, the request is malformed, or the call failed.
     """
     _check_encoding(encoding)
     definition = service.definition
     found: Any = load_service_class(definition.type) if encoding == JSON else None
     if found is not None:
         body = _from_json(found._request_class, body)
+    gate.check_call(service.name, body, definition.type, definition.md5sum)
     request_class = class_like({"type": f"{definition.type}Request", "md5sum": definition.md5sum})
     fields = {
         "_type": definition.type,

@@ -11,6 +11,7 @@ from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.bridges.serve import BridgeOptions, secret_of, serve
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
+from pipros.server.act_gate import ActGate
 
 
 class BadPattern(PiprosError):
@@ -39,7 +40,7 @@ def serve_foxglove(node: Node, options: BridgeOptions, rules: Rules) -> int:
     """Serve Foxglove clients until Ctrl-C; see `pipros.bridges.serve.serve`."""
 
     def make(node: Node, loop: BackgroundLoop) -> FoxgloveProtocol:
-        return FoxgloveProtocol(FoxgloveHandler(node, loop, rules))
+        return FoxgloveProtocol(FoxgloveHandler(node, loop, rules, gate=ActGate(node, options.policy)))
 
     return serve(node, options, make, secret_of(options))
 

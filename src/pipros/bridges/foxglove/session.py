@@ -47,6 +47,7 @@ from pipros.bridges.shares import ClientShares, ExceedsShare
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
+from pipros.server.act_gate import ActGate
 from pipros.server.daemon_pool import DaemonPool
 
 CALL_S: Final = 60.0
@@ -87,6 +88,7 @@ class FoxgloveBridge(Protocol):
     """
 
     node: Node
+    gate: ActGate
     topics: SharedTopics
     catalog: TopicCatalog
     state: SystemState
@@ -298,7 +300,7 @@ class FoxgloveSession:
         self._client.shares.keep(size_bytes)
         try:
             self._publications[channel.id] = await self._run(
-                functools.partial(ClientPublication, self._bridge.node, channel)
+                functools.partial(ClientPublication, self._bridge.node, self._bridge.gate, channel)
             )
         except BaseException:
             self._client.shares.release(size_bytes)
@@ -327,6 +329,7 @@ class FoxgloveSession:
             body = await self._call_turns.wait_for(
                 call_service,
                 self._bridge.node,
+                self._bridge.gate,
                 service,
                 request.encoding,
                 request.body,
@@ -384,8 +387,11 @@ class FoxgloveSession:
         if not self._bridge.allows_parameter(node.resolve(name)):
             raise PiprosError("the whitelist does not allow it")
         if parameter.get("value") is not None:
-            node.params.set(name, from_client(parameter))
+            value = from_client(parameter)
+            self._bridge.gate.check_parameter(node.resolve(name), value)
+            node.params.set(name, value)
             return
+        self._bridge.gate.check_other("delete parameters")
         try:
             node.params.delete(name)
         except NotFound:

@@ -52,6 +52,7 @@ from pipros.bridges.rosbridge.text_input import (
     parsed_json_bytes,
 )
 from pipros.bridges.shares import ClientShares, ExceedsShare, ServerShares
+from pipros.policy.model import Policy
 
 QUEUE_SIZE = 100
 """Queue size of a publisher, unless the client specifies it."""
@@ -99,6 +100,7 @@ class RosbridgeSettings:
             call services of `rosapi` that do not change the system.
         is_bson: whether binary frames are BSON.
         fragment_timeout_s: how long the fragments of an incomplete text are kept.
+        policy: what clients may do, within the names above; None for no policy.
     """
 
     topics: Globs = field(default_factory=Globs)
@@ -107,6 +109,7 @@ class RosbridgeSettings:
     has_control: bool = True
     is_bson: bool = False
     fragment_timeout_s: float = 600.0
+    policy: Policy | None = None
 
 
 @dataclass(slots=True)

@@ -22,6 +22,7 @@ from pipros.bridges.rosbridge.filling import Filler
 from pipros.bridges.shares import Charge, ClientShares
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.server.act_gate import ActGate
 
 EARLY_S: Final = 1.0
 """Maximum time (s) that the first messages of a publisher wait for a subscriber."""
@@ -44,7 +45,13 @@ class SharedPublishers:
     """The publishers of all clients. Methods may be called from any thread, and may block."""
 
     def __init__(
-        self, node: Node, filler: Filler, type_of: TypeOf, call_later: CallLater, unregister_s: float
+        self,
+        node: Node,
+        filler: Filler,
+        type_of: TypeOf,
+        call_later: CallLater,
+        unregister_s: float,
+        gate: ActGate,
     ) -> None:
         """Start without publishers. `unregister_s` is how long (s) a publisher without clients is kept."""
         self._node = node
@@ -52,6 +59,7 @@ class SharedPublishers:
         self._type_of = type_of
         self._call_later = call_later
         self._unregister_s = unregister_s
+        self._gate = gate
         self._limit = node.limits.of(BridgeLimits).bridge_topics
         self._shared: dict[str, _SharedPublisher] = {}
         self._lock = threading.Lock()
@@ -69,9 +77,11 @@ class SharedPublishers:
         """Advertise a topic (a global name) for a client, which pays for kept messages with its shares.
 
         Raises:
+            ActRefused: the policy does not allow the topic.
             PiprosError: the type is unknown or differs from the topic's type, or there are too many topics.
         """
         message_class = load_message_class(kind)
+        self._gate.check_topic(topic, message_class._type, message_class._md5sum)
         with self._lock:
             found = self._shared.get(topic)
             if found is None:
@@ -103,6 +113,7 @@ class SharedPublishers:
 
         Raises:
             LimitExceeded: the client has no memory left for another latched message, which is not published.
+            ActRefused: the policy does not allow the message.
             PiprosError: a value does not fit its field, or the topic cannot be advertised; see `advertise`.
         """
         found = self._shared.get(topic)
@@ -112,10 +123,11 @@ class SharedPublishers:
                 raise UnknownTopic(f"the type of {topic} is unknown; advertise it before publishing")
             self.advertise(user, topic, kind, latch=bool(latch), queue_size=queue_size, shares=shares)
             found = self._shared[topic]
-        elif latch:
-            found.latch()
         message = found.message_class()
         self._filler.fill(message, values)
+        self._gate.check_message(topic, message)
+        if latch:
+            found.latch()
         found.publish(message, shares, end_parsing)
 
     def release(self, user: Hashable, topic: str) -> None:

@@ -6,6 +6,7 @@ holds the state shared by all clients, and `RosbridgeSession` holds the state of
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -15,6 +16,8 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
+from pipros.basics.names import canonicalize, is_global
+from pipros.basics.printable import printable
 from pipros.bridges.call_turns import CallTurns, QuestionTurns
 from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.rosapi import MASTER_DEADLINE_S
@@ -51,6 +54,7 @@ from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
+from pipros.server.act_gate import ActGate
 
 CALLS_AT_ONCE: Final = 64
 """Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
@@ -58,6 +62,9 @@ QUESTION_THREADS: Final = 4
 """Threads for the questions of all clients to rosapi, which seldom wait."""
 CALLS_OF_A_CLIENT: Final = 256
 """Maximum number of running and queued calls of one client."""
+SET_PARAM: Final = "/rosapi/set_param"
+SET_PARAM_TYPE: Final = "rosapi/SetParam"
+"""The service that sets parameters: with a policy, its calls need a rule for the parameter."""
 SMALL_CALL_BYTES: Final = 4096
 """Approximate memory for the request of a pending call that is small."""
 
@@ -85,13 +92,19 @@ class RosbridgeNode:
         settings: RosbridgeSettings | None = None,
         timing: Timing | None = None,
         limits: Limits | None = None,
+        gate: ActGate | None = None,
     ) -> None:
-        """Create the state. `call_later` must not call functions in the event loop, as they may block."""
+        """Create the state. `call_later` must not call functions in the event loop, as they may block.
+
+        `gate` decides about the acts of clients; by default it has the policy of the settings.
+        """
         timing = timing or Timing()
         self.node = node
         self.limits = limits or node.limits
         self.settings = settings or RosbridgeSettings()
         self.call_later = call_later
+        self.gate = gate or ActGate(node, self.settings.policy)
+        self.gate.start()
         self.call_s = timing.call_s
         self.master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
         # A client that may not change the system must not decide which type others see.
@@ -100,7 +113,7 @@ class RosbridgeNode:
         self.filler = Filler(lambda: node.clock.now_ns(), self.limits)
         self.services = OfferedServices(node, self.filler, timing.call_s)
         self.publishers = SharedPublishers(
-            node, self.filler, self.topics.type_of, call_later, timing.unregister_s
+            node, self.filler, self.topics.type_of, call_later, timing.unregister_s, self.gate
         )
         self.calls = CallTurns("service calls of a bridge", CALLS_AT_ONCE)
         # Questions to rosapi are short, and do not wait for calls that may take minutes.
@@ -345,12 +358,30 @@ class RosbridgeSession:
         service_class = service_class_of(master, service, self._calls)
         request: Any = service_class._request_class()
         self._bridge.filler.fill(request, effect.arguments)
+        self._check_call(service, service_class, request)
         client = ServiceClient(
             service, service_class, master=lambda: master, calls=self._calls, limits=self._node.limits
         )
         return self._bridge.encoder.values_of(client.call(request, self._bridge.call_s))
 
+    def _check_call(self, service: str, service_class: Any, request: Any) -> None:
+        """Raise `ActRefused` if the policy does not allow a call."""
+        gate = self._bridge.gate
+        if gate.policy is None or service in QUESTION_NAMES:
+            return
+        if service == SET_PARAM and service_class._type == SET_PARAM_TYPE:
+            if not is_global(request.name):  # the node rosapi would resolve it
+                raise PiprosError(f"with a policy, name must be a global name, got {printable(request.name)}")
+            try:
+                value = json.loads(request.value)
+            except (ValueError, RecursionError) as error:
+                raise PiprosError(f"value is not JSON: {error}") from None
+            gate.check_parameter(canonicalize(request.name), value)
+        else:
+            gate.check_call(service, request, service_class._type, service_class._md5sum)
+
     def _offer(self, effect: OfferService) -> None:
+        self._bridge.gate.check_other("offer services")
         service = self._node.resolve(effect.service)
         self._bridge.services.offer(self, service, effect.kind, effect.service)
         self._offered[effect.service] = service

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.cli.runner import CommandError, add_flag, option_parser
-from pipros.cli.server_options import bind_address
+from pipros.cli.server_options import bind_address, policy_of
 
 
 def page_parser(name: str, usage: str) -> OptionParser:
@@ -22,6 +22,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
         "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
     )
     add_flag(parser, "--control", help="let the page change the system")
+    parser.add_option("--policy", metavar="FILE", help="file of what the page may change (docs/policy.md)")
     parser.add_option(
         "--token-file", metavar="FILE", help="file of tokens, one per line, to use instead of a new token"
     )
@@ -63,6 +64,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
             saves_layouts=not options.read_only and (_is_loopback(host) or options.control),
             opens_browser=not options.no_browser,
             bags=options.bags,
+            policy=policy_of(options),
             **more,
         )
     )

@@ -85,7 +85,7 @@ class ActionViews:
         If only some have connected after `CONNECTING_S`, publish it then; if none, raise `RequestRefused`.
         """
         system = self._system
-        advertising = system.questions.start(system.node.advertise, topic, message_class, queue_size=10)
+        advertising = system.questions.start(system.gate.advertise, topic, message_class, queue_size=10)
         try:
             publisher = await asyncio.wrap_future(advertising)
             deadline = time.monotonic() + CONNECTING_S

@@ -18,6 +18,7 @@ from pipros.node.open_calls import OpenCalls
 from pipros.node.publisher import Publisher
 from pipros.node.service_link import ErrorReply
 from pipros.safe.yaml import load
+from pipros.server.act_gate import GatedPublisher
 from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.messages.pattern import MessagePattern
@@ -65,7 +66,9 @@ class CallViews:
             caller = ServiceCaller(master, name, calls=calls)
             begin_s = time.monotonic()
             try:
-                response = caller.call(caller.request([] if value is None else [value]), CALL_BY_HAND_S)
+                request = caller.request([] if value is None else [value])
+                self._system.gate.check_call(name, request, *caller.type_and_md5sum)
+                response = caller.call(request, CALL_BY_HAND_S)
             except ErrorReply as error:
                 raise RequestRefused(f"the service replied with an error: {error.text}") from None
             return {"response": message_tree(response), "seconds": round(time.monotonic() - begin_s, 4)}
@@ -95,7 +98,7 @@ class CallViews:
 
         message(0, 0.0)  # raise errors before advertising the topic
         advertising = self._system.questions.start(
-            self._system.node.advertise, topic, message_class, queue_size=10, latch=not rate
+            self._system.gate.advertise, topic, message_class, queue_size=10, latch=not rate
         )
         try:
             publisher = await asyncio.wrap_future(advertising)
@@ -115,7 +118,7 @@ class CallViews:
             advertising.add_done_callback(lambda done: withdraw(self._system, done))
 
 
-def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any]]) -> None:
+def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any] | GatedPublisher]) -> None:
     """Unregister the publisher that an `advertise` call returned, if it succeeded. Does not block."""
     if not advertised.cancelled() and advertised.exception() is None:
         system.questions.start(advertised.result().unregister)

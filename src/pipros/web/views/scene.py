@@ -29,6 +29,7 @@ from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
 from pipros.packages.assets import NAMES, PREFIX, read_asset
+from pipros.server.act_gate import GatedPublisher
 from pipros.server.daemon_pool import DaemonPool
 from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
@@ -76,7 +77,7 @@ class SceneViews:
         self._clouds: dict[str, Shared[CloudTopic]] = {}
         self._packages = PackageIndex.from_environment(system.node.environment)
         self._files: dict[str, frozenset[str]] = {}  # by the parameter of the robot description, oldest first
-        self._feedback: dict[str, Future[Publisher[Any]]] = {}
+        self._feedback: dict[str, Future[Publisher[Any] | GatedPublisher]] = {}
 
     async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the configuration, and again whenever a file is loaded."""
@@ -114,7 +115,7 @@ class SceneViews:
             if len(self._feedback) >= MAX_FEEDBACK_TOPICS:
                 raise RequestRefused(f"feedback can be published to at most {MAX_FEEDBACK_TOPICS} topics")
             self._feedback[name] = self._system.questions.start(
-                self._system.node.advertise, name, message_class, queue_size=FEEDBACK_QUEUE
+                self._system.gate.advertise, name, message_class, queue_size=FEEDBACK_QUEUE
             )
         advertising = self._feedback[name]
         try:

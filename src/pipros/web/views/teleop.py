@@ -15,6 +15,7 @@ from typing import Any
 
 from pipros.msg import load_message_class
 from pipros.node.publisher import Publisher
+from pipros.server.act_gate import GatedPublisher
 from pipros.server.view_server import RequestRefused
 from pipros.web.steering import Velocity, VelocityCommands
 from pipros.web.views.calls import withdraw
@@ -40,7 +41,7 @@ class TeleopViews:
         limit = Velocity(_number(arguments, "linear"), _number(arguments, "angular"))
         system, twist = self._system, load_message_class("geometry_msgs/Twist")
         with self._session(arguments, VelocityCommands(limit)) as commands:
-            advertising = system.questions.start(system.node.advertise, topic, twist, queue_size=1)
+            advertising = system.questions.start(system.gate.advertise, topic, twist, queue_size=1)
             try:
                 publisher = await asyncio.wrap_future(advertising)
                 driving = asyncio.create_task(_drive(publisher, twist, commands))
@@ -79,13 +80,13 @@ class TeleopViews:
             del self._sessions[name]
 
 
-async def _drive(publisher: Publisher[Any], twist: Any, commands: VelocityCommands) -> None:
+async def _drive(publisher: Publisher[Any] | GatedPublisher, twist: Any, commands: VelocityCommands) -> None:
     while True:
         _publish(publisher, twist, commands.due(time.monotonic()))
         await asyncio.sleep(PERIOD_S)
 
 
-def _publish(publisher: Publisher[Any], twist: Any, velocity: Velocity | None) -> None:
+def _publish(publisher: Publisher[Any] | GatedPublisher, twist: Any, velocity: Velocity | None) -> None:
     if velocity is None:
         return
     message = twist()

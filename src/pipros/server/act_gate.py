@@ -1,0 +1,150 @@
+"""The gate through which all acts of a server's clients pass: what a policy does not allow is refused.
+
+A policy only narrows. The other conditions of a server, such as `--control`, are checked before.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.node import Node
+from pipros.node.publisher import Publisher
+from pipros.policy.decisions import Act, PolicyState, decide, read_condition, rule_for
+from pipros.policy.model import ActRefused, Condition, Kind, Policy
+
+
+class ActGate:
+    """Decides about acts, for all clients of a server together. Thread-safe.
+
+    Methods take names as the node takes them, and resolve them as it does, so that a remapping of the server
+    does not lead around the policy. Without a policy they do nothing.
+
+    Attributes:
+        policy: the policy; None allows everything.
+    """
+
+    def __init__(
+        self, node: Node, policy: Policy | None = None, clock_s: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.policy = policy
+        self._node = node
+        self._clock_s = clock_s
+        self._state = PolicyState()
+        self._lock = threading.Lock()
+        self._is_started = False
+
+    def start(self) -> None:
+        """Subscribe to the topics of the conditions, once. The node must have been started."""
+        with self._lock:
+            is_first, self._is_started = not self._is_started, True
+        if self.policy is None or not is_first:
+            return
+        for condition in self.policy.conditions.values():
+            self._watch(condition)
+
+    def check_topic(self, topic: str, type_name: str, md5sum: str) -> None:
+        """Check the name and the type of a topic that a client is about to publish.
+
+        Raises:
+            ActRefused: the policy does not name the topic, or with another type.
+        """
+        if self.policy is not None:
+            rule_for(self.policy, Kind.TOPIC, self._node.resolve(topic), type_name, md5sum)
+
+    def check_message(self, topic: str, message: Any, type_name: str = "", md5sum: str = "") -> None:
+        """Check a message, which counts if it is allowed.
+
+        Args:
+            message: the message, or its serialized form, with its type and MD5 sum.
+
+        Raises:
+            ActRefused: the policy does not allow it.
+        """
+        self._check(Kind.TOPIC, self._node.resolve(topic), message, type_name, md5sum)
+
+    def check_call(self, service: str, request: Any, type_name: str, md5sum: str) -> None:
+        """Check a call. `service` is a global name, `request` may be serialized; see `check_message`."""
+        self._check(Kind.SERVICE, service, request, type_name, md5sum)
+
+    def check_parameter(self, name: str, value: Any) -> None:
+        """Check a new value of a parameter; `name` is global. See `check_message`."""
+        self._check(Kind.PARAMETER, name, value, "", "")
+
+    def check_other(self, what: str) -> None:
+        """Raise `ActRefused` for an act that no policy can describe, if there is a policy."""
+        if self.policy is not None:
+            raise ActRefused(f"the policy does not let clients {what}")
+
+    def advertise(
+        self, topic: str, message_class: Any, *, queue_size: int = 10, latch: bool = False
+    ) -> Publisher[Any] | GatedPublisher:
+        """Advertise a topic. The publisher checks each message. Blocks as `Node.advertise` does.
+
+        Raises:
+            ActRefused: see `check_topic`.
+            TypeConflict: the node already publishes the topic with another type.
+        """
+        self.check_topic(topic, message_class._type, message_class._md5sum)
+        publisher = self._node.advertise(topic, message_class, queue_size=queue_size, latch=latch)
+        return publisher if self.policy is None else GatedPublisher(self, topic, publisher)
+
+    def _check(self, kind: Kind, name: str, value: Any, type_name: str, md5sum: str) -> None:
+        policy = self.policy
+        if policy is None:
+            return
+        if isinstance(value, bytes):
+            value = _decoded(rule_for(policy, kind, name, type_name, md5sum).message_class, value)
+        elif kind is Kind.TOPIC:
+            type_name, md5sum = value._type, value._md5sum
+        with self._lock:
+            decide(policy, Act(kind, name, value, type_name, md5sum), self._state, self._clock_s())
+
+    def _watch(self, condition: Condition) -> None:
+        def received(message: Any) -> None:
+            reading = read_condition(condition, message, self._clock_s())
+            with self._lock:
+                self._state.readings[condition.name] = reading
+
+        self._node.subscribe(condition.topic, condition.message_class, received, queue_size=1)
+
+
+class GatedPublisher:
+    """A publisher that publishes only what its gate allows."""
+
+    def __init__(self, gate: ActGate, topic: str, publisher: Publisher[Any]) -> None:
+        self._gate = gate
+        self._topic = topic
+        self._publisher = publisher
+
+    @property
+    def connection_count(self) -> int:
+        return self._publisher.connection_count
+
+    def publish(self, message: Any) -> None:
+        """Publish a message. Raise `ActRefused` if the policy does not allow it."""
+        self._gate.check_message(self._topic, message)
+        self._publisher.publish(message)
+
+    def unregister(self) -> None:
+        """Unadvertise the topic."""
+        self._publisher.unregister()
+
+
+def _decoded(message_class: Any, body: bytes) -> Any:
+    """Return a message that consists of these bytes, and of no others.
+
+    Raises:
+        ActRefused: the bytes are not such a message, and subscribers could read them in another way.
+    """
+    try:
+        message = message_class._from_bytes(body)
+        is_whole = b"".join(message._to_buffers()) == body
+    except PiprosError as error:
+        raise ActRefused(f"not a message of the type {message_class._type}: {error}") from None
+    if not is_whole:
+        raise ActRefused(f"the message has bytes that do not belong to the type {message_class._type}")
+    return message
