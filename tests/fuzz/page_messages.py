@@ -16,6 +16,7 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.graph.message_path import parse_path
+from pipros.graph.message_tree import message_tree
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
@@ -23,7 +24,6 @@ from pipros.msg.language.spec import DefinitionError
 from pipros.node.any_msg import AnyMsg
 from pipros.web.curve_samples import Field, number_in
 from pipros.web.messages.known_topic import KnownTopic
-from pipros.web.messages.tree import message_tree
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.console import Log
 from pipros.web.views.diagnostics import Statuses

@@ -13,10 +13,10 @@ import pytest
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
+from pipros.pictures.cloud_columns import cloud_columns, point_columns, strided, thinning_step
 from pipros.server.daemon_pool import DaemonPool
 from pipros.server.view_server import RequestRefused
 from pipros.web.messages.layout import message_layout
-from pipros.web.scene.cloud_columns import cloud_columns, point_columns, strided, thinning_step
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import permitted_path
 from pipros.web.scene.topic import MAX_LATCHED, SceneTopic

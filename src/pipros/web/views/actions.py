@@ -11,13 +11,13 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.graph.message_from_yaml import message_from_yaml
+from pipros.graph.message_tree import message_tree
 from pipros.graph.observer import Observation
 from pipros.libraries.actions.status import TERMINAL, Status
 from pipros.msg import load_message_class
 from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.messages.known_topic import LONGEST_NAME
-from pipros.web.messages.tree import message_tree
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.calls import message_class_in, withdraw, yaml_in
 from pipros.web.views.topics import topic_name

@@ -10,6 +10,7 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.graph.message_from_yaml import message_from_yaml
+from pipros.graph.message_tree import message_tree
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.services import argument_names, service_class_of
 from pipros.msg import load_message_class
@@ -22,7 +23,6 @@ from pipros.server.act_gate import GatedPublisher
 from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.messages.pattern import MessagePattern
-from pipros.web.messages.tree import message_tree
 from pipros.web.service_calls import CALL_BY_HAND_S
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem

@@ -14,6 +14,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.graph.service_call import ServiceCaller
+from pipros.launch.log_history import Entry, log_history
 from pipros.net.address import split_uri
 from pipros.net.master_client import MasterClient
 from pipros.net.this_machine import is_this_machine
@@ -21,7 +22,6 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.open_calls import OpenCalls
 from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
-from pipros.web.log_history import Entry, log_history
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.shared import Shared

@@ -15,13 +15,13 @@ from pipros.graph.drawing.grouping import Grouping, grouped
 from pipros.graph.drawing.node_graph import MODES, Arrow, GraphOptions, Key, Mode, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
+from pipros.graph.message_tree import message_tree
 from pipros.graph.nodes import kill
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
 from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.graph_drawings import GraphDrawings
-from pipros.web.messages.tree import message_tree
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 

@@ -10,10 +10,10 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.graph import params
+from pipros.graph.message_tree import message_tree
 from pipros.safe.yaml import load
 from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
-from pipros.web.messages.tree import message_tree
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 

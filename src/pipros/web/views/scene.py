@@ -29,11 +29,11 @@ from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
 from pipros.packages.assets import NAMES, PREFIX, read_asset
+from pipros.pictures.cloud_columns import cloud_columns, point_columns
 from pipros.server.act_gate import GatedPublisher
 from pipros.server.daemon_pool import DaemonPool
 from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
-from pipros.web.scene.cloud_columns import cloud_columns, point_columns
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
 from pipros.web.shared import Shared

@@ -13,6 +13,7 @@ from typing import Any
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
+from pipros.graph.message_tree import message_tree
 from pipros.graph.observer import Observation
 from pipros.msg import load_message_class
 from pipros.msg.time import TVal
@@ -21,7 +22,6 @@ from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.messages.known_topic import LONGEST_NAME
 from pipros.web.messages.picture import message_picture
-from pipros.web.messages.tree import message_tree
 from pipros.web.topic_watch import Newest, TopicWatch
 from pipros.web.watched_system import WatchedSystem
 

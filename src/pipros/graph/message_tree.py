@@ -14,14 +14,14 @@ SHOWN_BYTES = 32
 SHOWN_NAME = 300
 """Maximum length of a field's name or a key, in characters."""
 LEAVES = 4000
-"""Maximum number of values shown per message. A long string or name counts as several values."""
+"""Maximum number of values shown per message by default. A long string or name counts as several values."""
 CHARACTERS_PER_LEAF = 50
 
 MORE = "…"
 """Key of the entry that states how much was omitted."""
 
 
-def message_tree(message: object) -> Any:
+def message_tree(message: object, leaves: int = LEAVES) -> Any:
     """Return the fields of a message as dictionaries, lists, strings and numbers.
 
     NaN and infinity become the strings `nan` and `inf`.
@@ -29,13 +29,14 @@ def message_tree(message: object) -> Any:
 
     Args:
         message: a message, or the value of a field.
+        leaves: maximum number of values; see `LEAVES`.
     """
-    return _Tree().of(message)
+    return _Tree(leaves).of(message)
 
 
 class _Tree:
-    def __init__(self) -> None:
-        self._left = LEAVES
+    def __init__(self, leaves: int) -> None:
+        self._left = leaves
 
     def of(self, value: Any) -> Any:
         self._left -= 1

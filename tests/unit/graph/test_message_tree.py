@@ -14,10 +14,10 @@ from std_msgs.msg import Float64, Header, String
 
 from genpy import Time
 from pipros.basics.limits import process_limits
+from pipros.graph.message_tree import LEAVES, message_tree
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.web.bounded_list import bounded_list
 from pipros.web.limits import PageLimits
-from pipros.web.messages.tree import LEAVES, message_tree
 from pipros.web.views.topics import percentage
 
 

@@ -1,4 +1,4 @@
-"""Read the end of the run's `rosout.log`, for the log entries written before the page subscribed."""
+"""Read the end of the run's `rosout.log`, for the log entries written before a program subscribed."""
 
 from __future__ import annotations
 
