@@ -1,0 +1,52 @@
+"""Files below a folder. Nothing outside is opened, whatever a name or a link says."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
+
+
+class NotBelow(PiprosError):
+    """A name is not that of a file below the folder."""
+
+
+MOST_FILES: Final = 5000
+"""Maximum number of folders and files that are looked at."""
+
+
+def file_inside(folder: Path, name: str) -> Path:
+    """Return a file below a folder. `name` is relative to it, and has no `..`; links may not leave it.
+
+    Raises:
+        NotBelow: the file does not exist, or is outside.
+    """
+    parts = Path(name).parts
+    is_plain = "\0" not in name and "\\" not in name and not Path(name).is_absolute() and ".." not in parts
+    if not parts or not is_plain:
+        raise NotBelow(f"a file must be named relative to its folder, without '..', got [{printable(name)}]")
+    root = Path(os.path.realpath(folder))
+    found = Path(os.path.realpath(root / name))
+    if not found.is_relative_to(root) or not found.is_file():
+        raise NotBelow(f"there is no file [{printable(name)}] in this folder; links may not leave it")
+    return found
+
+
+def files_below(folder: Path, suffixes: tuple[str, ...]) -> Iterator[str]:
+    """Yield the names of files below a folder, sorted by folder, without hidden ones and links out."""
+    root = os.path.realpath(folder)
+    left = MOST_FILES
+    for path, folders, files in os.walk(root):
+        folders[:] = sorted(each for each in folders if not each.startswith("."))
+        for name in sorted(files):
+            left -= 1
+            if left < 0:
+                return
+            file = os.path.join(path, name)
+            is_inside = Path(os.path.realpath(file)).is_relative_to(root)
+            if name.endswith(suffixes) and not name.startswith(".") and is_inside:
+                yield os.path.relpath(file, root)

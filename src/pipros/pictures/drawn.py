@@ -1,0 +1,257 @@
+"""Pictures of messages, of at most `SIDE` pixels: images, clouds and scans from above, grids, and plots.
+
+All pictures are encoded here, so that none carries texts of the sender, such as comments of a JPEG file.
+Pillow (`pipros[pictures]`) draws and encodes them.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import struct
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, cast
+
+from PIL import Image, ImageDraw
+
+from pipros.basics.printable import printable
+from pipros.pictures.cloud_columns import cloud_columns, point_columns, thinning_step
+from pipros.pictures.encodings import Color
+from pipros.pictures.errors import PictureError
+from pipros.pictures.image_message import encoding_of
+
+SIDE: Final = 768
+"""Maximum width and height of a picture."""
+POINTS: Final = 60_000
+"""Maximum number of points that are drawn."""
+_MARGIN = 40
+_COLOURS = ((31, 119, 180), (214, 39, 40), (44, 160, 44), (255, 127, 14), (148, 103, 189), (23, 190, 207))
+_LUMA: Final = {Color.YUV422: 1, Color.YUV422_YUY2: 0}
+"""The first byte of a row with a luma."""
+_FAR_M: Final = 1e6
+"""Points beyond are left out, as are those that are not finite."""
+
+
+@dataclass(frozen=True, slots=True)
+class EncodedPicture:
+    """A picture file, encoded here, so that it carries no text of a message.
+
+    Attributes:
+        kind: its media type.
+    """
+
+    content: bytes
+    kind: str
+
+
+Drawn = tuple[EncodedPicture, str, Mapping[str, Any]]
+Line = Sequence[tuple[float, float]]
+
+
+def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
+    """Return a picture of a message, a note that explains it, and facts about the message.
+
+    Args:
+        limit_pixels: the size of an image or grid.
+        limit_bytes: the size of the picture.
+
+    Raises:
+        PictureError: there is no picture for its type, or it is malformed or too large.
+    """
+    drawers = {
+        "sensor_msgs/Image": _image,
+        "sensor_msgs/CompressedImage": _compressed,
+        "sensor_msgs/PointCloud": _cloud,
+        "sensor_msgs/PointCloud2": _cloud,
+        "sensor_msgs/LaserScan": _scan,
+        "nav_msgs/OccupancyGrid": _grid,
+    }
+    drawer = drawers.get(message._type)
+    if drawer is None:
+        raise PictureError(f"there are no pictures for messages of the type {message._type}")
+    image, note, facts = drawer(message, limit_pixels)
+    return encoded(image, limit_bytes), note, {"frame": message.header.frame_id, **facts}
+
+
+def encoded(image: Image.Image, limit_bytes: int) -> EncodedPicture:
+    """Return a picture as PNG if it is small enough, otherwise as JPEG; it is shrunk until it fits."""
+    image.thumbnail((SIDE, SIDE))
+    while True:
+        for kind, options in (("png", {}), ("jpeg", {"quality": 85}), ("jpeg", {"quality": 60})):
+            file = io.BytesIO()
+            pixels = image if kind == "png" or image.mode in ("L", "RGB") else image.convert("RGB")
+            pixels.save(file, kind.upper(), **options)
+            if file.tell() <= limit_bytes:
+                return EncodedPicture(file.getvalue(), f"image/{kind}")
+        image = image.resize((max(image.width * 3 // 4, 1), max(image.height * 3 // 4, 1)))
+
+
+def plot(lines: Mapping[str, Line], limit_bytes: int) -> EncodedPicture:
+    """Return curves over time. The picture has numbers, but no names: the colours are those of `colours`."""
+    points = [point for line in lines.values() for point in line]
+    left, right = _range(x for x, _ in points)
+    low, high = _range(y for _, y in points)
+    image = Image.new("RGB", (SIDE, SIDE * 9 // 16), "white")
+    draw = ImageDraw.Draw(image)
+    width, height = image.width - 2 * _MARGIN, image.height - 2 * _MARGIN
+
+    def place(x: float, y: float) -> tuple[float, float]:
+        return (
+            _MARGIN + (x - left) / (right - left) * width,
+            image.height - _MARGIN - (y - low) / (high - low) * height,
+        )
+
+    draw.rectangle((_MARGIN, _MARGIN, image.width - _MARGIN, image.height - _MARGIN), outline="gray")
+    draw.text((2, _MARGIN), f"{high:.5g}", "black")
+    draw.text((2, image.height - _MARGIN - 10), f"{low:.5g}", "black")
+    draw.text((_MARGIN, image.height - _MARGIN + 5), f"{left:.5g} s", "black")
+    draw.text((image.width - 2 * _MARGIN, image.height - _MARGIN + 5), f"{right:.5g} s", "black")
+    for number, line in enumerate(lines.values()):
+        colour = _COLOURS[number % len(_COLOURS)]
+        placed = [place(x, y) for x, y in line]
+        if len(placed) == 1:
+            draw.ellipse((placed[0][0] - 2, placed[0][1] - 2, placed[0][0] + 2, placed[0][1] + 2), colour)
+        draw.line(placed, colour, 2)
+    return encoded(image, limit_bytes)
+
+
+def colours(names: Iterable[str]) -> dict[str, str]:
+    """Return the colours in which `plot` draws curves, as `#rrggbb`."""
+    return {name: "#%02x%02x%02x" % _COLOURS[at % len(_COLOURS)] for at, name in enumerate(names)}  # noqa: UP031
+
+
+def _range(values: Iterable[float]) -> tuple[float, float]:
+    found = [each for each in values if math.isfinite(each)]
+    low, high = (min(found), max(found)) if found else (0.0, 0.0)
+    return (low, high) if high > low else (low - max(abs(low) * 1e-3, 0.5), low + max(abs(low) * 1e-3, 0.5))
+
+
+def _image(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    found = encoding_of(message)
+    width, height = message.width, message.height
+    if not width or not height or width * height > limit_pixels:
+        raise PictureError(f"the image must have 1 to {limit_pixels} pixels, got {width} x {height}")
+    facts = {"size": [width, height], "encoding": message.encoding}
+    every = max(max(width, height) // SIDE, 1)
+    is_colour = found.color in (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
+    if found.depth != "8U" and (is_colour or found.depth not in ("16U", "32F")):
+        raise PictureError(f"cannot show images of the encoding [{printable(message.encoding)}]")
+    size = found.channels * found.bits // 8
+    data = memoryview(message.data)
+    tops = range(0, height * message.step, message.step * every)
+    rows = [bytes(data[top : top + width * size]) for top in tops]
+    if found.color in _LUMA:
+        rows = [row[_LUMA[found.color] :: 2] for row in rows]
+    shape = (len(range(0, width, every)), len(rows))
+    if found.depth != "8U":
+        code = f"{'>' if message.is_bigendian else '<'}{width}{'H' if found.depth == '16U' else 'f'}"
+        values = [value for row in rows for value in struct.unpack(code, row)[::every]]
+        low, high = _range(values)
+        grey = bytes(_byte(value, low, high) for value in values)
+        return (
+            Image.frombytes("L", shape, grey),
+            "The brightness shows the values between their extremes.",
+            {
+                **facts,
+                "darkest": low,
+                "brightest": high,
+            },
+        )
+    if not is_colour:  # Bayer patterns and YUV, too, which are shown in grey
+        return Image.frombytes("L", shape, b"".join(row[::every] for row in rows)), "", facts
+    order = (0, 1, 2) if found.color in (Color.RGB, Color.RGBA) else (2, 1, 0)
+    planes = [b"".join(row[at :: size * every] for row in rows) for at in order]
+    return Image.merge("RGB", [Image.frombytes("L", shape, plane) for plane in planes]), "", facts
+
+
+def _compressed(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    try:
+        with Image.open(io.BytesIO(bytes(message.data)), formats=("JPEG", "PNG")) as file:
+            size = file.size
+            if size[0] * size[1] > limit_pixels:
+                raise PictureError(f"the image must have at most {limit_pixels} pixels, got {size}")
+            file.draft("RGB", (SIDE, SIDE))
+            if file.mode.startswith("I"):
+                deep = file.convert("F")
+                low, high = _range(cast("tuple[float, float]", deep.getextrema()))
+                scale = 255 / (high - low)
+                image = deep.point(lambda value: value * scale - low * scale).convert("L")
+            else:
+                image = file.convert("L" if file.mode in ("1", "L") else "RGB")
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise PictureError(f"cannot decode the image: {error}") from None
+    return image, "", {"size": list(size), "format": message.format}
+
+
+def _cloud(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    columns = cloud_columns if message._type.endswith("2") else point_columns
+    found = columns(message, (), POINTS)
+    if found.problem:
+        raise PictureError(f"cannot show the cloud: {found.problem}")
+    xs, ys, zs = ([value for (value,) in struct.iter_unpack("<f", each.data)] for each in found.columns)
+    return _from_above(zip(xs, ys, zs, strict=True), {"points": found.count, "shown_points": len(xs)})
+
+
+def _scan(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    ranges = message.ranges
+    step = thinning_step(len(ranges), POINTS)
+
+    def points() -> Iterator[tuple[float, float, float]]:
+        for at in range(0, len(ranges), step):
+            if message.range_min <= ranges[at] <= message.range_max:
+                angle = message.angle_min + at * message.angle_increment
+                if math.isfinite(angle):
+                    yield ranges[at] * math.cos(angle), ranges[at] * math.sin(angle), 0.0
+
+    return _from_above(points(), {"points": len(ranges)})
+
+
+def _from_above(
+    points: Iterable[tuple[float, float, float]], facts: Mapping[str, Any]
+) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    kept = [point for point in points if all(math.isfinite(each) and abs(each) < _FAR_M for each in point)]
+    (left, right), (low, high), (bottom, top) = map(_range, zip((0.0, 0.0, 0.0), *kept, strict=True))
+    scale = (SIDE - 1) / max(right - left, high - low)
+    image = Image.new("RGB", (int((high - low) * scale) + 1, int((right - left) * scale) + 1), "black")
+    draw = ImageDraw.Draw(image)
+    for x, y, z in kept:  # x is up and y is left, as seen from above by someone who looks ahead
+        share = int(255 * (z - bottom) / (top - bottom))
+        draw.point(
+            ((high - y) * scale, (right - x) * scale), (share, 255 - abs(2 * share - 255), 255 - share)
+        )
+    place = (high * scale, right * scale)
+    draw.ellipse((place[0] - 3, place[1] - 3, place[0] + 3, place[1] + 3), outline="white")
+    note = "From above: x points up, y left. The circle is the origin; colours show z from blue to red."
+    return image, note, {**facts, "x_m": [left, right], "y_m": [low, high], "z_m": [bottom, top]}
+
+
+def _grid(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    width, height = message.info.width, message.info.height
+    if not width or not height or width * height != len(message.data) or width * height > limit_pixels:
+        raise PictureError(
+            f"the grid must have 1 to {limit_pixels} cells, and as many values, "
+            f"got {width} x {height} cells and {len(message.data)} values"
+        )
+    every = max(max(width, height) // SIDE, 1)
+    shades = bytes(_shade(value) for value in range(-128, 128))
+    rows = []
+    for top in reversed(range(0, height, every)):
+        cells = message.data[top * width : (top + 1) * width : every]
+        rows.append(bytes(shades[cell + 128] for cell in cells))
+    origin = message.info.origin.position
+    facts = {
+        "cells": [width, height],
+        "resolution_m": message.info.resolution,
+        "origin_m": [origin.x, origin.y],
+    }
+    image = Image.frombytes("L", (len(rows[0]), len(rows)), b"".join(rows))
+    return image, "White is free, black is occupied, grey is unknown. x points to the right, y up.", facts
+
+
+def _shade(value: int) -> int:
+    return 255 - value * 255 // 100 if 0 <= value <= 100 else 128
+
+
+def _byte(value: float, low: float, high: float) -> int:
+    return int(255 * (value - low) / (high - low)) if math.isfinite(value) else 0

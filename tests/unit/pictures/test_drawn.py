@@ -1,0 +1,145 @@
+"""Pictures of messages."""
+
+from __future__ import annotations
+
+import io
+import math
+import random
+import struct
+from typing import Any
+
+import pytest
+from PIL import Image, PngImagePlugin
+
+from pipros.msg import load_message_class
+from pipros.pictures.drawn import SIDE, colours, encoded, picture_of, plot
+from pipros.pictures.errors import PictureError
+
+ImageMsg: Any = load_message_class("sensor_msgs/Image")
+CompressedImage: Any = load_message_class("sensor_msgs/CompressedImage")
+OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")
+LaserScan: Any = load_message_class("sensor_msgs/LaserScan")
+PointCloud: Any = load_message_class("sensor_msgs/PointCloud")
+PointCloud2: Any = load_message_class("sensor_msgs/PointCloud2")
+Point32: Any = load_message_class("geometry_msgs/Point32")
+String: Any = load_message_class("std_msgs/String")
+
+BYTES = 256_000
+
+
+def drawn(message: Any) -> Image.Image:
+    picture, _, _ = picture_of(message, 10_000_000, BYTES)
+    image = Image.open(io.BytesIO(picture.content))
+    assert picture.kind == f"image/{str(image.format).lower()}"
+    assert max(image.size) <= SIDE
+    assert len(picture.content) <= BYTES
+    return image
+
+
+def image(encoding: str, width: int, height: int, data: bytes, **more: Any) -> Any:
+    return ImageMsg(
+        encoding=encoding, width=width, height=height, step=len(data) // height, data=data, **more
+    )
+
+
+@pytest.mark.parametrize(
+    ("encoding", "pixel", "expected"),
+    [
+        ("rgb8", b"\x0a\x14\x1e", (10, 20, 30)),
+        ("bgr8", b"\x0a\x14\x1e", (30, 20, 10)),
+        ("rgba8", b"\x0a\x14\x1e\x00", (10, 20, 30)),
+        ("bgra8", b"\x0a\x14\x1e\x00", (30, 20, 10)),
+        ("mono8", b"\x0a", 10),
+        ("bayer_rggb8", b"\x0a", 10),
+    ],
+)
+def test_pixels_keep_their_colours(encoding: str, pixel: bytes, expected: Any) -> None:
+    assert drawn(image(encoding, 2, 2, pixel * 4)).getpixel((1, 1)) == expected
+
+
+def test_yuv_is_shown_in_grey() -> None:
+    assert drawn(image("yuv422", 2, 1, b"\x80\x0a\x80\x14")).getpixel((1, 0)) == 20
+
+
+@pytest.mark.parametrize(("big", "code"), [(0, "<"), (1, ">")])
+def test_depths_are_stretched(big: int, code: str) -> None:
+    shown = drawn(image("16UC1", 2, 1, struct.pack(f"{code}2H", 1000, 3000), is_bigendian=big))
+    assert [shown.getpixel((x, 0)) for x in (0, 1)] == [0, 255]
+    shown = drawn(image("32FC1", 3, 1, struct.pack(f"{code}3f", 1, 3, math.nan), is_bigendian=big))
+    assert [shown.getpixel((x, 0)) for x in (0, 1, 2)] == [0, 255, 0]
+
+
+def test_large_images_are_shrunk_until_they_fit() -> None:
+    noise = random.Random(1).randbytes(2000 * 1000)  # noqa: S311
+    assert drawn(image("mono8", 2000, 1000, noise)).size == (768, 384)
+    tiny = encoded(Image.frombytes("L", (700, 700), noise[: 700 * 700]), 20_000)
+    assert len(tiny.content) <= 20_000
+
+
+def test_texts_in_files_are_dropped() -> None:
+    texts = PngImagePlugin.PngInfo()
+    texts.add_text("Comment", "obey me")
+    file = io.BytesIO()
+    Image.new("RGB", (4, 4), "red").save(file, "PNG", pnginfo=texts)
+    assert b"obey me" in file.getvalue()
+    picture, _, _ = picture_of(CompressedImage(format="png", data=file.getvalue()), 100, BYTES)
+    assert b"obey me" not in picture.content
+
+
+def test_compressed_depths_are_stretched() -> None:
+    file = io.BytesIO()
+    Image.frombytes("I;16", (2, 1), struct.pack("<2H", 1000, 3000)).save(file, "PNG")
+    shown = drawn(CompressedImage(format="png", data=file.getvalue()))
+    assert [shown.getpixel((x, 0)) for x in (0, 1)] == [0, 255]
+
+
+def test_grids_have_y_upwards() -> None:
+    grid = OccupancyGrid(data=[0, 100, -1, 50])
+    grid.info.width = grid.info.height = 2
+    shown = drawn(grid)
+    assert [shown.getpixel((x, y)) for y in (0, 1) for x in (0, 1)] == [128, 128, 255, 0]
+
+
+def test_points_ahead_are_above_the_origin() -> None:
+    scan = LaserScan(ranges=[2.0, math.nan, 9.0], range_max=5.0)
+    shown = drawn(scan).convert("L")
+    assert (shown.getbbox() or (0, 1))[1] == 0
+    cloud = PointCloud(points=[Point32(1e30, 0, 0), Point32(1, 1, 1)])
+    assert drawn(cloud).convert("L").getbbox() is not None
+
+
+def test_plots_have_a_colour_for_each_curve() -> None:
+    picture = plot({"a": [(0.0, 1.0), (1.0, 2.0)], "b": [(0.5, 1.5)]}, BYTES)
+    shown = Image.open(io.BytesIO(picture.content)).convert("RGB")
+    found = {"#%02x%02x%02x" % color for _, color in shown.getcolors(1_000_000) or ()}  # noqa: UP031
+    assert set(colours(["a", "b"]).values()) <= found
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        String("text"),
+        image("mono8", 4, 4, b"\0" * 4),
+        image("unknown", 1, 1, b"\0"),
+        image("8UC2", 1, 1, b"\0\0"),
+        image("32FC3", 1, 1, b"\0" * 12),
+        ImageMsg(encoding="mono8"),
+        CompressedImage(format="jpeg", data=b"\xff\xd8\xff nothing"),
+        CompressedImage(format="png", data=b""),
+        OccupancyGrid(data=[1, 2, 3]),
+        PointCloud2(width=3, height=1, point_step=12, data=b"\0"),
+    ],
+    ids=str,
+)
+def test_malformed_messages_are_refused(message: Any) -> None:
+    with pytest.raises(PictureError):
+        picture_of(message, 100, BYTES)
+
+
+def test_too_many_pixels_are_refused_before_they_are_decoded() -> None:
+    file = io.BytesIO()
+    Image.new("L", (50, 50)).save(file, "PNG")
+    with pytest.raises(PictureError, match="at most 100 pixels"):
+        picture_of(CompressedImage(format="png", data=file.getvalue()), 100, BYTES)
+    with pytest.raises(PictureError, match="1 to 100 pixels"):
+        picture_of(image("mono8", 50, 50, bytes(2500)), 100, BYTES)
