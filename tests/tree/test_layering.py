@@ -44,7 +44,7 @@ LAYERS: list[list[set[str]]] = [
     ],
     [
         {"testing", "web", "health"},
-        {"bridges", "data", "fleet", "navigation", "ros2", "simulation", "wheels"},
+        {"assistants", "bridges", "data", "fleet", "navigation", "ros2", "simulation", "wheels"},
     ],
     [{"cli"}],
 ]

@@ -163,7 +163,7 @@ def test_the_table_of_rooms_is_complete() -> None:
 
 def test_wrong_names_of_rooms_end_the_build() -> None:
     with pytest.raises(
-        build_rooms.BadRooms, match=r"unknown room \[cellar\]; the rooms are bridges, data, fleet"
+        build_rooms.BadRooms, match=r"unknown room \[cellar\]; the rooms are assistants, bridges, data, fleet"
     ):
         build_rooms.rooms_of(REPOSITORY, "web, cellar")
     assert [room.name for room in build_rooms.rooms_of(REPOSITORY, "web, ros2").built] == ["ros2", "web"]

@@ -24,6 +24,7 @@ PAGES = ("start.md", "package.md", "robot.md", "course.md", "simulation.md")
 # By page and language: the test that runs these blocks.
 OTHERS = {
     ("api.md", "python"): "tests/tutorial/test_client_docs.py",
+    ("assistants.md", "json"): "tests/unit/assistants/test_docs.py",
     ("bags.md", "python"): "tests/unit/bag/test_docs.py",
     ("browser.md", "python"): "tests/tree/test_other_systems.py",
     ("bridges.md", "console"): "tests/graph/test_serve.py",
@@ -66,6 +67,7 @@ NOT_RUN = {
     ("bridges.md", "javascript"): "clients from npm, which tests/clients runs with other programs",
     ("bridges.md", "python"): "clients from PyPI, which tests/clients runs with other programs",
     ("bridges.md", "xml"): "a part of a launch file",
+    ("assistants.md", "sh"): "installation of an extra",
     ("navigation.md", "console"): "installation of an extra",
     ("data.md", "sh"): "installation of an extra",
     (

@@ -1,0 +1,64 @@
+"""`pipros mcp`: serves tools that read the system to an assistant."""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.basics.errors import MissingExtra
+from pipros.cli.entry_point import command
+from pipros.cli.runner import CommandError, run
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Serve until the client closes the connection, or until Ctrl-C. Return the exit code."""
+    parser = ArgumentParser(
+        prog="pipros mcp",
+        description="Serves tools for assistants (Model Context Protocol) that read the running system and "
+        "bags, over standard input and output, or with --http to clients on this machine. No tool changes "
+        "anything. docs/assistants.md has files that configure clients.",
+    )
+    parser.add_argument("--bags", type=Path, metavar="FOLDER", help="the folder whose bags may be read")
+    parser.add_argument(
+        "--http",
+        type=int,
+        metavar="PORT",
+        help="serve streamable HTTP at this port of the loopback address; 0 selects a free one",
+    )
+    parser.add_argument("--token-file", metavar="FILE", help="with --http: file with the accepted tokens")
+    options = parser.parse_args(argv)
+    if options.http is not None and not 0 <= options.http <= 65535:
+        parser.error(f"--http must be a port from 0 to 65535, got {options.http}")
+    if options.token_file and options.http is None:
+        parser.error("--token-file needs --http")
+    return run(lambda: _serve(options.bags, options.http, options.token_file))
+
+
+def _serve(bags: Path | None, port: int | None, token_file: str | None) -> int:
+    if bags is not None and not bags.is_dir():
+        raise CommandError(f"--bags must be a folder, got {bags}")
+    try:
+        from pipros.assistants.server import make_server
+    except ImportError as error:
+        from pipros.basics.extras import install_command
+
+        missing = error.name or str(error)
+        text = f"pipros mcp needs {missing}, which is not installed. Try: {install_command('mcp')}"
+        raise CommandError(text) from MissingExtra(text, name=error.name)
+    from pipros.assistants.robot import Robot
+    from pipros.basics.env import Environment
+
+    server = make_server(Robot(Environment.from_os()), bags)
+    if port is None:
+        if sys.stdin.isatty():
+            print("An assistant starts this command, and talks to it. Ctrl-C ends it.", file=sys.stderr)
+        import asyncio
+
+        asyncio.run(server.run_stdio_async())
+        return 0
+    from pipros.assistants.http_server import serve_http
+
+    return serve_http(server, port, token_file)

@@ -1,0 +1,173 @@
+"""Read a running system for tools: the master, and messages of topics.
+
+Each call connects anew, and leaves nothing behind: an assistant asks now and then, a subscription would cost
+the robot all the time, and the master may have been restarted in between.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+from pipros.assistants.answer import ToolRefused
+from pipros.assistants.limits import AssistantLimits
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError, Unreachable
+from pipros.basics.limits import process_limits
+from pipros.graph.client import GraphClient
+from pipros.graph.raw_decoder import RawDecoder
+from pipros.graph.system_state import SystemState, is_below
+from pipros.msg.errors import MessageException
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from pipros.node.start_params import is_on
+from pipros.pictures.drawn import Drawn, picture_of
+
+NAME: Final = "pipros_mcp"
+MASTER_S: Final = 5.0
+"""Time limit for a call to the master."""
+CLOCK_S: Final = 0.5
+"""Maximum time to wait for the simulated time."""
+
+
+class Received(NamedTuple):
+    """A message, undecoded, with the wall time of its receipt (s)."""
+
+    topic: str
+    time_s: float
+    raw: AnyMsg
+
+
+@dataclass(frozen=True, slots=True)
+class Samples:
+    """Messages of one call.
+
+    Attributes:
+        received: the messages, in the order of their receipt.
+        seconds: how long the call listened.
+        now_s: ROS time at its end.
+        is_full: whether it ended because the messages reached the limit in bytes.
+    """
+
+    received: Sequence[Received]
+    seconds: float
+    now_s: float
+    is_full: bool
+
+
+class Robot:
+    """Access to the system of an environment. Thread-safe.
+
+    Attributes:
+        limits: the limits of this room.
+    """
+
+    def __init__(self, environment: Environment, limits: AssistantLimits | None = None) -> None:
+        self.environment = environment
+        self.limits = limits or process_limits().of(AssistantLimits)
+
+    @contextmanager
+    def client(self) -> Iterator[GraphClient]:
+        """Context manager for calls to the master.
+
+        Raises:
+            ToolRefused: the master does not answer.
+        """
+        try:
+            with GraphClient(NAME, self.environment, timeout_s=MASTER_S) as client:
+                yield client
+        except Unreachable as error:
+            raise ToolRefused("the master does not answer; the tool doctor says why", str(error)) from None
+
+    def state(self, below: str = "/") -> tuple[SystemState, dict[str, str]]:
+        """Return the registrations of topics and services in a namespace, and all topics' types."""
+        with self.client() as client:
+            ns = client.resolve(below)
+            state = SystemState.from_state(client.master.get_system_state())
+            types = {str(topic): str(kind) for topic, kind in client.master.get_topic_types()}
+        kinds = ({name: nodes for name, nodes in kind.items() if is_below(name, ns)} for kind in state)
+        return SystemState(*kinds), types
+
+    def type_of(self, topic: str) -> tuple[str, str]:
+        """Return a topic's full name and its type.
+
+        Raises:
+            ToolRefused: the topic does not exist, or has no publisher.
+        """
+        with self.client() as client:
+            name = client.resolve(topic)
+            types = dict(client.master.get_topic_types())
+            publishers = SystemState.from_state(client.master.get_system_state()).publishers
+        if name not in types:
+            raise ToolRefused("this topic does not exist; list_topics names those that do", name)
+        if not publishers.get(name):
+            raise ToolRefused("no node publishes this topic", name)
+        return name, str(types[name])
+
+    def sample(
+        self,
+        topics: Sequence[str],
+        wait_s: float,
+        is_enough: Callable[[Sequence[Received]], bool] = lambda _: False,
+    ) -> Samples:
+        """Receive messages for `wait_s`, or until `is_enough` returns true, or the limit in bytes is reached.
+
+        `is_enough` is called after each message, in the thread that received it.
+        """
+        with self.client() as client:
+            client.master.get_system_state()  # fails at once without a master
+        received: list[Received] = []
+        lock, over = threading.Lock(), threading.Event()
+        left = self.limits.assistant_sample_bytes
+
+        def take(message: AnyMsg, topic: str) -> None:
+            nonlocal left
+            with lock:
+                left -= len(message.body)
+                if over.is_set() or left < 0:
+                    over.set()
+                    return
+                received.append(Received(topic, time.time(), message))
+                if is_enough(received):
+                    over.set()
+
+        with Node(NAME, anonymous=True, environment=self.environment) as node:
+            began_s = time.monotonic()
+            with suppress(PiprosError):  # the master has ended
+                if is_on(node, "/use_sim_time"):
+                    node.use_simulated_time()
+            for topic in topics:
+                node.subscribe(topic, AnyMsg, take, callback_args=topic)
+            over.wait(wait_s)
+            seconds = time.monotonic() - began_s
+            with lock:
+                over.set()
+            now_s = _now_s(node)
+        return Samples(tuple(received), seconds, now_s, left < 0)
+
+    def draw(self, message: Any) -> Drawn:
+        """Return a picture of a message; see `picture_of`."""
+        return picture_of(message, self.limits.assistant_picture_pixels, self.limits.assistant_picture_bytes)
+
+
+def decoded(samples: Sequence[Received]) -> Iterator[tuple[Received, Any]]:
+    """Yield the messages with their values. Messages that do not fit their definition are left out."""
+    decoder = RawDecoder()
+    for each in samples:
+        try:
+            message = decoder.decode(each.raw)
+        except (PiprosError, MessageException):
+            continue
+        yield each, message
+
+
+def _now_s(node: Node) -> float:
+    """Return ROS time; wait a moment for a simulated clock that has not started."""
+    deadline_s = time.monotonic() + CLOCK_S
+    while not node.clock.now_ns() and time.monotonic() < deadline_s:
+        node.wait_for_shutdown(0.02)
+    return node.clock.now_ns() / 1e9

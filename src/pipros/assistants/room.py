@@ -1,0 +1,18 @@
+"""The declaration of the server for assistants; see `pipros.basics.rooms`."""
+
+from pipros.basics.rooms import Command, Room
+
+ROOM = Room(
+    "assistants",
+    "tools for assistants",
+    subcommands={
+        "mcp": Command(
+            "pipros.assistants.commands.mcp:main",
+            "serve tools that read the system to an assistant",
+            "Connect the system to others",
+        )
+    },
+    limits="pipros.assistants.limits:AssistantLimits",
+    # mcp: the first version tried; its 3.x may change the classes that this room uses.
+    extras={"mcp": ("mcp>=2.3,<3", "pillow>=10.1")},
+)

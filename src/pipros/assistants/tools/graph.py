@@ -1,0 +1,200 @@
+"""Tools for the graph of nodes, topics, services and actions, and for what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from typing import Annotated, Any, Final
+
+from pydantic import Field
+
+from pipros.assistants.answer import Answer, ToolRefused
+from pipros.assistants.robot import Robot
+from pipros.assistants.tools.arguments import Cursor, Name, Namespace, Wait
+from pipros.basics.errors import PiprosError
+from pipros.graph.system_state import is_below, of_node
+from pipros.msg import load_message_class, load_service_class
+
+SHOWN_NAMES: Final = 100
+"""Maximum number of names in one field of a row."""
+
+_TYPE = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*")
+_ACTION = "ActionGoal"
+
+
+class GraphTools:
+    """Tools for the graph."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+
+    def list_nodes(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:
+        """List the nodes below a namespace, with what each publishes, subscribes to and serves."""
+        with self._robot.client() as client:
+            ns = client.resolve(below)
+        state, _ = self._robot.state()
+        rows = [
+            {
+                "node": node,
+                "publishes": _some(of_node(node, state.publishers)),
+                "subscribes": _some(of_node(node, state.subscribers)),
+                "services": _some(of_node(node, state.services)),
+            }
+            for node in state.nodes()
+            if is_below(node, ns)
+        ]
+        return Answer(rows, figures={"nodes": len(rows)})
+
+    def list_topics(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:
+        """List the topics below a namespace, with their types, publishers and subscribers."""
+        state, types = self._robot.state(below)
+        rows = [
+            {
+                "topic": topic,
+                "type": types.get(topic),
+                "publishers": _some(state.publishers.get(topic, ())),
+                "subscribers": _some(state.subscribers.get(topic, ())),
+            }
+            for topic in state.topics()
+        ]
+        return Answer(rows, figures={"topics": len(rows)})
+
+    def list_services(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:
+        """List the services below a namespace, with the node that provides each."""
+        state, _ = self._robot.state(below)
+        rows = [{"service": name, "nodes": _some(nodes)} for name, nodes in sorted(state.services.items())]
+        return Answer(rows, figures={"services": len(rows)})
+
+    def describe_service(self, service: Name, cursor: Cursor = 0) -> Answer:
+        """Show the type and the definition of a service, line by line. The service is not called."""
+        from pipros.graph.services import type_of
+
+        with self._robot.client() as client:
+            kind = type_of(client.master, client.resolve(service))
+        if kind is None:
+            raise ToolRefused("this service does not exist; list_services names those that do", service)
+        return Answer([{"service": service, "type": kind}, *_service_lines(kind)])
+
+    def list_actions(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:
+        """List the actions below a namespace, with their types, servers and clients."""
+        state, types = self._robot.state(below)
+        rows = []
+        for topic in state.topics():
+            action, _, last = topic.rpartition("/")
+            kind = types.get(topic, "")
+            if last == "goal" and kind.endswith(_ACTION):
+                rows.append(
+                    {
+                        "action": action,
+                        "type": kind.removesuffix("Goal"),
+                        "servers": _some(state.subscribers.get(topic, ())),
+                        "clients": _some(state.publishers.get(topic, ())),
+                    }
+                )
+        return Answer(rows, figures={"actions": len(rows)})
+
+    def show_definition(
+        self,
+        type: Annotated[str, Field(max_length=200, description="such as sensor_msgs/LaserScan")],  # noqa: A002
+        cursor: Cursor = 0,
+    ) -> Answer:
+        """Show the definition of a message, service or action type, line by line, with embedded types."""
+        if not _TYPE.fullmatch(type):
+            raise ToolRefused("a type must have the form PACKAGE/TYPE", type)
+        base = type.removesuffix("Action")
+        parts = [type] if base == type else [base + part for part in ("Goal", "Result", "Feedback")]
+        with suppress(PiprosError, ValueError):
+            return Answer([line for part in parts for line in _lines(part)])
+        with suppress(PiprosError, ValueError):
+            return Answer(list(_service_lines(type)))
+        raise ToolRefused("no package that is installed here defines this type", type)
+
+    def doctor(
+        self,
+        about: Annotated[
+            str, Field(max_length=500, description="a topic, node or service; empty for all findings")
+        ] = "",
+        cursor: Cursor = 0,
+    ) -> Answer:
+        """Examine this machine and the running system. Each finding says what is wrong, and what to do."""
+        from pipros.health.examine import examine
+
+        examination = examine(self._robot.environment)
+        found = [each.as_json() for each in examination.findings]
+        rows = [each for each in found if not about or about in each["subjects"]]
+        system = examination.system
+        figures = {
+            "is_healthy": examination.is_healthy,
+            "is_running": system is not None,
+            "findings": len(rows),
+            "nodes": len(system.nodes) if system is not None else 0,
+        }
+        return Answer(rows, figures=figures)
+
+    def why_no_data(self, topic: Name, wait_s: Wait = 3.0, cursor: Cursor = 0) -> Answer:
+        """Find out why no messages arrive on a topic: who publishes and subscribes, whether messages arrive
+        here, similar names, and the findings of doctor about the topic and its nodes."""
+        from pipros.basics.similar_names import similar_names
+        from pipros.health.examine import examine
+
+        with self._robot.client() as client:
+            name = client.resolve(topic)
+        state, types = self._robot.state()
+        publishers = list(state.publishers.get(name, ()))
+        subscribers = list(state.subscribers.get(name, ()))
+        rows: list[Any] = [
+            {
+                "topic": name,
+                "type": types.get(name),
+                "publishers": _some(publishers),
+                "subscribers": _some(subscribers),
+            }
+        ]
+        messages = 0
+        if publishers:
+            messages = len(self._robot.sample([name], wait_s).received)
+        elif not subscribers:
+            rows.append({"similar": similar_names(name, state.topics())})
+        concerned = {name, *publishers, *subscribers}
+        findings = examine(self._robot.environment).findings
+        rows += [each.as_json() for each in findings if concerned & {*each.subjects}]
+        return Answer(
+            rows,
+            _verdict(len(publishers), len(subscribers), messages),
+            figures={
+                "publishers": len(publishers),
+                "subscribers": len(subscribers),
+                "messages": messages,
+            },
+        )
+
+
+def _verdict(publishers: int, subscribers: int, messages: int) -> str:
+    if messages:
+        return "Messages arrive here. If a node gets none, the findings may say why."
+    if publishers:
+        return (
+            "The topic has a publisher, but no message arrived during the wait. It may publish rarely, wait "
+            "for its input, or not be reachable."
+        )
+    if subscribers:
+        return "No node publishes this topic. Its publisher may have another name or namespace, or not run."
+    return "This topic does not exist. Its name or namespace may be misspelt."
+
+
+def _some(names: Sequence[str]) -> list[str]:
+    left = len(names) - SHOWN_NAMES
+    return [*names[:SHOWN_NAMES], *([f"... and {left} more"] if left > 0 else [])]
+
+
+def _lines(kind: str) -> list[str]:
+    return [f"type {kind}", *load_message_class(kind)._full_text.splitlines()]
+
+
+def _service_lines(kind: str) -> Iterator[str]:
+    found: Any = load_service_class(kind)
+    yield "request"
+    yield from found._request_class._full_text.splitlines()
+    yield "response"
+    yield from found._response_class._full_text.splitlines()

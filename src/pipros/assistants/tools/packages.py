@@ -1,0 +1,51 @@
+"""Tools for packages and launch files. Launch files are shown, not evaluated: that could start commands."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from pipros.assistants.answer import Answer, ToolRefused
+from pipros.assistants.robot import Robot
+from pipros.assistants.tools.arguments import Cursor, Name
+from pipros.basics.files_below import file_inside, files_below
+from pipros.basics.input_file import read_text
+from pipros.workspace.index import PackageIndex
+
+LAUNCH_SUFFIXES: Final = (".launch", ".test", ".launch.xml")
+LAUNCH_BYTES: Final = 512 * 1024
+_PACKAGE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+
+
+class PackageTools:
+    """Tools for packages and launch files."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+
+    def list_packages(self, cursor: Cursor = 0) -> Answer:
+        """List the ROS packages that are installed here or in the workspaces of this environment."""
+        index = PackageIndex.from_environment(self._robot.environment)
+        rows = [package.name for package in index]
+        return Answer(rows, figures={"packages": len(rows)})
+
+    def list_launch_files(self, package: Name, cursor: Cursor = 0) -> Answer:
+        """List the launch files and rostest files of a package."""
+        return Answer(list(files_below(self._folder(package), LAUNCH_SUFFIXES)))
+
+    def read_launch_file(self, package: Name, file: Name, cursor: Cursor = 0) -> Answer:
+        """Show a launch file of a package, line by line. It is not evaluated, and files that it includes are
+        not opened. file is a name from list_launch_files."""
+        if not file.endswith(LAUNCH_SUFFIXES):
+            raise ToolRefused("only launch files and rostest files can be read", file)
+        found = file_inside(self._folder(package), file)
+        return Answer(read_text(found, LAUNCH_BYTES, errors="replace").splitlines())
+
+    def _folder(self, package: str) -> Path:
+        if not _PACKAGE.fullmatch(package):
+            raise ToolRefused("this is not the name of a package", package)
+        found = PackageIndex.from_environment(self._robot.environment).get(package)
+        if found is None:
+            raise ToolRefused("this package is not installed; list_packages names those that are", package)
+        return found.path

@@ -1,0 +1,82 @@
+"""Tools for the messages of topics."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from pipros.assistants.answer import Answer, ToolRefused
+from pipros.assistants.robot import Robot, decoded
+from pipros.assistants.tools.arguments import Cursor, Name, Part, Wait
+from pipros.assistants.values import part_of, shown, steps_of
+from pipros.graph.value_statistics import summaries
+
+
+class TopicTools:
+    """Tools for the messages of topics."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+
+    def read_topic(
+        self,
+        topic: Name,
+        part: Part = "",
+        count: Annotated[int, Field(ge=1, le=20, description="number of messages")] = 1,
+        every: Annotated[int, Field(ge=1, le=10_000, description="take every n-th message")] = 1,
+        wait_s: Wait = 5.0,
+    ) -> Answer:
+        """Read the latest message of a topic, or the next few. Long arrays are shortened; name a part of the
+        messages to see more of it. Use show_topic for images, clouds and maps."""
+        name, kind = self._robot.type_of(topic)
+        steps = steps_of(part)
+        needed = (count - 1) * every + 1
+        samples = self._robot.sample([name], wait_s, lambda received: len(received) >= needed)
+        rows = [
+            {
+                "received_s": round(received.time_s, 6),
+                "from": received.raw.header.get("callerid", ""),
+                "message": shown(part_of(message, steps), count),
+            }
+            for received, message in decoded(samples.received[::every])
+        ]
+        self._check(len(samples.received), len(rows))
+        return Answer([{"topic": name, "type": kind}, *rows], figures={"messages": len(rows)})
+
+    def summarize_topic(
+        self, topic: Name, part: Part = "", seconds: Wait = 5.0, cursor: Cursor = 0
+    ) -> Answer:
+        """Measure a topic: rate, bandwidth, and minimum, maximum, mean and deviation of each number in its
+        messages during some seconds."""
+        name, _ = self._robot.type_of(topic)
+        steps = steps_of(part)
+        samples = self._robot.sample([name], seconds)
+        received = samples.received
+        size = sum(len(each.raw.body) for each in received)
+        rows = summaries(part_of(message, steps) for _, message in decoded(received))
+        self._check(len(received), len(received))
+        span_s = received[-1].time_s - received[0].time_s
+        figures = {
+            "messages": len(received),
+            "rate_hz": round((len(received) - 1) / span_s, 3) if span_s > 0 else None,
+            "bytes_per_s": round(size / samples.seconds),
+        }
+        note = "The messages reached the limit in bytes before the time was over." if samples.is_full else ""
+        return Answer(rows, note, figures)
+
+    def show_topic(self, topic: Name, wait_s: Wait = 5.0) -> Answer:
+        """Show the latest message of a topic as a picture: images, point clouds and laser scans from above,
+        and occupancy grids."""
+        name, kind = self._robot.type_of(topic)
+        samples = self._robot.sample([name], wait_s, bool)
+        message: Any = next((message for _, message in decoded(samples.received)), None)
+        self._check(len(samples.received), message is not None)
+        picture, note, facts = self._robot.draw(message)
+        return Answer([{"topic": name, "type": kind, **facts}], note, pictures=[picture])
+
+    def _check(self, received: int, known: int) -> None:
+        if not received:
+            raise ToolRefused("no message arrived during the wait; why_no_data finds the reason")
+        if not known:
+            raise ToolRefused("the messages do not fit their definition, or it is not known")

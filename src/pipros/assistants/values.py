@@ -1,0 +1,42 @@
+"""Parts and values of messages, for answers. Performs no I/O."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from pipros.assistants.answer import ToolRefused
+from pipros.basics.errors import PiprosError
+from pipros.graph.message_path import PathStep, extract, parse_path
+from pipros.graph.message_tree import message_tree
+
+ROW_VALUES: Final = 500
+"""Maximum number of values of a message in an answer, if the answer has only this message."""
+
+
+def steps_of(part: str) -> list[PathStep]:
+    """Return the steps to a part of a message: `pose.position.x`, `/pose/position/x` or `ranges[0:10]`.
+
+    Raises:
+        ToolRefused: the part has unbalanced brackets, or an index is not a number.
+    """
+    try:
+        return parse_path(part.replace(".", "/"))
+    except PiprosError as error:
+        raise ToolRefused("the part of the message is malformed", str(error)) from None
+
+
+def part_of(message: Any, steps: list[PathStep]) -> Any:
+    """Return a part of a message.
+
+    Raises:
+        ToolRefused: the message lacks it.
+    """
+    try:
+        return extract(message, steps).value
+    except (PiprosError, IndexError) as error:
+        raise ToolRefused("the messages do not have this part", str(error)) from None
+
+
+def shown(value: Any, count: int = 1) -> Any:
+    """Return a value of a message for an answer with `count` of them; long arrays are shortened."""
+    return message_tree(value, max(ROW_VALUES // max(count, 1), 20))

@@ -1,0 +1,236 @@
+"""`pipros mcp` as a command: every tool over each transport, and who may connect over HTTP."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import http.client
+import json
+import re
+import socket
+import sys
+from collections.abc import AsyncIterator
+from contextlib import AbstractAsyncContextManager
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import pytest
+from mcp import Client, StdioServerParameters
+from mcp.client.streamable_http import streamable_http_client
+
+from pipros.basics.env import Environment
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+from tests.support.assistants import call, run
+from tests.support.bags import bag_bytes, some_rows
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+String: Any = load_message_class("std_msgs/String")
+OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")
+SetBool: Any = load_service_class("std_srvs/SetBool")
+
+TOKEN = "a-token-for-this-test"  # noqa: S105
+
+CALLS: dict[str, dict[str, Any]] = {
+    "describe_bag": {"bag": "run.bag"},
+    "describe_service": {"service": "/enable"},
+    "doctor": {},
+    "find_transform": {"target": "map", "source": "base", "wait_s": 0.1},
+    "list_actions": {},
+    "list_bags": {},
+    "list_frames": {"wait_s": 0.1},
+    "list_launch_files": {"package": "rospy_tutorials"},
+    "list_nodes": {},
+    "list_packages": {},
+    "list_parameters": {},
+    "list_services": {},
+    "list_topics": {},
+    "plot_bag": {"bag": "run.bag", "topic": "/a", "parts": ["data"]},
+    "query_bag": {"bag": "run.bag", "sql": "SELECT count(*) AS n FROM a"},
+    "read_bag": {"bag": "run.bag", "topic": "/a"},
+    "read_diagnostics": {"wait_s": 0.1},
+    "read_launch_file": {"package": "rospy_tutorials", "file": "001_talker_listener/talker_listener.launch"},
+    "read_logs": {"wait_s": 0.1},
+    "read_parameter": {"name": "/rosdistro"},
+    "read_topic": {"topic": "/chatter"},
+    "show_bag": {"bag": "run.bag", "topic": "/a"},
+    "show_definition": {"type": "std_msgs/String"},
+    "show_topic": {"topic": "/map"},
+    "summarize_bag": {"bag": "run.bag", "topic": "/a"},
+    "summarize_topic": {"topic": "/chatter", "seconds": 0.3},
+    "why_no_data": {"topic": "/chatter", "wait_s": 0.3},
+}
+"""A call of every tool."""
+
+FAILING = {"find_transform", "show_bag"}
+"""There are no frames, and numbers are not pictures."""
+
+
+@pytest.fixture
+def system(ros: RosSystem, tmp_path: Path) -> RosSystem:
+    """A system with a bag in `ros.home / "bags"`, and a file of tokens."""
+    ros.serve_master()
+    bags = ros.home / "bags"
+    bags.mkdir()
+    (bags / "run.bag").write_bytes(bag_bytes(some_rows()))
+    tokens = ros.home / "tokens"
+    tokens.write_text(f"{TOKEN}\n")
+    tokens.chmod(0o600)
+    return ros
+
+
+def over_stdio(ros: RosSystem) -> AbstractAsyncContextManager[Client]:
+    command = [*("-c", "from pipros.cli.pipros import main; main()"), "mcp", "--bags", str(ros.home / "bags")]
+    environment = ros.pipros.environment
+    return Client(
+        StdioServerParameters(command=sys.executable, args=command, env=environment, cwd=str(ros.home))
+    )
+
+
+def start_http(ros: RosSystem) -> tuple[Process, int]:
+    """Start the server, and return it with its port."""
+    server = ros.pipros.start(
+        "pipros", "mcp", "--http", "0", "--token-file", ros.home / "tokens", "--bags", ros.home / "bags"
+    )
+    return server, int(server.wait_for(r"http://127\.0\.0\.1:(\d+)/mcp")[1])
+
+
+@contextlib.asynccontextmanager
+async def over_http(port: int, token: str = TOKEN) -> AsyncIterator[Client]:
+    headers = {"Authorization": f"Bearer {token}"}
+    async with httpx2.AsyncClient(headers=headers, timeout=60.0) as connection:
+        transport = streamable_http_client(f"http://127.0.0.1:{port}/mcp", http_client=connection)
+        async with Client(transport) as client:
+            yield client
+
+
+async def call_every_tool(client: Client) -> dict[str, Any]:
+    names = {tool.name for tool in (await client.list_tools()).tools}
+    assert names == set(CALLS)
+    return {name: await call(client, name, **arguments) for name, arguments in CALLS.items()}
+
+
+@pytest.mark.parametrize("transport", ["stdio", "http"])
+def test_every_tool_answers(system: RosSystem, transport: str) -> None:
+    server = None
+    with Node("talker", environment=Environment(master_uri=system.master_uri)) as node:
+        node.advertise("/chatter", String, latch=True).publish(String("hello"))
+        grid = OccupancyGrid(data=[0, 100])
+        grid.info.width, grid.info.height = 2, 1
+        node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
+        node.serve("/enable", SetBool, lambda request: None)
+        if transport == "stdio":
+            replies = run(over_stdio(system), call_every_tool)
+        else:
+            server, port = start_http(system)
+            replies = run(over_http(port), call_every_tool)
+    assert {name for name, reply in replies.items() if reply.is_error} == FAILING
+    assert replies["read_topic"].data[1]["message"] == {"data": "hello"}
+    assert replies["query_bag"].data == [["n"], ["15"]]
+    assert replies["list_bags"].data == ["run.bag"]
+    assert replies["read_bag"].data[0] == {"time_s": 0.0, "message": {"data": 0}}
+    assert any("<launch>" in line for line in replies["read_launch_file"].data)
+    assert {"/chatter", "/map"} <= {row["topic"] for row in replies["list_topics"].data}
+    for name in ("plot_bag", "show_topic"):
+        [picture] = replies[name].pictures
+        assert base64.b64decode(picture.data).startswith(b"\x89PNG")
+    if server is not None:
+        server.press_ctrl_c()
+        assert server.wait() == 0
+
+
+def request(port: int, **headers: str) -> tuple[int, str]:
+    """Send a request to list the tools; return the status and the body."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    body = json.dumps({"jsonrpc": "2.0", "id": 1, "method": "tools/list", "params": {}})
+    fixed = {"Content-Type": "application/json", "Accept": "application/json, text/event-stream"}
+    with contextlib.closing(connection):
+        connection.request("POST", "/mcp", body, {**fixed, **headers})
+        answer = connection.getresponse()
+        return answer.status, answer.read().decode()
+
+
+def test_only_clients_with_token_host_and_origin_are_served(system: RosSystem) -> None:
+    _, port = start_http(system)
+    good = {"Authorization": f"Bearer {TOKEN}"}
+    wrong: list[dict[str, str]] = [
+        {},
+        {"Authorization": "Bearer another-token-of-some-length"},
+        {"Authorization": f"Basic {TOKEN}"},
+        {**good, "Host": f"evil.example:{port}"},
+        {**good, "Origin": "http://evil.example"},
+        {**good, "Origin": "null"},
+        {**good, "Origin": "http://localhost:1"},
+    ]
+    for headers in wrong:
+        status, body = request(port, **headers)
+        assert status == 403, headers
+        assert "error" in json.loads(body)
+    assert request(port, **good)[0] != 403
+    assert request(port, **good, Origin=f"http://127.0.0.1:{port}")[0] != 403
+    assert "list_topics" in str(run(over_http(port), lambda client: client.list_tools()))
+
+
+def test_connections_without_a_token_are_closed(system: RosSystem) -> None:
+    server = system.pipros.start(
+        "pipros", "mcp", "--http", "0", "--token-file", system.home / "tokens", PIPROS_LIMITS="login_s=0.2"
+    )
+    port = int(server.wait_for(r"http://127\.0\.0\.1:(\d+)/mcp")[1])
+    with socket.create_connection(("127.0.0.1", port), 30) as silent:
+        silent.sendall(b"POST /mcp HTTP/1.1\r\n")
+        assert silent.recv(100) == b""
+
+
+def test_large_requests_are_refused(system: RosSystem) -> None:
+    server = system.pipros.start(
+        *("pipros", "mcp", "--http", "0", "--token-file", system.home / "tokens"),
+        PIPROS_LIMITS="assistant_request_bytes=2000",
+    )
+    port = int(server.wait_for(r"http://127\.0\.0\.1:(\d+)/mcp")[1])
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    headers = {"Content-Type": "application/json", "Authorization": f"Bearer {TOKEN}"}
+    with contextlib.closing(connection):
+        connection.request("POST", "/mcp", b" " * 3000, headers)
+        assert connection.getresponse().status == 413
+
+
+def test_no_login_is_offered(system: RosSystem) -> None:
+    _, port = start_http(system)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    with contextlib.closing(connection):
+        connection.request("GET", "/.well-known/oauth-protected-resource")
+        answer = connection.getresponse()
+        assert (answer.status, answer.headers.get("WWW-Authenticate")) == (403, None)
+
+
+def test_without_a_token_file_a_token_is_printed(system: RosSystem) -> None:
+    server = system.pipros.start("pipros", "mcp", "--http", "0")
+    port = int(server.wait_for(r"http://127\.0\.0\.1:(\d+)/mcp")[1])
+    token = server.wait_for(r"TOKEN is (\S+)\.")[1]
+    assert request(port, Authorization=f"Bearer {token}")[0] != 403
+    server.press_ctrl_c()
+    wait_until(lambda: not server.is_running, 30, "the end")
+    assert re.search("Traceback", server.output) is None
+
+
+def test_without_the_library_one_line_says_what_to_install(ros: RosSystem) -> None:
+    hidden = ros.home / "hidden" / "mcp"
+    hidden.mkdir(parents=True)
+    (hidden / "__init__.py").write_text("raise ModuleNotFoundError('No module named mcp', name='mcp')\n")
+    ended = ros.pipros.run("pipros", "mcp", PYTHONPATH=str(hidden.parent))
+    assert ended.returncode == 1
+    [line] = ended.stderr
+    assert line.startswith("ERROR: pipros mcp needs mcp, which is not installed. Try: ")
+    assert "[mcp]" in line
+
+
+@pytest.mark.parametrize(
+    "arguments", [("--http", "70000"), ("--token-file", "x"), ("--bags", "missing")], ids=str
+)
+def test_wrong_arguments_are_named(ros: RosSystem, arguments: tuple[str, str]) -> None:
+    ended = ros.pipros.run("pipros", "mcp", *arguments)
+    assert ended.returncode in (1, 2)
+    assert arguments[0] in ended.stderr[-1]

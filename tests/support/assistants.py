@@ -1,0 +1,83 @@
+"""Clients of `pipros mcp`: the official library, over each transport or in the process of the test."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from mcp import Client
+
+from pipros.assistants.robot import Robot
+from pipros.assistants.server import make_server
+from pipros.basics.env import Environment
+
+LIMIT_S = 60.0
+
+
+@dataclass(frozen=True)
+class Reply:
+    """An answer: its text, the object in it, its pictures, and whether it is an error."""
+
+    text: str
+    fields: dict[str, Any]
+    pictures: list[Any]
+    is_error: bool
+
+    @property
+    def data(self) -> Any:
+        return self.fields["data"]
+
+
+async def call(client: Client, tool: str, **arguments: Any) -> Reply:
+    """Call a tool. Its answer must be one JSON object in one line, and pictures."""
+    result: Any = await client.call_tool(tool, arguments)
+    first, *pictures = result.content
+    assert "\n" not in first.text
+    return Reply(first.text, json.loads(first.text), pictures, bool(result.is_error))
+
+
+def run(opened: AbstractAsyncContextManager[Client], body: Callable[[Client], Awaitable[Any]]) -> Any:
+    """Connect a client, and run a coroutine with it."""
+
+    async def main() -> Any:
+        async with opened as client:
+            return await asyncio.wait_for(body(client), LIMIT_S)
+
+    return asyncio.run(main())
+
+
+class LocalAssistant:
+    """An assistant whose server runs in the process of the test."""
+
+    def __init__(self, master_uri: str, bags: Path | None = None, **limits: Any) -> None:
+        """Create the server. `limits` replace those of the room."""
+        robot = Robot(replace(Environment.from_os(), master_uri=master_uri))
+        if limits:
+            robot = Robot(robot.environment, robot.limits._replace(**limits))
+        self.server = make_server(robot, bags)
+
+    def call(self, tool: str, **arguments: Any) -> Reply:
+        reply: Reply = run(Client(self.server), lambda client: call(client, tool, **arguments))
+        return reply
+
+    def reply(self, tool: str, arguments: dict[str, Any]) -> tuple[str, bool]:
+        """Return the text of an answer, and whether it is an error, even if it is that of the library."""
+
+        async def asked(client: Client) -> tuple[str, bool]:
+            result: Any = await client.call_tool(tool, arguments)
+            return result.content[0].text, bool(result.is_error)
+
+        found: tuple[str, bool] = run(Client(self.server), asked)
+        return found
+
+    def tools(self) -> list[Any]:
+        async def listed(client: Client) -> list[Any]:
+            return list((await client.list_tools()).tools)
+
+        found: list[Any] = run(Client(self.server), listed)
+        return found
