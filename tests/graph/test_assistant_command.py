@@ -7,12 +7,15 @@ import contextlib
 import http.client
 import json
 import re
+import signal
 import socket
+import subprocess
 import sys
 from collections.abc import AsyncIterator
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 import httpx2
 import pytest
@@ -214,6 +217,32 @@ def test_without_a_token_file_a_token_is_printed(system: RosSystem) -> None:
     server.press_ctrl_c()
     wait_until(lambda: not server.is_running, 30, "the end")
     assert re.search("Traceback", server.output) is None
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=str)
+def test_a_signal_ends_the_server_and_its_node(system: RosSystem, number: int) -> None:
+    def names() -> str:
+        with ServerProxy(system.master_uri) as master:
+            return str(master.getSystemState("/test"))
+
+    server = system.pipros.processes.start("pipros", "mcp", stdin=subprocess.PIPE)
+    with Node("talker", environment=Environment(master_uri=system.master_uri)) as node:
+        node.advertise("/silent", String)
+        wait_until(lambda: "/silent" in names(), 30, "the topic")
+        client = {
+            "protocolVersion": "2025-06-18",
+            "capabilities": {},
+            "clientInfo": {"name": "t", "version": "1"},
+        }
+        reading = {"name": "read_topic", "arguments": {"topic": "/silent", "wait_s": 30}}
+        server.write_line(json.dumps({"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": client}))
+        server.wait_for('"result"')
+        server.write_line(json.dumps({"jsonrpc": "2.0", "method": "notifications/initialized"}))
+        server.write_line(json.dumps({"jsonrpc": "2.0", "id": 2, "method": "tools/call", "params": reading}))
+        wait_until(lambda: "pipros_mcp" in names(), 30, "the node of the call")
+        server.send_signal(number)
+        assert server.wait(15) == 128 + number
+        assert "pipros_mcp" not in names()
 
 
 def test_without_the_library_one_line_says_what_to_install(ros: RosSystem) -> None:

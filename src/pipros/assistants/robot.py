@@ -30,6 +30,8 @@ from pipros.pictures.drawn import Drawn, picture_of
 NAME: Final = "pipros_mcp"
 MASTER_S: Final = 5.0
 """Time limit for a call to the master."""
+ENDING_S: Final = 2.0
+"""Maximum time to wait for the end of nodes."""
 CLOCK_S: Final = 0.5
 """Maximum time to wait for the simulated time."""
 
@@ -69,6 +71,8 @@ class Robot:
     def __init__(self, environment: Environment, limits: AssistantLimits | None = None) -> None:
         self.environment = environment
         self.limits = limits or process_limits().of(AssistantLimits)
+        self._waits: set[threading.Event] = set()
+        self._changed = threading.Condition()
 
     @contextmanager
     def client(self) -> Iterator[GraphClient]:
@@ -135,7 +139,7 @@ class Robot:
                 if is_enough(received):
                     over.set()
 
-        with Node(NAME, anonymous=True, environment=self.environment) as node:
+        with self._counted(over), Node(NAME, anonymous=True, environment=self.environment) as node:
             began_s = time.monotonic()
             with suppress(PiprosError):  # the master has ended
                 if is_on(node, "/use_sim_time"):
@@ -148,6 +152,24 @@ class Robot:
                 over.set()
             now_s = _now_s(node)
         return Samples(tuple(received), seconds, now_s, left < 0)
+
+    def close(self, wait_s: float = ENDING_S) -> None:
+        """End all `sample` calls, and wait until their nodes have unregistered."""
+        with self._changed:
+            for each in self._waits:
+                each.set()
+            self._changed.wait_for(lambda: not self._waits, wait_s)
+
+    @contextmanager
+    def _counted(self, over: threading.Event) -> Iterator[None]:
+        with self._changed:
+            self._waits.add(over)
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._waits.remove(over)
+                self._changed.notify_all()
 
     def draw(self, message: Any) -> Drawn:
         """Return a picture of a message; see `picture_of`."""

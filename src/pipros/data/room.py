@@ -23,6 +23,7 @@ ROOM = Room(
         }
     },
     limits="pipros.data.limits:DataLimits",
+    offers={"limited_query": "pipros.data.limited_query:run_query"},
     # pyarrow, duckdb: the first versions with wheels for CPython 3.14; both have those for 3.10.
     # pyarrow 26 needs numpy 2, which pipros[numpy] excludes before Python 3.13.
     # av, h5py: data sets; the first versions for Python 3.10 that have wheels and read what newer ones write.

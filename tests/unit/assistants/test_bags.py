@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from PIL import Image
 
-from pipros.assistants import query
+from pipros.assistants.tools import bags as bag_tools
 from tests.support.assistants import LocalAssistant
 from tests.support.bags import bag_bytes, some_rows
 
@@ -132,7 +132,7 @@ def test_sql_reads_and_writes_no_files(assistant: LocalAssistant, folder: Path, 
 def test_a_query_has_a_time_limit(folder: Path) -> None:
     assistant = LocalAssistant(NOBODY, folder, assistant_query_s=1.0)
     endless = "SELECT count(*) FROM range(1000000000) x, range(1000000000) y"
-    assert "too long" in assistant.call("query_bag", bag="run.bag", sql=endless).fields["error"]
+    assert "longer than 1 s" in assistant.call("query_bag", bag="run.bag", sql=endless).data
 
 
 def test_a_query_has_a_memory_limit(folder: Path) -> None:
@@ -143,5 +143,5 @@ def test_a_query_has_a_memory_limit(folder: Path) -> None:
 def test_an_installation_without_queries_says_so(
     assistant: LocalAssistant, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(query, "verbs", lambda program: {})
+    monkeypatch.setattr(bag_tools, "offered", lambda name: None)
     assert "lacks" in assistant.call("query_bag", bag="run.bag", sql="SELECT 1").fields["error"]

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import MissingExtra
 from pipros.cli.entry_point import command
 from pipros.cli.runner import CommandError, run
+
+if TYPE_CHECKING:
+    from pipros.assistants.robot import Robot
 
 
 @command
@@ -48,17 +54,33 @@ def _serve(bags: Path | None, port: int | None, token_file: str | None) -> int:
         missing = error.name or str(error)
         text = f"pipros mcp needs {missing}, which is not installed. Try: {install_command('mcp')}"
         raise CommandError(text) from MissingExtra(text, name=error.name)
-    from pipros.assistants.robot import Robot
+    from pipros.assistants import robot as robots
     from pipros.basics.env import Environment
 
-    server = make_server(Robot(Environment.from_os()), bags)
-    if port is None:
-        if sys.stdin.isatty():
-            print("An assistant starts this command, and talks to it. Ctrl-C ends it.", file=sys.stderr)
+    robot = robots.Robot(Environment.from_os())
+    server = make_server(robot, bags)
+    try:
+        if port is not None:
+            from pipros.assistants.http_server import serve_http
+
+            return serve_http(server, port, token_file)
         import asyncio
 
+        if sys.stdin.isatty():
+            print("An assistant starts this command, and talks to it. Ctrl-C ends it.", file=sys.stderr)
+        _end_at_once_by_signals(robot)
         asyncio.run(server.run_stdio_async())
         return 0
-    from pipros.assistants.http_server import serve_http
+    finally:
+        robot.close()
 
-    return serve_http(server, port, token_file)
+
+def _end_at_once_by_signals(robot: Robot) -> None:
+    """Have signals end the process, which otherwise waits for the library's thread, blocked in a read."""
+
+    def end(number: int, _frame: object) -> None:
+        robot.close()
+        os._exit(128 + number)
+
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, end)

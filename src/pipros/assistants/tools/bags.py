@@ -14,7 +14,6 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.query import run_query
 from pipros.assistants.robot import Robot
 from pipros.assistants.tools.arguments import Cursor, Name, Part
 from pipros.assistants.values import part_of, shown, steps_of
@@ -22,6 +21,7 @@ from pipros.bag.info import bag_info, info_tree
 from pipros.bag.opening import open_bag
 from pipros.bag.reader import BagReader
 from pipros.basics.files_below import file_inside, files_below
+from pipros.basics.rooms import offered
 from pipros.graph.value_statistics import numbers_in, summaries
 from pipros.pictures.drawn import colours, plot
 
@@ -146,7 +146,13 @@ class BagTools:
         """Query a bag with SQL (DuckDB). A table is named as its topic, such as "/imu/data" or imu_data; its
         columns are the fields, such as "header.stamp", and "_time", the time of receipt in ns. Rows are lists
         of texts; the first row has the names of the columns."""
-        text = run_query(self._file(bag), sql, self._robot.limits, self._robot.environment)
+        run_query = offered("limited_query")
+        if run_query is None:
+            raise ToolRefused("this installation of pipros lacks SQL over bags")
+        limits = self._robot.limits
+        text = run_query(
+            self._file(bag), sql, limit_s=limits.assistant_query_s, limit_bytes=limits.assistant_query_bytes
+        )
         return Answer(list(csv.reader(io.StringIO(text))))
 
     def _root(self) -> Path:

@@ -1,25 +1,36 @@
-"""The process of an SQL query; `pipros.assistants.query` starts it, with a request on standard input."""
+"""The process of an SQL query; `pipros.data.limited_query` starts it, with a request on standard input."""
 
 from __future__ import annotations
 
 import json
 import sys
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from pipros.basics.errors import PiprosError
-from pipros.basics.rooms import loaded, verbs
+from pipros.basics.errors import MissingExtra, PiprosError
+from pipros.data.bags import open_bags
+from pipros.data.files import print_csv
+from pipros.data.sql import Database, tables_in
 
 
 def main() -> int:
     """Limit this process, and run the query. Return the exit code."""
     request: dict[str, Any] = json.load(sys.stdin)
     _limit(request["seconds"], request["bytes"])
-    query = loaded(verbs("rosbag")["query"].target)
+    sql = request["sql"]
     try:
-        return int(query(["-q", "--", request["bag"], request["sql"]]))
-    except (PiprosError, OSError, MemoryError) as error:
+        with (
+            open_bags(request["bag"]) as bags,
+            TemporaryDirectory(prefix="tables-") as folder,
+            Database(folder) as database,
+        ):
+            for topic, alias in tables_in(sql, bags.topics()).items():
+                database.add(topic, bags.batches(topic), alias=alias)
+            print_csv(database.select(sql))
+    except (PiprosError, MissingExtra, OSError, MemoryError, ValueError) as error:
         print(str(error) or type(error).__name__, file=sys.stderr)
         return 1
+    return 0
 
 
 def _limit(seconds: int, limit_bytes: int) -> None:
