@@ -1,4 +1,4 @@
-"""docs/assistants.md: the configuration files are as the clients document them, and the tools exist."""
+"""docs/assistants.md: the configuration files follow our schemas for the clients, and the tools exist."""
 
 from __future__ import annotations
 
