@@ -108,6 +108,10 @@ def _limits(rule: ActRule, tree: FieldTree) -> Iterator[str]:
         is_zero = rule.stop == rule.message_class()
         values = "of zeros" if is_zero else f"with {' '.join(str(rule.stop).split())}"
         yield f"  a message {values} stops, and always passes"
+        if rule.time_limit_s is not None:
+            yield f"  stopped {rule.time_limit_s:g} s after the last message, or when the client leaves"
+    if rule.cancel is not None and rule.time_limit_s is not None:
+        yield f"  cancelled {rule.time_limit_s:g} s after it was sent, or when the client leaves"
 
 
 def _fields(tree: FieldTree, path: str) -> Iterator[str]:

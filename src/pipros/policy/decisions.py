@@ -90,6 +90,8 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     else:
         raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
     before = state.accepted.get((act.kind, act.name)) or Accepted()
+    if rule.stop is not None and now_s - before.last_s >= (rule.time_limit_s or math.inf):
+        before.values = stopped_values(rule)  # the guardian has stopped it
     check_changes(check.limited, before.values, now_s - before.last_s, act.name)
     for name in rule.requires:
         check_condition(policy.conditions[name], state.readings.get(name), now_s)

@@ -108,6 +108,9 @@ class ActRule:
         per_minute: maximum number of acts within any 60 s; None for no limit.
         requires: names of conditions that must hold.
         stop: a message that is always allowed, because it stops what the topic moves; None if there is none.
+        time_limit_s: when the guardian publishes the stop after the last message, or cancels a goal after it
+            was sent; None for no limit.
+        cancel: for the goals of an action, the empty message of its cancel topic.
     """
 
     place: str
@@ -120,6 +123,18 @@ class ActRule:
     per_minute: int | None = None
     requires: tuple[str, ...] = ()
     stop: Any = None
+    time_limit_s: float | None = None
+    cancel: Any = None
+
+    @property
+    def stop_topic(self) -> str:
+        """The topic on which the guardian publishes."""
+        return self.name if self.cancel is None else f"{self.name.removesuffix('goal')}cancel"
+
+    @property
+    def stop_message(self) -> Any:
+        """What the guardian publishes there; to a cancel message it adds the id of the goal."""
+        return self.stop if self.cancel is None else self.cancel
 
 
 @dataclass(frozen=True, slots=True)

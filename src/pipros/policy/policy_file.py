@@ -20,11 +20,14 @@ from pipros.safe.yaml import YamlError
 FILE_BYTES: Final = 256 * 1024
 """Maximum size of a policy, which bounds its rules, too."""
 
+STOP_BYTES: Final = 1000
+"""Maximum size of a stop, which must fit into one write to the guardian."""
+
 PARAMETER_TYPES: Final = ("bool", "int", "double", "str")
 _BOUNDS = ("range", "above", "below", "one_of", "unit")
 _ACT_KEYS = ("type", "fields", "per_minute", "requires")
 _KEYS = {
-    Kind.TOPIC: (*_ACT_KEYS, "stop"),
+    Kind.TOPIC: (*_ACT_KEYS, "stop", "time_limit_s"),
     Kind.SERVICE: _ACT_KEYS,
     Kind.PARAMETER: ("type", "range", "one_of", "unit", "per_minute", "requires"),
 }
@@ -116,11 +119,12 @@ class _Reader:
             per_minute=per_minute,
             requires=requires,
             stop=_stop(section, message_class),
+            time_limit_s=_time_limit(section),
         )
 
     def _action(self, section: Settings, name: str, conditions: Mapping[str, Condition]) -> Iterator[ActRule]:
         """Yield the rules for the topics of an action. The fields of the file are those of its goal."""
-        section.only(_ACT_KEYS)
+        section.only((*_ACT_KEYS, "time_limit_s"))
         type_name = section.text("type")
         if not type_name.endswith("Action"):
             raise section.error(
@@ -136,12 +140,14 @@ class _Reader:
         free = FieldTree(FieldRule(place, is_any=True))
         tree = FieldTree(below={"header": free, "goal_id": free, "goal": below})
         per_minute, requires = self._limits(section, conditions)
+        cancel: Any = load_message_class("actionlib_msgs/GoalID")
         yield ActRule(
             *(place, Kind.TOPIC, f"{name}/goal", goal_class._type, goal_class, goal_class._md5sum, tree),
             per_minute=per_minute,
             requires=requires,
+            time_limit_s=_time_limit(section),
+            cancel=cancel(),
         )
-        cancel: Any = load_message_class("actionlib_msgs/GoalID")
         yield ActRule(place, Kind.TOPIC, f"{name}/cancel", cancel._type, cancel, cancel._md5sum, free)
 
     def _limits(
@@ -216,13 +222,21 @@ class _Reader:
 
 def _stop(section: Settings, message_class: Any) -> Any:
     """Return the message that stops what the topic moves, or None."""
-    value = section.values.get("stop")
+    value = section.values.get("stop", "zero" if "time_limit_s" in section.values else None)
     if value not in (None, "zero") and not isinstance(value, dict):
         raise section.error("stop", f"must be zero, or the values of a message, got {value!r}")
     message = message_class()
     try:
         fill_message_args(message, [value if isinstance(value, dict) else {}])
-        message._to_buffers()
+        size = sum(map(len, message._to_buffers()))
     except (PiprosError, ValueError, TypeError) as error:
         raise section.error("stop", " ".join(str(error).split())) from None
+    if size > STOP_BYTES:
+        raise section.error("stop", f"must have at most {STOP_BYTES} bytes, got {size}")
     return None if value is None else message
+
+
+def _time_limit(section: Settings) -> float | None:
+    if "time_limit_s" not in section.values:
+        return None
+    return section.number("time_limit_s", None, least=0.1, most=3600)

@@ -8,13 +8,17 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.node import Node
 from pipros.node.publisher import Publisher
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition, rule_for
-from pipros.policy.model import ActRefused, Condition, Kind, Policy
+from pipros.policy.model import ActRefused, ActRule, Condition, Kind, Policy
+from pipros.server.stop_guardian import StopGuardian
+
+GOAL_ID: Final = 200
+"""Maximum length of the id of a goal with a time limit."""
 
 
 class ActGate:
@@ -34,6 +38,7 @@ class ActGate:
         self._node = node
         self._clock_s = clock_s
         self._state = PolicyState()
+        self._guardian = StopGuardian(node)
         self._lock = threading.Lock()
         self._is_started = False
 
@@ -46,25 +51,59 @@ class ActGate:
         for condition in self.policy.conditions.values():
             self._watch(condition)
 
-    def check_topic(self, topic: str, type_name: str, md5sum: str) -> None:
+    def close(self) -> None:
+        """Let the guardian stop what has a time limit, and end."""
+        self._guardian.close()
+
+    def check_topic(self, topic: str, type_name: str, md5sum: str, *, latch: bool = False) -> None:
         """Check the name and the type of a topic that a client is about to publish.
 
-        Raises:
-            ActRefused: the policy does not name the topic, or with another type.
-        """
-        if self.policy is not None:
-            rule_for(self.policy, Kind.TOPIC, self._node.resolve(topic), type_name, md5sum)
+        Blocks until the guardian is ready, if the topic has a time limit.
 
-    def check_message(self, topic: str, message: Any, type_name: str = "", md5sum: str = "") -> None:
-        """Check a message, which counts if it is allowed.
+        Raises:
+            ActRefused: the policy does not name the topic, or with another type; or the topic has a time
+                limit, and is to be latched, or its guardian does not start.
+        """
+        if self.policy is None:
+            return
+        rule = rule_for(self.policy, Kind.TOPIC, self._node.resolve(topic), type_name, md5sum)
+        if rule.time_limit_s is None:
+            return
+        if latch:  # a subscriber that connects later would get the command without its stop
+            raise ActRefused(f"{rule.name} has a time limit, so it cannot be latched", rule.place)
+        self._guardian.watch(rule)
+
+    def check_message(
+        self, topic: str, message: Any, type_name: str = "", md5sum: str = "", client: object = None
+    ) -> None:
+        """Check a message, which counts if it is allowed. Its time limit begins, if it has one.
 
         Args:
+            client: the client that publishes; see `left`.
             message: the message, or its serialized form, with its type and MD5 sum.
 
         Raises:
             ActRefused: the policy does not allow it.
         """
-        self._check(Kind.TOPIC, self._node.resolve(topic), message, type_name, md5sum)
+        self._check(Kind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
+
+    def published(self, topic: str, message: Any) -> None:
+        """Begin the time limit of a message again, which may have waited since it was checked."""
+        rule = self._rule(topic)
+        if rule is None or rule.time_limit_s is None or rule.cancel is not None:
+            return
+        stop = b"".join(rule.stop._to_buffers()) if isinstance(message, bytes) else rule.stop
+        if message != stop:
+            self._guardian.renew(rule.stop_topic)
+
+    def left(self, topic: str, client: object) -> None:
+        """Stop what a client has started on a topic, because it no longer publishes there."""
+        rule = self._rule(topic)
+        if rule is not None and rule.time_limit_s is not None:
+            self._guardian.left(rule.stop_topic, client)
+
+    def _rule(self, topic: str) -> ActRule | None:
+        return None if self.policy is None else self.policy.rules.get((Kind.TOPIC, self._node.resolve(topic)))
 
     def check_call(self, service: str, request: Any, type_name: str, md5sum: str) -> None:
         """Check a call. `service` is a global name, `request` may be serialized; see `check_message`."""
@@ -88,11 +127,13 @@ class ActGate:
             ActRefused: see `check_topic`.
             TypeConflict: the node already publishes the topic with another type.
         """
-        self.check_topic(topic, message_class._type, message_class._md5sum)
+        self.check_topic(topic, message_class._type, message_class._md5sum, latch=latch)
         publisher = self._node.advertise(topic, message_class, queue_size=queue_size, latch=latch)
         return publisher if self.policy is None else GatedPublisher(self, topic, publisher)
 
-    def _check(self, kind: Kind, name: str, value: Any, type_name: str, md5sum: str) -> None:
+    def _check(
+        self, kind: Kind, name: str, value: Any, type_name: str, md5sum: str, client: object = None
+    ) -> None:
         policy = self.policy
         if policy is None:
             return
@@ -101,7 +142,18 @@ class ActGate:
         elif kind is Kind.TOPIC:
             type_name, md5sum = value._type, value._md5sum
         with self._lock:
-            decide(policy, Act(kind, name, value, type_name, md5sum), self._state, self._clock_s())
+            rule = decide(policy, Act(kind, name, value, type_name, md5sum), self._state, self._clock_s())
+        if rule.time_limit_s is None:
+            return
+        if rule.stop is not None and value == rule.stop:
+            self._guardian.disarm(rule.stop_topic)
+            return
+        identity = ""
+        if rule.cancel is not None:
+            identity = value.goal_id.id
+            if not 0 < len(identity) <= GOAL_ID:
+                raise ActRefused(f"goal_id.id must have from 1 to {GOAL_ID} characters", rule.place)
+        self._guardian.arm(rule.stop_topic, identity, client)
 
     def _watch(self, condition: Condition) -> None:
         def received(message: Any) -> None:
@@ -126,11 +178,13 @@ class GatedPublisher:
 
     def publish(self, message: Any) -> None:
         """Publish a message. Raise `ActRefused` if the policy does not allow it."""
-        self._gate.check_message(self._topic, message)
+        self._gate.check_message(self._topic, message, client=self)
         self._publisher.publish(message)
+        self._gate.published(self._topic, message)
 
     def unregister(self) -> None:
-        """Unadvertise the topic."""
+        """Unadvertise the topic, and stop what was started on it."""
+        self._gate.left(self._topic, self)
         self._publisher.unregister()
 
 

@@ -119,6 +119,7 @@ def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
         finally:
             with contextlib.suppress(TimeoutError):
                 loop.run(server.close(), CLOSING_S)
+            gate.close()
             system.close()
             loop.stop(ENDING_S)
             if recording is not None:

@@ -143,6 +143,15 @@ def test_a_stop_always_passes_and_the_next_change_begins_there() -> None:
     decide(RATES, publish("/cmd_vel", twist(0.5)), state, 61.5)
 
 
+def test_after_the_time_limit_a_change_begins_at_the_stop() -> None:
+    fields = "fields: {linear.x: {change_per_s: 1}}"
+    text = f"topics: {{/cmd_vel: {{type: geometry_msgs/Twist, time_limit_s: 0.5, {fields}}}}}"
+    policy, state = parse_policy(text, "p"), PolicyState()
+    decide(policy, publish("/cmd_vel", twist(1.0)), state, 10.0)
+    decide(policy, publish("/cmd_vel", twist(1.4)), state, 10.4)
+    assert "got 1.5 after 0 " in refusal(policy, publish("/cmd_vel", twist(1.5)), state, 11.0)
+
+
 @given(gaps=st.lists(st.floats(min_value=0, max_value=40), max_size=30))
 def test_no_minute_has_more_acts_than_the_policy_allows(gaps: list[float]) -> None:
     policy = parse_policy("services: {/reset: {type: std_srvs/Empty, per_minute: 3}}", "p")

@@ -79,6 +79,8 @@ def test_a_policy_has_the_rules_of_its_file() -> None:
         ("per_minute: 600", "per_minut: 600", "unknown key. Did you mean per_minute?"),
         ("requires: dead_man", "requires: deadman", "names deadman, which is not one of the conditions"),
         ("stop: zero", "stop: {linear: {w: 1}}", "p.yaml:9: topics./cmd_vel.stop: "),
+        ("stop: zero", "time_limit_s: 0", "time_limit_s: must be a number from 0.1 to 3600, got 0"),
+        ("{type: std_srvs/Empty, per", "{type: std_srvs/Empty, time_limit_s: 1, per", "unknown key"),
         ("stop: zero", "stop: brake", "must be zero, or the values of a message, got 'brake'"),
         ("MoveBaseAction", "MoveBaseActionGoal", "must be the type of an action"),
         ("topic: /joy", "topic: /cmd_vel", "reads /cmd_vel, which clients may publish"),
@@ -124,3 +126,19 @@ def test_a_file_that_cannot_be_read_or_is_too_large_is_refused(tmp_path: Path) -
     large.write_text("#" * (FILE_BYTES + 1))
     with pytest.raises(BadSettings, match=f"it is larger than {FILE_BYTES} bytes"):
         read_policy(large)
+
+
+def test_a_time_limit_has_a_stop_of_zeros_by_default_and_cancels_the_goals_of_actions() -> None:
+    limited = POLICY.replace("stop: zero", "time_limit_s: 0.5").replace(
+        "MoveBaseAction\n", "MoveBaseAction\n    time_limit_s: 60\n"
+    )
+    policy = parse_policy(limited, "p.yaml")
+    drive, goal = policy.rules[Kind.TOPIC, "/cmd_vel"], policy.rules[Kind.TOPIC, "/move_base/goal"]
+    assert (drive.time_limit_s, drive.stop_topic, drive.stop) == (0.5, "/cmd_vel", drive.message_class())
+    assert (goal.time_limit_s, goal.stop_topic, goal.stop) == (60, "/move_base/cancel", None)
+
+
+def test_a_stop_must_fit_into_one_write() -> None:
+    text = f"topics: {{/s: {{type: std_msgs/String, fields: any, stop: {{data: {'x' * 1000}}}}}}}"
+    with pytest.raises(BadSettings, match="stop: must have at most 1000 bytes, got 1004"):
+        parse_policy(text, "p.yaml")

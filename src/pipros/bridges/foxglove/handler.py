@@ -118,6 +118,7 @@ class FoxgloveHandler:
 
     def close(self) -> None:
         """Stop the threads."""
+        self.gate.close()
         self._graph_watch.close()
         self._parameter_watch.close()
         self._calls.interrupt()

@@ -64,11 +64,13 @@ class ClientPublication:
         """
         if self.channel.encoding == JSON:
             body = _from_json(self._class, body)
-        self._gate.check_message(self.channel.topic, body, self._class._type, self._class._md5sum)
+        self._gate.check_message(self.channel.topic, body, self._class._type, self._class._md5sum, self)
         self._publisher.publish(self._raw(body))
+        self._gate.published(self.channel.topic, body)
 
     def close(self) -> None:
-        """Unadvertise the topic."""
+        """Unadvertise the topic, and stop what the client started on it."""
+        self._gate.left(self.channel.topic, self)
         self._publisher.unregister()
 
 

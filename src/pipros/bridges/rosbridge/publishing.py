@@ -81,13 +81,13 @@ class SharedPublishers:
             PiprosError: the type is unknown or differs from the topic's type, or there are too many topics.
         """
         message_class = load_message_class(kind)
-        self._gate.check_topic(topic, message_class._type, message_class._md5sum)
+        self._gate.check_topic(topic, message_class._type, message_class._md5sum, latch=latch)
         with self._lock:
             found = self._shared.get(topic)
             if found is None:
                 self._close_oldest()
                 found = self._shared[topic] = _SharedPublisher(
-                    self._node, topic, message_class, latch, queue_size, self._call_later
+                    self._node, self._gate, topic, message_class, latch, queue_size, self._call_later
                 )
             elif found.message_class._type != message_class._type:
                 raise PiprosError(f"{topic} is already advertised with the type {found.message_class._type}")
@@ -125,7 +125,9 @@ class SharedPublishers:
             found = self._shared[topic]
         message = found.message_class()
         self._filler.fill(message, values)
-        self._gate.check_message(topic, message)
+        if latch:
+            self._gate.check_topic(topic, message._type, message._md5sum, latch=True)
+        self._gate.check_message(topic, message, client=user)
         if latch:
             found.latch()
         found.publish(message, shares, end_parsing)
@@ -141,6 +143,7 @@ class SharedPublishers:
             if found is None or user not in found.users:
                 return
             shares = found.users.pop(user)
+            self._gate.left(topic, user)
             is_kept = found.pass_charges(shares)
             if found.users:
                 return
@@ -182,6 +185,7 @@ class _SharedPublisher:
     def __init__(
         self,
         node: Node,
+        gate: ActGate,
         topic: str,
         message_class: Any,
         latch: bool,
@@ -192,6 +196,7 @@ class _SharedPublisher:
         self.users: dict[Hashable, ClientShares] = {}
         self.unused_since_s = 0.0
         self._node = node
+        self._gate = gate
         self._topic = topic
         self._queue_size = max(queue_size, 1)
         self._call_later = call_later
@@ -224,7 +229,7 @@ class _SharedPublisher:
             is_early = bool(has_to_wait) and time.monotonic() < self._early_until_s
             if not (is_early or self._is_latching):
                 self._flush()
-                self._publisher.publish(message)
+                self._send(message)
                 return
             size = sum(map(len, message._to_buffers()))
             cost = max(size, end_parsing()) + MESSAGE_BYTES
@@ -235,7 +240,7 @@ class _SharedPublisher:
             self._flush()
             if self._is_latching:
                 self._pay_latched(shares, cost)
-            self._publisher.publish(message)
+            self._send(message)
 
     def pass_charges(self, left: ClientShares) -> bool:
         """Let another client, or `left_behind`, pay for a client that no longer publishes the topic.
@@ -271,6 +276,10 @@ class _SharedPublisher:
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
         """Do nothing; only new subscribers matter."""
 
+    def _send(self, message: Any) -> None:
+        self._publisher.publish(message)
+        self._gate.published(self._topic, message)
+
     def _publish_early(self) -> None:
         with self._lock:
             self._flush()
@@ -279,7 +288,7 @@ class _SharedPublisher:
         self._early_until_s = min(self._early_until_s, time.monotonic())
         early, self._early, self._early_bytes = self._early, [], 0
         for message, charge in early:
-            self._publisher.publish(message)
+            self._send(message)
             unused: Charge | None = charge
             if self._is_latching:
                 unused, self._latched = self._latched, charge

@@ -126,6 +126,7 @@ class RosbridgeNode:
 
     def close(self) -> None:
         """Unadvertise the clients' services, and ignore any further subscriptions."""
+        self.gate.close()
         self.services.close()
         self.topics.close()
         self.calls.close()

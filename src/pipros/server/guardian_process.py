@@ -1,0 +1,174 @@
+"""The process that stops robots when a server of clients cannot: when it is killed, stuck, or cut off.
+
+The server writes lines of JSON to the standard input: which messages stop what, and each act that starts a
+time limit. The process publishes the stop when the limit has passed, and all pending stops when the input
+ends, for whatever reason. Times are counted here, on the monotonic clock. A stop is repeated, because a
+command that the server sent before may still be on its way over another connection.
+
+Input, by `op`: `watch` (a topic with its stop, answered by a line with the key once its known subscribers
+have connected), `arm`, `disarm`, `stop`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.msg import load_message_class
+from pipros.node import Node
+
+REPETITIONS: Final = 5
+"""How often a stop is published, `REPEAT_S` apart, unless another act follows."""
+REPEAT_S: Final = 0.1
+CONNECTING_S: Final = 2.0
+"""Maximum time (s) for subscribers to connect before an act is allowed. Those that hang do not block it."""
+ENDING_S: Final = 2.0
+"""Maximum time (s) that the process lives after its last stop."""
+
+
+@dataclass(slots=True)
+class Stop:
+    """A stop that is due at a time, and how often it is then published."""
+
+    due_s: float
+    message: Any
+    left: int = REPETITIONS
+
+
+class Stops:
+    """The pending stops by topic and, for goals, by id. Performs no I/O.
+
+    `publish` sends a message on a topic. Not thread-safe.
+    """
+
+    def __init__(self, publish: Callable[[str, Any], object]) -> None:
+        self._publish = publish
+        self._stops: dict[tuple[str, str], Stop] = {}
+
+    def arm(self, key: str, identity: str, message: Any, due_s: float) -> None:
+        """Publish a message at a time, instead of an earlier one for the same topic and id."""
+        self._stops[key, identity] = Stop(due_s, message)
+
+    def disarm(self, key: str, identity: str) -> None:
+        """Do not publish the stop."""
+        self._stops.pop((key, identity), None)
+
+    def stop(self, key: str, identity: str, now_s: float) -> None:
+        """Make a pending stop due now."""
+        found = self._stops.get((key, identity))
+        if found is not None:
+            found.due_s = min(found.due_s, now_s)
+
+    def stop_all(self, now_s: float) -> None:
+        """Make all pending stops due now."""
+        for key, identity in self._stops:
+            self.stop(key, identity, now_s)
+
+    def run(self, now_s: float) -> float | None:
+        """Publish what is due, and return when the next stop is due; None if there is none."""
+        for (key, identity), each in list(self._stops.items()):
+            if each.due_s > now_s:
+                continue
+            self._publish(key, each.message)
+            each.left -= 1
+            each.due_s = now_s + REPEAT_S
+            if not each.left:
+                del self._stops[key, identity]
+        return min((each.due_s for each in self._stops.values()), default=None)
+
+
+class GuardianProcess:
+    """Reads lines, and publishes stops with a node of its own."""
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publishers: dict[str, Any] = {}
+        self._rules: dict[str, tuple[Any, float]] = {}
+        self._lines: queue.SimpleQueue[Mapping[str, Any] | None] = queue.SimpleQueue()
+        self._stops = Stops(lambda key, message: self._publishers[key].publish(message))
+
+    def end(self) -> None:
+        """Publish all pending stops, then end. May be called in a signal handler."""
+        self._lines.put(None)
+
+    def read(self) -> None:
+        """Read the input until it ends."""
+        with contextlib.suppress(OSError, ValueError):
+            for line in sys.stdin:
+                self._lines.put(json.loads(line))
+        self._lines.put(None)
+
+    def run(self) -> None:
+        """Handle lines and stops until the input has ended and all stops are published."""
+        next_s: float | None = None
+        is_ending = False
+        while not (is_ending and next_s is None):
+            wait_s = None if next_s is None else max(next_s - time.monotonic(), 0.0)
+            with contextlib.suppress(queue.Empty):
+                line = self._lines.get(timeout=wait_s)
+                if line is None:
+                    is_ending = True
+                    self._stops.stop_all(time.monotonic())
+                else:
+                    self._handle(line)
+            next_s = self._stops.run(time.monotonic())
+
+    def _handle(self, line: Mapping[str, Any]) -> None:
+        key, identity = line["key"], line.get("id", "")
+        if line["op"] == "watch":
+            threading.Thread(target=self._watch, args=(line,), daemon=True).start()
+        elif line["op"] == "arm" and key in self._rules:
+            message, limit_s = self._rules[key]
+            if identity:
+                message = type(message)(id=identity)
+            self._stops.arm(key, identity, message, time.monotonic() + limit_s)
+        elif line["op"] == "disarm":
+            self._stops.disarm(key, identity)
+        elif line["op"] == "stop":
+            self._stops.stop(key, identity, time.monotonic())
+
+    def _watch(self, line: Mapping[str, Any]) -> None:
+        """Advertise a topic, and confirm it when its subscribers have connected."""
+        key = line["key"]
+        message_class: Any = load_message_class(line["type"])
+        self._rules[key] = message_class._from_bytes(bytes.fromhex(line["body"])), float(line["limit_s"])
+        publisher = self._node.advertise(key, message_class, queue_size=None)
+        self._publishers[key] = publisher
+        end_s = time.monotonic() + CONNECTING_S
+        known = 1
+        while publisher.connection_count < known and time.monotonic() < end_s:
+            with contextlib.suppress(PiprosError):
+                known = len(dict(self._node.master.get_system_state()[1]).get(key, ()))
+            time.sleep(REPEAT_S / 5)
+        print(key, flush=True)
+
+
+def main() -> None:
+    """Run the process."""
+    node = Node("pipros_guardian", anonymous=True)
+    guardian = GuardianProcess(node)
+    # Ctrl-C and the end of a terminal are for the server, whose end ends the input.
+    for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: guardian.end())
+    node.start()
+    threading.Thread(target=guardian.read, daemon=True).start()
+    guardian.run()
+    # A master or subscriber that hangs must not keep the process.
+    threading.Timer(ENDING_S, os._exit, (0,)).start()
+    node.shutdown()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,161 @@
+"""The server's side of `guardian_process.py`: starts it, and reports acts with a time limit to it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from typing import IO, Any, Final
+
+from pipros.node import Node
+from pipros.policy.model import ActRefused, ActRule
+
+READY_S: Final = 20.0
+"""Maximum time (s) until the process has started and has advertised a topic."""
+PENDING: Final = 1000
+"""Maximum number of pending stops: topics, and goals."""
+
+
+class StopGuardian:
+    """Starts the process with the first act that has a time limit. Thread-safe.
+
+    If the process ends while it is needed, a new one publishes all pending stops.
+    """
+
+    def __init__(self, node: Node) -> None:
+        """Create a guardian without a process, whose master will be that of `node`."""
+        self._node = node
+        self._process: subprocess.Popen[str] | None = None
+        self._watched: dict[str, Mapping[str, Any]] = {}
+        self._ready: set[str] = set()
+        self._pending: dict[tuple[str, str], object] = {}
+        self._lost: list[tuple[str, str]] = []  # stops of a process that has ended
+        self._is_closed = False
+        self._changed = threading.Condition()
+
+    def watch(self, rule: ActRule) -> None:
+        """Let the process advertise the topic of a rule's stop. Blocks until it has, once for each rule.
+
+        Raises:
+            ActRefused: the process does not start, or does not answer.
+        """
+        key = rule.stop_topic
+        line = {
+            "op": "watch",
+            "key": key,
+            "type": rule.stop_message._type,
+            "limit_s": rule.time_limit_s,
+            "body": b"".join(rule.stop_message._to_buffers()).hex(),
+        }
+        with self._changed:
+            is_new = key not in self._watched
+            self._watched[key] = line
+            if self._process is None and not self._is_closed:
+                self._start()
+            elif is_new:
+                self._send(line)
+            if not self._changed.wait_for(lambda: key in self._ready, READY_S):
+                raise ActRefused("the guardian, which stops acts with a time limit, is not ready", rule.place)
+
+    def arm(self, key: str, identity: str, client: object) -> None:
+        """Start the time limit of an act. `client` is the one that acts.
+
+        Raises:
+            ActRefused: the process is not ready, or cannot be reached.
+        """
+        with self._changed:
+            if key not in self._ready:
+                raise ActRefused("the guardian, which stops acts with a time limit, is not running")
+            if (key, identity) not in self._pending and len(self._pending) >= PENDING:
+                oldest = next(iter(self._pending))
+                self._stop(*oldest)
+            self._pending[key, identity] = client
+            if not self._send({"op": "arm", "key": key, "id": identity}):
+                raise ActRefused("the guardian, which stops acts with a time limit, cannot be reached")
+
+    def renew(self, key: str) -> None:
+        """Start the time limit of a topic again, because a message was sent late."""
+        with self._changed:
+            if key in self._ready:
+                self._pending.setdefault((key, ""), None)
+                self._send({"op": "arm", "key": key, "id": ""})
+
+    def disarm(self, key: str) -> None:
+        """End the time limit of a topic, which was stopped."""
+        with self._changed:
+            if self._pending.pop((key, ""), self) is not self:
+                self._send({"op": "disarm", "key": key, "id": ""})
+
+    def left(self, key: str, client: object) -> None:
+        """Stop what a client has started, because it leaves."""
+        with self._changed:
+            for found, identity in [each for each, who in self._pending.items() if who is client]:
+                if found == key:
+                    self._stop(found, identity)
+
+    def close(self) -> None:
+        """End the input of the process, which publishes all pending stops and ends."""
+        with self._changed:
+            self._is_closed = True
+            if self._process is not None and self._process.stdin is not None:
+                with contextlib.suppress(OSError):
+                    self._process.stdin.close()
+
+    def _stop(self, key: str, identity: str) -> None:
+        del self._pending[key, identity]
+        self._send({"op": "stop", "key": key, "id": identity})
+
+    def _send(self, line: Mapping[str, Any]) -> bool:
+        """Write a line, which is short enough to be written at once or not at all. Return whether it was."""
+        process = self._process
+        if process is None or process.stdin is None or self._is_closed:
+            return False
+        try:
+            os.write(process.stdin.fileno(), (json.dumps(line) + "\n").encode())
+        except (OSError, ValueError):
+            return False
+        return True
+
+    def _start(self) -> None:
+        """Start a process for all watched topics."""
+        given = self._node.environment
+        variables = {"ROS_MASTER_URI": given.master_uri, "ROS_HOSTNAME": given.hostname, "ROS_IP": given.ip}
+        # A session of its own, so that Ctrl-C in the terminal of the server does not reach it.
+        process = self._process = subprocess.Popen(
+            [sys.executable, "-I", "-m", "pipros.server.guardian_process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, **{name: value for name, value in variables.items() if value}},
+            start_new_session=True,
+            text=True,
+        )
+        if process.stdin is not None and os.name == "posix":
+            os.set_blocking(process.stdin.fileno(), False)
+        threading.Thread(target=self._read, args=(process, process.stdout), daemon=True).start()
+        for line in self._watched.values():
+            self._send(line)
+
+    def _read(self, process: subprocess.Popen[str], output: IO[str]) -> None:
+        """Read which topics are ready. If the process ends, let a new one stop what is pending."""
+        with contextlib.suppress(OSError, ValueError):
+            for line in output:
+                with self._changed:
+                    self._ready.add(line.strip())
+                    for key, identity in [each for each in self._lost if each[0] == line.strip()]:
+                        self._lost.remove((key, identity))
+                        for op in ("arm", "stop"):
+                            self._send({"op": op, "key": key, "id": identity})
+                    self._changed.notify_all()
+        process.wait()
+        with self._changed:
+            was_ready = bool(self._ready)
+            self._lost += self._pending
+            self._pending.clear()
+            self._ready.clear()
+            self._process = None
+            if was_ready and not self._is_closed:  # one that never was ready would fail again
+                self._start()

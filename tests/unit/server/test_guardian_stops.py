@@ -1,0 +1,75 @@
+"""The pending stops of the guardian: when each is published, and how often."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipros.server.guardian_process import REPEAT_S, REPETITIONS, Stops
+
+
+@pytest.fixture
+def published() -> list[tuple[str, Any]]:
+    return []
+
+
+@pytest.fixture
+def stops(published: list[tuple[str, Any]]) -> Stops:
+    return Stops(lambda key, message: published.append((key, message)))
+
+
+def test_a_stop_is_published_when_its_time_has_come_and_then_repeated(
+    stops: Stops, published: list[tuple[str, Any]]
+) -> None:
+    stops.arm("/a", "", "zero", 10.0)
+    assert (stops.run(9.9), published) == (10.0, [])
+    now_s: float | None = 10.0
+    while now_s is not None:
+        now_s = stops.run(now_s)
+    assert published == [("/a", "zero")] * REPETITIONS
+
+
+def test_another_act_postpones_the_stop_and_ends_its_repetitions(
+    stops: Stops, published: list[tuple[str, Any]]
+) -> None:
+    stops.arm("/a", "", "zero", 10.0)
+    stops.run(10.0)
+    stops.arm("/a", "", "zero", 20.0)
+    assert (stops.run(10.0 + REPEAT_S), len(published)) == (20.0, 1)
+
+
+def test_the_end_of_the_input_stops_everything_but_what_was_disarmed(
+    stops: Stops, published: list[tuple[str, Any]]
+) -> None:
+    for key, identity in (("/a", ""), ("/b", "1"), ("/b", "2"), ("/c", "")):
+        stops.arm(key, identity, identity, 1e9)
+    stops.disarm("/c", "")
+    stops.stop_all(5.0)
+    stops.run(5.0)
+    assert published == [("/a", ""), ("/b", "1"), ("/b", "2")]
+
+
+@given(acts=st.lists(st.tuples(st.floats(0, 10), st.sampled_from(["/a", "/b"])), max_size=20))
+def test_every_last_act_is_stopped_within_its_limit(acts: list[tuple[float, str]]) -> None:
+    published: list[tuple[str, float]] = []
+    now_s = 0.0
+    stops = Stops(lambda key, _: published.append((key, now_s)))
+    last: dict[str, float] = {}
+    for gap_s, key in acts:
+        end_s = now_s + gap_s
+        due_s = stops.run(now_s)
+        while due_s is not None and due_s <= end_s:
+            now_s = due_s
+            due_s = stops.run(now_s)
+        now_s = end_s
+        stops.arm(key, "", None, now_s + 1.0)
+        last[key] = now_s
+    due_s = stops.run(now_s)
+    while due_s is not None:
+        now_s = due_s
+        due_s = stops.run(now_s)
+    for key, acted_s in last.items():
+        assert any(found == key and at_s == acted_s + 1.0 for found, at_s in published)
