@@ -1,10 +1,9 @@
-"""The tools for bags: nothing outside the folder is read, and SQL neither reads nor writes files."""
+"""The tools for bags: nothing outside the folder is read."""
 
 from __future__ import annotations
 
 import base64
 import io
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,26 +11,7 @@ from PIL import Image
 
 from pipros.assistants.tools import bags as bag_tools
 from tests.support.assistants import LocalAssistant
-from tests.support.bags import bag_bytes, some_rows
-
-NOBODY = "http://127.0.0.1:1"
-SECRET = "the content of another file"  # noqa: S105
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    (tmp_path / "secret.bag").write_text(SECRET)
-    (tmp_path / "secret.csv").write_text(SECRET)
-    bags = tmp_path / "bags"
-    bags.mkdir()
-    (bags / "run.bag").write_bytes(bag_bytes(some_rows()))
-    (bags / "link.bag").symlink_to(tmp_path / "secret.bag")
-    return bags
-
-
-@pytest.fixture
-def assistant(folder: Path) -> LocalAssistant:
-    return LocalAssistant(NOBODY, folder)
+from tests.unit.assistants.conftest import NOBODY, SECRET
 
 
 def test_bags_are_described_and_read(assistant: LocalAssistant) -> None:
@@ -90,54 +70,6 @@ def test_no_other_file_is_opened(assistant: LocalAssistant, tool: str, more: Any
 
 def test_without_a_folder_there_are_no_bags() -> None:
     assert "--bags FOLDER" in LocalAssistant(NOBODY).call("list_bags").fields["error"]
-
-
-def test_rows_are_selected_with_sql(assistant: LocalAssistant) -> None:
-    reply = assistant.call("query_bag", bag="run.bag", sql='SELECT max(data) AS m, count(*) FROM "/a"')
-    assert reply.data == [["m", "count_star()"], ["28", "15"]]
-
-
-@pytest.mark.parametrize(
-    "sql",
-    [
-        "SELECT * FROM '{secret}'",
-        "SELECT * FROM read_csv('{secret}')",
-        "SELECT * FROM read_text('{secret}')",
-        "SELECT * FROM read_blob('/etc/passwd')",
-        "SELECT * FROM glob('/etc/*')",
-        "COPY a TO '{folder}/written.csv'",
-        "COPY (SELECT 1) TO '{folder}/written.csv'",
-        "EXPORT DATABASE '{folder}/written'",
-        "ATTACH '{folder}/written.db'",
-        "INSTALL httpfs",
-        "LOAD httpfs",
-        "SET enable_external_access = true",
-        "SELECT 1; COPY a TO '{folder}/written.csv'",
-        "SELECT getenv('HOME')",
-        "CREATE TABLE t AS SELECT * FROM a",
-        "-o {folder}/written.csv",
-        "--output={folder}/written.csv",
-    ],
-)
-def test_sql_reads_and_writes_no_files(assistant: LocalAssistant, folder: Path, sql: str) -> None:
-    before = sorted(folder.iterdir())
-    reply = assistant.call(
-        "query_bag", bag="run.bag", sql=sql.format(secret=folder.parent / "secret.csv", folder=folder)
-    )
-    assert reply.is_error
-    assert SECRET not in reply.text
-    assert sorted(folder.iterdir()) == before
-
-
-def test_a_query_has_a_time_limit(folder: Path) -> None:
-    assistant = LocalAssistant(NOBODY, folder, assistant_query_s=1.0)
-    endless = "SELECT count(*) FROM range(1000000000) x, range(1000000000) y"
-    assert "longer than 1 s" in assistant.call("query_bag", bag="run.bag", sql=endless).data
-
-
-def test_a_query_has_a_memory_limit(folder: Path) -> None:
-    assistant = LocalAssistant(NOBODY, folder, assistant_query_bytes=50_000_000)
-    assert assistant.call("query_bag", bag="run.bag", sql="SELECT count(*) FROM a").is_error
 
 
 def test_an_installation_without_queries_says_so(

@@ -1,0 +1,58 @@
+"""SQL of assistants, which `pipros.data` runs: it neither reads nor writes files, and has limits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.assistants import LocalAssistant
+from tests.unit.assistants.conftest import NOBODY, SECRET
+
+
+def test_rows_are_selected_with_sql(assistant: LocalAssistant) -> None:
+    reply = assistant.call("query_bag", bag="run.bag", sql='SELECT max(data) AS m, count(*) FROM "/a"')
+    assert reply.data == [["m", "count_star()"], ["28", "15"]]
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "SELECT * FROM '{secret}'",
+        "SELECT * FROM read_csv('{secret}')",
+        "SELECT * FROM read_text('{secret}')",
+        "SELECT * FROM read_blob('/etc/passwd')",
+        "SELECT * FROM glob('/etc/*')",
+        "COPY a TO '{folder}/written.csv'",
+        "COPY (SELECT 1) TO '{folder}/written.csv'",
+        "EXPORT DATABASE '{folder}/written'",
+        "ATTACH '{folder}/written.db'",
+        "INSTALL httpfs",
+        "LOAD httpfs",
+        "SET enable_external_access = true",
+        "SELECT 1; COPY a TO '{folder}/written.csv'",
+        "SELECT getenv('HOME')",
+        "CREATE TABLE t AS SELECT * FROM a",
+        "-o {folder}/written.csv",
+        "--output={folder}/written.csv",
+    ],
+)
+def test_sql_reads_and_writes_no_files(assistant: LocalAssistant, folder: Path, sql: str) -> None:
+    before = sorted(folder.iterdir())
+    reply = assistant.call(
+        "query_bag", bag="run.bag", sql=sql.format(secret=folder.parent / "secret.csv", folder=folder)
+    )
+    assert reply.is_error
+    assert SECRET not in reply.text
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_query_has_a_time_limit(folder: Path) -> None:
+    assistant = LocalAssistant(NOBODY, folder, assistant_query_s=1.0)
+    endless = "SELECT count(*) FROM range(1000000000) x, range(1000000000) y"
+    assert "longer than 1 s" in assistant.call("query_bag", bag="run.bag", sql=endless).data
+
+
+def test_a_query_has_a_memory_limit(folder: Path) -> None:
+    assistant = LocalAssistant(NOBODY, folder, assistant_query_bytes=50_000_000)
+    assert assistant.call("query_bag", bag="run.bag", sql="SELECT count(*) FROM a").is_error
