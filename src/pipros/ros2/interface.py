@@ -161,7 +161,7 @@ class Ros2Caller(Protocol):
         """Return the reply.
 
         Raises:
-            CallFailed: no server is available, or the call timed out.
+            Ros2CallFailed: no server is available, or the call timed out.
         """
 
     @property

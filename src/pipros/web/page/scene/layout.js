@@ -1,4 +1,4 @@
-// Decoders for serialized messages, composed from the layout that the server sends (message_layout.py).
+// Decoders for serialized messages, composed from the layout that the server sends (web/messages/layout.py).
 // Times are nanoseconds (BigInt), arrays of numbers are typed arrays.
 
 import { PRIMITIVES } from "./primitives.js";
