@@ -1,4 +1,4 @@
-"""`pipros policy check`: the examples of docs/policy.md, one for turtlesim, and a policy tested with a bag."""
+"""`pipros policy check`: the examples of docs/policy.md, and a bag tested with that of turtlesim."""
 
 from __future__ import annotations
 
