@@ -16,6 +16,7 @@ from pipros.bridges.rosbridge.filling import Filler
 from pipros.bridges.rosbridge.publishing import MESSAGE_BYTES, SharedPublishers
 from pipros.bridges.shares import ClientShares, ServerShares
 from pipros.node import Node
+from pipros.server.act_gate import ActGate
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
 from tests.support.nodes import MakeNode
@@ -61,9 +62,14 @@ class Server:
         self.has_subscribers = True
         self.made: list[FakePublisher] = []
         self._later: list[Callable[[], object]] = []
-        node: Any = SimpleNamespace(limits=LIMITS, advertise=self._advertise)
+        node: Any = SimpleNamespace(limits=LIMITS, advertise=self._advertise, resolve=lambda name: name)
         self.publishers = SharedPublishers(
-            node, Filler(lambda: 0), lambda _: None, lambda _, function: self._later.append(function), 0
+            node,
+            Filler(lambda: 0),
+            lambda _: None,
+            lambda _, function: self._later.append(function),
+            0,
+            ActGate(node),
         )
 
     def _advertise(self, topic: str, *_: Any, **__: Any) -> FakePublisher:
