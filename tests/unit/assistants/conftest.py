@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.support.assistants import LocalAssistant
 from tests.support.bags import bag_bytes, some_rows
+
+if TYPE_CHECKING:
+    from tests.support.assistants import LocalAssistant
 
 NOBODY = "http://127.0.0.1:1"
 SECRET = "the content of another file"  # noqa: S105
@@ -26,4 +29,6 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def assistant(folder: Path) -> LocalAssistant:
+    from tests.support.assistants import LocalAssistant  # needs mcp, which not all installations have
+
     return LocalAssistant(NOBODY, folder)
