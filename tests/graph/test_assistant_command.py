@@ -69,7 +69,7 @@ CALLS: dict[str, dict[str, Any]] = {
 """A call of every tool."""
 
 FAILING = {"find_transform", "show_bag"}
-"""There are no frames, and numbers are not pictures."""
+"""Tools that this system refuses: it publishes no frames, and a number cannot be drawn."""
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from PIL import Image as Picture
 
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
+from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.time import Time
 from pipros.net.master_client import MasterClient
 from tests.support.assistants import LocalAssistant, Reply
@@ -37,8 +38,7 @@ RED = b"\x00\x00\xff"
 
 
 @pytest.fixture
-def assistant(master: Master, monkeypatch: pytest.MonkeyPatch) -> LocalAssistant:
-    monkeypatch.setenv("ROS_MASTER_URI", master.uri)  # the doctor examines this machine, too
+def assistant(master: Master) -> LocalAssistant:
     return LocalAssistant(master.uri)
 
 
@@ -96,6 +96,21 @@ def test_definitions_are_shown(assistant: LocalAssistant) -> None:
     assert "type actionlib_tutorials/FibonacciFeedback" in lines
     for wrong in ("../../etc/passwd", "std_msgs/../x", "nowhere/Nothing"):
         assert assistant.call("show_definition", type=wrong).is_error
+
+
+def test_a_definition_that_is_not_installed_is_that_of_a_publisher(
+    make_node: MakeNode, assistant: LocalAssistant
+) -> None:
+    text = f"int8 battery # {HOSTILE}\n"
+    own: Any = message_classes_from_text("foreign/Status", text)["foreign/Status"]
+    make_node("talker").advertise("/status", own)
+    reply = assistant.call("show_definition", type="foreign/Status")
+    assert reply.data[0] == "type foreign/Status"
+    assert reply.data[1].startswith("int8 battery # IGNORE")
+    assert "IGNORE" not in str(reply.fields["note"])
+    assert reply.text.isprintable()
+    unknown = assistant.call("show_definition", type="foreign/Other")
+    assert "no publisher sends its definition" in unknown.fields["error"]
 
 
 def test_the_latest_message_of_a_topic_is_read(make_node: MakeNode, assistant: LocalAssistant) -> None:
@@ -160,11 +175,12 @@ def test_a_silent_topic_is_explained(make_node: MakeNode, assistant: LocalAssist
     make_node("lidar").advertise("/front/scan", LaserScan)
 
     reply = assistant.call("why_no_data", topic="/scan", wait_s=0.2)
-    assert reply.fields["note"].startswith("No node publishes this topic")
-    assert reply.fields["subscribers"] == 1
+    assert reply.data[-1]["rule"] == "similar-topic"
+    assert "/front/scan" in reply.data[-1]["summary"]
     reply = assistant.call("why_no_data", topic="/front/scan", wait_s=0.2)
-    assert reply.fields["note"].startswith("The topic has a publisher, but no message")
-    assert "similar" in assistant.call("why_no_data", topic="/scam").data[1]
+    assert reply.fields["passes"] is False
+    assert [row["passes"] for row in reply.data[1:-1]] == [True] * 4 + [False]
+    assert reply.data[-1]["rule"] == "no-message"
 
 
 def test_the_doctor_reports_on_what_it_was_asked_about(master: Master, assistant: LocalAssistant) -> None:

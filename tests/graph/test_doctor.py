@@ -130,6 +130,17 @@ def examined(master: Master, *, timeout_s: float = 30.0, **options: Any) -> Exam
     return examine(Environment(master_uri=master.uri), timeout_s=timeout_s, **options)
 
 
+def test_the_given_environment_decides_which_master_is_examined(
+    master: Master, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", NOBODY)
+    monkeypatch.setenv("ROS_IP", "192.0.2.1")
+    found = examined(master)
+    assert found.system is not None
+    assert "192.0.2.1" not in str(found.findings)
+    assert examine(timeout_s=30.0).system is None
+
+
 def test_nothing_is_found_in_a_healthy_system(
     master: Master, talker_and_listener: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:

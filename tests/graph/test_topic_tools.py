@@ -105,6 +105,22 @@ def test_a_stealthy_relay_sends_nothing_without_a_monitor(ros: RosSystem) -> Non
     assert got == []
 
 
+def test_a_stealthy_relay_waits_for_the_type_of_its_input(ros: RosSystem) -> None:
+    """However often it checks the monitored topic before the first message."""
+    ros.pipros.start_bare_master()
+    text: Any = load_message_class("std_msgs/String")
+    ros.pipros.start_node(
+        *("topic_tools", "relay", "/in", "/out"),
+        *("_stealth:=true", "_monitor_topic:=/watched", "_monitor_rate:=1000"),
+    )
+    ros.wait_for_subscriber("/in")
+    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+        publisher = node.advertise("/in", text, latch=True)
+        publisher.publish(text("secret"))
+        ros.wait_for_publisher("/out")
+        wait_until(lambda: not ros.subscribers("/in"), 30, "no subscriber of /in")
+
+
 def test_a_throttle_by_wall_clock_needs_no_simulated_time(ros: RosSystem) -> None:
     ros.pipros.start_bare_master()
     text: Any = load_message_class("std_msgs/String")

@@ -69,7 +69,8 @@ def test_a_gateway_loses_no_message_of_rospy_when_publishers_appear(
     genuine.start(PYTHON, PROGRAMS / "send_numbers.py", "talker", "std_msgs/Int32")
     wait_until(lambda: system.has(EndpointKind.PUBLISHER, "/numbers"), what="the topic in ROS 2")
     samples: list[Sample] = []
-    system.ros2.subscribe("/numbers", INT32, PAIRS.of_ros2(INT32).type_hash, TopicQos(), samples.append)
+    all_samples = TopicQos(depth=0)  # with a depth of 10, a test that stalls for 0.1 s would lose some itself
+    system.ros2.subscribe("/numbers", INT32, PAIRS.of_ros2(INT32).type_hash, all_samples, samples.append)
     wait_until(lambda: len(samples) > 50, what="messages")
 
     for number in range(8):

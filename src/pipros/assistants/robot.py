@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from pipros.assistants.answer import ToolRefused
 from pipros.assistants.limits import AssistantLimits
@@ -19,19 +19,27 @@ from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError, Unreachable
 from pipros.basics.limits import process_limits
 from pipros.graph.client import GraphClient
+from pipros.graph.definitions import TopicDefinitions
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.graph.system_state import SystemState, is_below
 from pipros.msg.errors import MessageException
+from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
+from pipros.node.open_calls import OpenCalls
 from pipros.node.start_params import is_on
 from pipros.pictures.drawn import Drawn, picture_of
+
+if TYPE_CHECKING:
+    from pipros.health.topic_check import TopicCheck
 
 NAME: Final = "pipros_mcp"
 MASTER_S: Final = 5.0
 """Time limit for a call to the master."""
 ENDING_S: Final = 2.0
 """Maximum time to wait for the end of nodes."""
+ASKED_TOPICS: Final = 3
+"""Maximum number of topics whose publishers are asked for the definition of a type."""
 CLOCK_S: Final = 0.5
 """Maximum time to wait for the simulated time."""
 
@@ -112,6 +120,22 @@ class Robot:
             raise ToolRefused("no node publishes this topic", name)
         return name, str(types[name])
 
+    def definition_of(self, kind: str) -> list[str]:
+        """Return the lines of a type's definition that publishers send; empty if no topic has this type."""
+        state, types = self.state()
+        topics = [topic for topic, each in types.items() if each == kind and state.publishers.get(topic)]
+        if not topics:
+            return []
+        loop = BackgroundLoop(f"definitions of {NAME}")
+        loop.start()
+        try:
+            with Node(NAME, anonymous=True, environment=self.environment) as node:
+                known = TopicDefinitions(node, loop, OpenCalls())
+                found = (known.of_topic(each, kind, state.publishers[each]) for each in topics[:ASKED_TOPICS])
+                return next((each.text.splitlines() for each in found if each is not None), [])
+        finally:
+            loop.stop()
+
     def sample(
         self,
         topics: Sequence[str],
@@ -153,8 +177,19 @@ class Robot:
             now_s = _now_s(node)
         return Samples(tuple(received), seconds, now_s, left < 0)
 
+    def check_topic(self, topic: str, wait_s: float) -> TopicCheck:
+        """Return why no data arrives on a topic; see `pipros.health.topic_check`."""
+        from pipros.health.gather_topic import gather_topic
+        from pipros.health.topic_check import check_topic
+
+        with self.client() as client:
+            name = client.resolve(topic)
+        over = threading.Event()
+        with self._counted(over):
+            return check_topic(gather_topic(name, self.environment, wait_s=wait_s, over=over))
+
     def close(self, wait_s: float = ENDING_S) -> None:
-        """End all `sample` calls, and wait until their nodes have unregistered."""
+        """End all calls that receive messages, and wait until their nodes have unregistered."""
         with self._changed:
             for each in self._waits:
                 each.set()

@@ -93,6 +93,22 @@ class Environment:
             advertise=get("PIPROS_ADVERTISE") or None,
         )
 
+    def applied_to(self, variables: Mapping[str, str]) -> dict[str, str]:
+        """Return `variables` with the master, the addresses and the ports of this environment.
+
+        A program with these variables reaches the same system, in the same way.
+        """
+        own = {
+            "ROS_MASTER_URI": self.master_uri,
+            "ROS_HOSTNAME": self.hostname,
+            "ROS_IP": self.ip,
+            "ROS_IPV6": "on" if self.ipv6 else None,
+            "PIPROS_PORTS": self.ports,
+            "PIPROS_ADVERTISE": self.advertise,
+        }
+        others = {name: value for name, value in variables.items() if name not in own}
+        return {**others, **{name: value for name, value in own.items() if value}}
+
     @property
     def port_range(self) -> PortRange | None:
         """The ports that nodes may open; None if nodes may open any port.

@@ -1,4 +1,4 @@
-"""Files below a folder. Nothing outside is opened, whatever a name or a link says."""
+"""Files below a folder. No name and no link leads out of it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_FILES: Final = 5000
 
 
 def file_inside(folder: Path, name: str) -> Path:
-    """Return a file below a folder. `name` is relative to it, and has no `..`; links may not leave it.
+    """Return a file below a folder. `name` is relative to it and has no `..`. No link leads out of it.
 
     Raises:
         NotBelow: the file does not exist, or is outside.
@@ -32,7 +32,7 @@ def file_inside(folder: Path, name: str) -> Path:
     root = Path(os.path.realpath(folder))
     found = Path(os.path.realpath(root / name))
     if not found.is_relative_to(root) or not found.is_file():
-        raise NotBelow(f"there is no file [{printable(name)}] in this folder; links may not leave it")
+        raise NotBelow(f"no file [{printable(name)}] below this folder; links out of it are not followed")
     return found
 
 

@@ -1,4 +1,4 @@
-"""Make text harmless for readers that cannot see what is hidden in it, such as language models."""
+"""Escape characters that hide, reorder or format text, for readers such as language models."""
 
 from __future__ import annotations
 

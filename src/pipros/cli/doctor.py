@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.cli.entry_point import command
-from pipros.cli.runner import run
+from pipros.cli.runner import CommandError, run
 from pipros.cli.terminal import has_colours, paragraph, passing_note
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pipros.health.finding import Finding
     from pipros.health.self_test import SelfTest
 
+LONGEST_WAIT_S: Final = 3600.0
 _COLOURS = {"error": 31, "warning": 33}
 
 
@@ -28,10 +29,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         "found.",
     )
     parser.add_argument(
-        "nodes",
+        "subjects",
         nargs="*",
-        metavar="FILE",
-        help="only name the interpreter with which rosrun and roslaunch start the program of a node",
+        metavar="TOPIC|FILE",
+        help="only say why no data arrives on a topic, or name the interpreter with which rosrun and "
+        "roslaunch start the program of a node",
     )
     parser.add_argument("--offline", action="store_true", help="check only the setup of this machine")
     parser.add_argument(
@@ -48,6 +50,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         metavar="SECONDS",
         help="time limit for a node's answer in seconds (default: %(default)s)",
     )
+    parser.add_argument(
+        "--wait",
+        type=float,
+        default=3.0,
+        metavar="SECONDS",
+        help="with a topic: time to receive its messages in seconds (default: %(default)s)",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument(
         "--self-test",
@@ -57,8 +66,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not 0 < options.timeout < float("inf"):
         parser.error(f"--timeout must be a positive number of seconds, got {options.timeout}")
-    if options.nodes:
-        return run(lambda: _describe_programs(options.nodes, as_json=options.json))
+    if not 0 < options.wait <= LONGEST_WAIT_S:
+        parser.error(f"--wait must be a number of seconds up to {LONGEST_WAIT_S:g}, got {options.wait}")
+    if options.subjects:
+        return run(lambda: _examine_subjects(options))
     if options.self_test:
         return run(lambda: _run_self_test(as_json=options.json))
 
@@ -77,6 +88,49 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0 if examination.is_healthy else 1
 
     return run(body)
+
+
+def _examine_subjects(options: Namespace) -> int:
+    """Examine each argument: a file that exists, or that cannot be a topic, is the program of a node."""
+    from pathlib import Path
+
+    from pipros.basics.names import is_legal_topic
+
+    subjects: list[str] = options.subjects
+    topics = [each for each in subjects if is_legal_topic(each) and not Path(each).is_file()]
+    files = [each for each in subjects if each not in topics]
+    if topics and files:
+        raise CommandError(
+            f"give topics or programs, not both: {topics[0]} is a topic, {files[0]} is not. A file must exist"
+        )
+    if files:
+        return _describe_programs(files, as_json=options.json)
+    return _check_topics(topics, options)
+
+
+def _check_topics(topics: Sequence[str], options: Namespace) -> int:
+    from pipros.basics.printable import listed
+    from pipros.health.gather_topic import gather_topic
+    from pipros.health.topic_check import check_topic
+
+    checks = []
+    for topic in topics:
+        with passing_note(f"Receiving {topic} for {options.wait:g} s..."):
+            checks.append(check_topic(gather_topic(topic, wait_s=options.wait, timeout_s=options.timeout)))
+    if options.json:
+        _print_json([check.as_json() for check in checks])
+        return 1 if any(check.finding for check in checks) else 0
+    for check in checks:
+        print(f"{listed(check.topic)} ({listed(check.type or 'unknown type')})")
+        for step in check.steps:
+            if step.finding is None:
+                print(f"  {step.name:<12} {listed(step.text)}")
+        print()
+        if check.finding is None:
+            print("Nothing is wrong.")
+        else:
+            _print_findings([check.finding])
+    return 1 if any(check.finding for check in checks) else 0
 
 
 def _describe_programs(files: Sequence[str], *, as_json: bool) -> int:

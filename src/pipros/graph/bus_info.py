@@ -99,6 +99,20 @@ def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
                 yield str(link[0]), SentCount(messages, size)
 
 
+def drop_counts(rows: Sequence[Any]) -> Iterator[tuple[str, int]]:
+    """Yield the topics of a subscriber's `getBusStats` rows, with the number of messages that it has dropped.
+
+    A subscription is `[topic, [[id, bytes, dropped, connected], …]]`, or from roscpp `[topic, [[id, bytes,
+    messages, dropped, 0], …]]`. rospy reports -1, because it does not count them.
+    """
+    for row in rows[1] if len(rows) > 1 and isinstance(rows[1], list) else ():
+        if not isinstance(row, list) or len(row) < 2 or not isinstance(row[-1], list):
+            continue
+        links = (link for link in row[-1] if isinstance(link, list) and len(link) >= 4)
+        counts = (link[3] if len(link) >= 5 else link[2] for link in links)
+        yield str(row[0]), int(sum(count for count in counts if _is_count(count)))
+
+
 def _is_count(value: object) -> bool:
     """Return whether a value is a number >= 0 and < 2**63, which excludes infinity and NaN."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < 2**63

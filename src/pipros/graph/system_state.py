@@ -39,6 +39,13 @@ class SystemState(NamedTuple):
         kinds = (self.publishers, self.subscribers, self.services)
         return sorted({node for kind in kinds for nodes in kind.values() for node in nodes})
 
+    def of_topic(self, topic: str) -> SystemState:
+        """Return the registrations of one topic, without services."""
+        publishers, subscribers = (
+            {topic: kind[topic]} if topic in kind else {} for kind in (self.publishers, self.subscribers)
+        )
+        return SystemState(publishers, subscribers, {})
+
 
 class StateOfMaster(Protocol):
     """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""

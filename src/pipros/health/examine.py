@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -49,12 +50,14 @@ def examine(
 ) -> Examination:
     """Examine this machine and, unless `is_offline`, the running system.
 
+    The master, the addresses and the ports are those of `environment`, which defaults to that of the process.
     No message is sent. If a subscriber lacks a connection, its topic is advertised for up to `timeout_s` to
     test whether the subscriber can connect to this machine. If `both_ways` is true, this is done for every
     subscriber. Blocks up to `timeout_s` per peer.
     """
+    variables = environment.applied_to(os.environ) if environment is not None else None
     environment = environment or Environment.from_os()
-    machine = gather_machine(timeout_s=timeout_s)
+    machine = gather_machine(variables, timeout_s=timeout_s)
     if is_offline:
         machine = replace(machine, master_error=None)
     elif machine.master_error == "" and _is_reached_from_elsewhere(environment):
@@ -63,14 +66,7 @@ def examine(
     if is_offline or machine.master_error is None or machine.master_error:
         return Examination(environment.master_uri, tuple(findings))
     try:
-        system = _stable_system(environment, timeout_s)
-        pairs = _to_try_back(system, both_ways=both_ways)
-        if pairs:
-            from pipros.health.reach_back import reach_back
-
-            with suppress(InvalidEnvironment, NoFreePort):  # the checks above have reported this error
-                reached = reach_back(pairs, environment, wait_s=timeout_s)
-                system = replace(system, reached_back=reached, tried_back=pairs)
+        system = stable_system(environment, timeout_s, both_ways=both_ways)
     except PiprosError as problem:
         findings.append(
             error(
@@ -88,11 +84,29 @@ def _is_reached_from_elsewhere(environment: Environment) -> bool:
     return bool(environment.advertise) or not is_this_machine(split_master_uri(environment.master_uri)[0])
 
 
-def _stable_system(environment: Environment, timeout_s: float) -> SystemReport:
-    """Return a report on the system. If nodes may still be connecting, query the system a second time."""
-    system = gather_system(environment.master_uri, timeout_s=timeout_s)
+def stable_system(
+    environment: Environment, timeout_s: float, *, topic: str | None = None, both_ways: bool = False
+) -> SystemReport:
+    """Return a report on the system, or on the nodes of a topic. See `examine`.
+
+    If nodes may still be connecting, they are queried a second time. Subscribers without a connection are
+    offered one.
+
+    Raises:
+        Unreachable: the master does not answer.
+    """
+    system = gather_system(environment.master_uri, topic=topic, timeout_s=timeout_s)
     if any(finding.rule in CONNECTION_RULES for finding in check_graph(system)):
-        system = gather_system(environment.master_uri, timeout_s=timeout_s)
+        system = gather_system(environment.master_uri, topic=topic, timeout_s=timeout_s)
+    pairs = _to_try_back(system, both_ways=both_ways)
+    if topic is not None:
+        pairs = frozenset(pair for pair in pairs if pair[0] == topic)
+    if pairs:
+        from pipros.health.reach_back import reach_back
+
+        with suppress(InvalidEnvironment, NoFreePort):  # `check_machine` reports this error
+            reached = reach_back(pairs, environment, wait_s=timeout_s)
+            system = replace(system, reached_back=reached, tried_back=pairs)
     return system
 
 

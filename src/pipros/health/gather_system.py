@@ -50,10 +50,11 @@ _CHUNK_BYTES = 16 * 1024
 _LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too imprecise
 
 
-def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
+def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float = 3.0) -> SystemReport:
     """Return the current state of the system that uses a master.
 
-    Blocks up to `timeout_s` for each node that does not answer; nodes are queried concurrently.
+    If a topic is given, only its nodes are queried, and no service. Blocks up to `timeout_s` for each node
+    that does not answer; nodes are queried concurrently.
 
     Raises:
         Unreachable: the master does not answer.
@@ -63,17 +64,18 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         state = SystemState.from_state(master.get_system_state())
         types = dict(master.get_topic_types())
         system = SystemReport(master_uri, state, types, is_time_simulated=_is_simulated(master))
-        nodes = in_parallel(state.nodes(), lambda node: _ask_node(master, node, timeout_s), at_once=AT_ONCE)
+        asked = state if topic is None else state.of_topic(topic)
+        nodes = in_parallel(asked.nodes(), lambda node: _ask_node(master, node, timeout_s), at_once=AT_ONCE)
         ends = [
-            (topic, node)
-            for topic, names in state.publishers.items()
-            for node in names
+            (name, node)
+            for name, senders in asked.publishers.items()
+            for node in senders
             if nodes[node].failure is None
         ]
         publishers = in_parallel(
             ends, lambda end: _ask_publisher(end[0], nodes[end[1]].api, timeout_s), at_once=AT_ONCE
         )
-        servers = {name: names[0] for name, names in state.services.items() if names}
+        servers = {name: names[0] for name, names in asked.services.items() if names}
         clock_offset_s = _clock_offset(master_uri, timeout_s)
         services = in_parallel(
             servers, lambda name: _ask_service(master, name, servers[name]), at_once=AT_ONCE
@@ -214,16 +216,16 @@ def _shake_hands(topic: str, host: str, port: int, timeout_s: float) -> Publishe
         if "error" in fields:
             return PublisherReport(f"{host}:{port}", Failure(printable(fields["error"])))
         # a latched message may be old
-        has_stamp = fields.get("latching") != "1" and _has_stamp(fields)
+        has_stamp = fields.get("latching") != "1" and begins_with_header(fields.get("message_definition", ""))
         stamp = _stamp_offset(sock, reader.rest) if has_stamp else None
     return PublisherReport(
         f"{host}:{port}", None, printable(fields.get("type", "")), printable(fields.get("md5sum", "")), stamp
     )
 
 
-def _has_stamp(fields: Any) -> bool:
-    """Return True if the first field of the messages is a std_msgs/Header."""
-    for line in str(fields.get("message_definition", "")).splitlines():
+def begins_with_header(definition: object) -> bool:
+    """Return whether the first field of a message is a std_msgs/Header."""
+    for line in str(definition).splitlines():
         words = line.partition("#")[0].split()
         if words and "=" not in line.partition("#")[0]:
             return words[0] in ("Header", "std_msgs/Header", "roslib/Header")

@@ -258,9 +258,7 @@ def topics_without_publishers(system: SystemReport) -> Findings:
         alive = [node for node in subscribers if system.is_alive(node) and node not in system.room_replies]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
             continue
-        published = [name for name in system.state.publishers if name != topic]
-        like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
-        like += [name for name in published if _base(name) == _base(topic) and name not in like][:2]
+        like = published_like(topic, system)
         hint = f" Published topics with similar names: {', '.join(map(listed, like))}." if like else ""
         yield warning(
             "no-publishers",
@@ -269,6 +267,13 @@ def topics_without_publishers(system: SystemReport) -> Findings:
             topic,
             *alive,
         )
+
+
+def published_like(topic: str, system: SystemReport) -> list[str]:
+    """Return the published topics whose name resembles that of `topic`, or differs in the namespace only."""
+    published = [name for name in system.state.publishers if name != topic]
+    like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
+    return like + [name for name in published if _base(name) == _base(topic) and name not in like][:2]
 
 
 def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[str]) -> bool:

@@ -57,7 +57,7 @@ def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
         limit_bytes: the size of the picture.
 
     Raises:
-        PictureError: there is no picture for its type, or it is malformed or too large.
+        PictureError: its type cannot be drawn, or it is malformed or too large.
     """
     drawers = {
         "sensor_msgs/Image": _image,
@@ -69,7 +69,7 @@ def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
     }
     drawer = drawers.get(message._type)
     if drawer is None:
-        raise PictureError(f"there are no pictures for messages of the type {message._type}")
+        raise PictureError(f"cannot draw messages of the type {message._type}")
     image, note, facts = drawer(message, limit_pixels)
     return encoded(image, limit_bytes), note, {"frame": message.header.frame_id, **facts}
 

@@ -141,19 +141,16 @@ class ActGate:
             value = _decoded(rule_for(policy, kind, name, type_name, md5sum).message_class, value)
         elif kind is Kind.TOPIC:
             type_name, md5sum = value._type, value._md5sum
+        rule = rule_for(policy, kind, name, type_name, md5sum)
+        identity = _goal_id(rule, value)  # before the decision, because a refused act must not count
         with self._lock:
-            rule = decide(policy, Act(kind, name, value, type_name, md5sum), self._state, self._clock_s())
+            decide(policy, Act(kind, name, value, type_name, md5sum), self._state, self._clock_s())
         if rule.time_limit_s is None:
             return
         if rule.stop is not None and value == rule.stop:
             self._guardian.disarm(rule.stop_topic)
-            return
-        identity = ""
-        if rule.cancel is not None:
-            identity = value.goal_id.id
-            if not 0 < len(identity) <= GOAL_ID:
-                raise ActRefused(f"goal_id.id must have from 1 to {GOAL_ID} characters", rule.place)
-        self._guardian.arm(rule.stop_topic, identity, client)
+        else:
+            self._guardian.arm(rule.stop_topic, identity, client)
 
     def _watch(self, condition: Condition) -> None:
         def received(message: Any) -> None:
@@ -183,9 +180,19 @@ class GatedPublisher:
         self._gate.published(self._topic, message)
 
     def unregister(self) -> None:
-        """Unadvertise the topic, and stop what was started on it."""
+        """Have the guardian stop what these messages started, and unadvertise the topic."""
         self._gate.left(self._topic, self)
         self._publisher.unregister()
+
+
+def _goal_id(rule: ActRule, value: Any) -> str:
+    """Return the id by which the guardian cancels a goal with a time limit; empty for other acts."""
+    if rule.cancel is None or rule.time_limit_s is None:
+        return ""
+    identity: str = value.goal_id.id
+    if not 0 < len(identity) <= GOAL_ID:
+        raise ActRefused(f"goal_id.id must have from 1 to {GOAL_ID} characters", rule.place)
+    return identity
 
 
 def _decoded(message_class: Any, body: bytes) -> Any:

@@ -75,7 +75,7 @@ class Stops:
             self.stop(key, identity, now_s)
 
     def run(self, now_s: float) -> float | None:
-        """Publish what is due, and return when the next stop is due; None if there is none."""
+        """Publish the stops that are due. Return the time of the next one; None if none is pending."""
         for (key, identity), each in list(self._stops.items()):
             if each.due_s > now_s:
                 continue
@@ -88,7 +88,7 @@ class Stops:
 
 
 class GuardianProcess:
-    """Reads lines, and publishes stops with a node of its own."""
+    """Carries out the requests of the server, and publishes stops through its own node."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

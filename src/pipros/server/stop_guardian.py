@@ -122,14 +122,12 @@ class StopGuardian:
 
     def _start(self) -> None:
         """Start a process for all watched topics."""
-        given = self._node.environment
-        variables = {"ROS_MASTER_URI": given.master_uri, "ROS_HOSTNAME": given.hostname, "ROS_IP": given.ip}
-        # A session of its own, so that Ctrl-C in the terminal of the server does not reach it.
+        # In a new session, so that Ctrl-C in the server's terminal does not reach it.
         process = self._process = subprocess.Popen(
             [sys.executable, "-I", "-m", "pipros.server.guardian_process"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, **{name: value for name, value in variables.items() if value}},
+            env=self._node.environment.applied_to(os.environ),
             start_new_session=True,
             text=True,
         )
@@ -140,7 +138,7 @@ class StopGuardian:
             self._send(line)
 
     def _read(self, process: subprocess.Popen[str], output: IO[str]) -> None:
-        """Read which topics are ready. If the process ends, let a new one stop what is pending."""
+        """Record which topics are ready. If the process ends, start another one for the pending stops."""
         with contextlib.suppress(OSError, ValueError):
             for line in output:
                 with self._changed:

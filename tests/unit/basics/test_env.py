@@ -39,3 +39,19 @@ def test_an_invalid_master_uri_is_refused_with_an_example(uri: str) -> None:
 def test_a_namespace_begins_and_ends_with_a_slash() -> None:
     assert Environment.from_os({"ROS_NAMESPACE": "robot/arm/"}).namespace == "/robot/arm/"
     assert Environment.from_os({}).namespace == "/"
+
+
+def test_a_program_with_the_variables_of_an_environment_reaches_the_same_system() -> None:
+    given = Environment(master_uri="http://robot:1", ip="10.0.0.1", advertise="robot:4000")
+    others = {
+        "ROS_MASTER_URI": "http://127.0.0.1:2",
+        "ROS_HOSTNAME": "other",
+        "ROS_IPV6": "on",
+        "HOME": "/me",
+    }
+    variables = given.applied_to(others)
+    found = Environment.from_os(variables)
+    assert (found.master_uri, found.hostname, found.ip, found.ipv6, found.advertise) == (
+        *("http://robot:1", None, "10.0.0.1", False, "robot:4000"),
+    )
+    assert variables["HOME"] == "/me"

@@ -56,10 +56,13 @@ class Relay:
         self._is_watched = bool(nodes - {rospy.get_name()})
 
     def follow(self) -> None:
-        """Subscribe or unsubscribe according to the last call to `check_subscribers`."""
+        """Subscribe or unsubscribe according to the last call to `check_subscribers`.
+
+        Until a first message has determined the type of the output, it stays subscribed.
+        """
         if self._is_watched:
             self.source.subscribe()
-        else:
+        elif self._output.is_advertised:
             self.source.unsubscribe()
 
 

@@ -76,7 +76,7 @@ def _serve(bags: Path | None, port: int | None, token_file: str | None) -> int:
 
 
 def _end_at_once_by_signals(robot: Robot) -> None:
-    """Have signals end the process, which otherwise waits for the library's thread, blocked in a read."""
+    """Exit at once on SIGINT and SIGTERM; the library's thread, which blocks in a read, is not awaited."""
 
     def end(number: int, _frame: object) -> None:
         robot.close()

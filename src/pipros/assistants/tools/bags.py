@@ -117,7 +117,7 @@ class BagTools:
                     if abs(value) < float("inf"):
                         lines[part].append((time_s, value))
         if not any(lines.values()):
-            raise ToolRefused("there are no finite numbers to plot in this time")
+            raise ToolRefused("these messages have no finite values to plot")
         drawn = colours(parts)
         rows = [
             {"part": part, "colour": drawn[part], "points": len(line), "min": min(values), "max": max(values)}

@@ -1,4 +1,4 @@
-"""Tools for the graph of nodes, topics, services and actions, and for what is wrong with it."""
+"""Tools that inspect and diagnose the graph of nodes, topics, services and actions."""
 
 from __future__ import annotations
 
@@ -99,7 +99,8 @@ class GraphTools:
         type: Annotated[str, Field(max_length=200, description="such as sensor_msgs/LaserScan")],  # noqa: A002
         cursor: Cursor = 0,
     ) -> Answer:
-        """Show the definition of a message, service or action type, line by line, with embedded types."""
+        """Show the definition of a message, service or action type, line by line, with embedded types. For a
+        message type that is not installed here, it is the one that a publisher sends."""
         if not _TYPE.fullmatch(type):
             raise ToolRefused("a type must have the form PACKAGE/TYPE", type)
         base = type.removesuffix("Action")
@@ -108,7 +109,12 @@ class GraphTools:
             return Answer([line for part in parts for line in _lines(part)])
         with suppress(PiprosError, ValueError):
             return Answer(list(_service_lines(type)))
-        raise ToolRefused("no package that is installed here defines this type", type)
+        with suppress(PiprosError):  # without a master, too, the type is unknown
+            if lines := self._robot.definition_of(type):
+                return Answer(
+                    [f"type {type}", *lines], "This type is not installed here; a publisher sent it."
+                )
+        raise ToolRefused("no package here defines this type, and no publisher sends its definition", type)
 
     def doctor(
         self,
@@ -117,7 +123,7 @@ class GraphTools:
         ] = "",
         cursor: Cursor = 0,
     ) -> Answer:
-        """Examine this machine and the running system. Each finding says what is wrong, and what to do."""
+        """Check this machine and the running system. Each finding describes a problem and how to fix it."""
         from pipros.health.examine import examine
 
         examination = examine(self._robot.environment)
@@ -133,54 +139,16 @@ class GraphTools:
         return Answer(rows, figures=figures)
 
     def why_no_data(self, topic: Name, wait_s: Wait = 3.0, cursor: Cursor = 0) -> Answer:
-        """Find out why no messages arrive on a topic: who publishes and subscribes, whether messages arrive
-        here, similar names, and the findings of doctor about the topic and its nodes."""
-        from pipros.basics.similar_names import similar_names
-        from pipros.health.examine import examine
-
-        with self._robot.client() as client:
-            name = client.resolve(topic)
-        state, types = self._robot.state()
-        publishers = list(state.publishers.get(name, ()))
-        subscribers = list(state.subscribers.get(name, ()))
-        rows: list[Any] = [
-            {
-                "topic": name,
-                "type": types.get(name),
-                "publishers": _some(publishers),
-                "subscribers": _some(subscribers),
-            }
-        ]
-        messages = 0
-        if publishers:
-            messages = len(self._robot.sample([name], wait_s).received)
-        elif not subscribers:
-            rows.append({"similar": similar_names(name, state.topics())})
-        concerned = {name, *publishers, *subscribers}
-        findings = examine(self._robot.environment).findings
-        rows += [each.as_json() for each in findings if concerned & {*each.subjects}]
-        return Answer(
-            rows,
-            _verdict(len(publishers), len(subscribers), messages),
-            figures={
-                "publishers": len(publishers),
-                "subscribers": len(subscribers),
-                "messages": messages,
-            },
+        """Find out why no data arrives on a topic. Checks publisher, types, connections, addresses, messages,
+        rate, stamp, frame and queues in this order, and says what to do about the first that fails."""
+        found = self._robot.check_topic(topic, wait_s).as_json()
+        steps, finding = found.pop("steps"), found.pop("finding")
+        note = (
+            "Nothing is wrong."
+            if finding is None
+            else "The last step fails; what follows it was not checked."
         )
-
-
-def _verdict(publishers: int, subscribers: int, messages: int) -> str:
-    if messages:
-        return "Messages arrive here. If a node gets none, the findings may say why."
-    if publishers:
-        return (
-            "The topic has a publisher, but no message arrived during the wait. It may publish rarely, wait "
-            "for its input, or not be reachable."
-        )
-    if subscribers:
-        return "No node publishes this topic. Its publisher may have another name or namespace, or not run."
-    return "This topic does not exist. Its name or namespace may be misspelt."
+        return Answer([found, *steps, *filter(None, [finding])], note, {"passes": finding is None})
 
 
 def _some(names: Sequence[str]) -> list[str]:

@@ -1,0 +1,329 @@
+"""Find out why no data arrives on a topic: the first step at which messages are lost. Performs no I/O.
+
+The steps lead from the publisher to the subscribers: a publisher, its type, its connections, its address, the
+first message, the rate, the stamp, the frame, and the queues of the subscribers. A step is checked only if
+all before it pass, because a later fault is usually a consequence of an earlier one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from statistics import median
+from typing import Any, Final, NamedTuple
+
+from pipros.basics.printable import listed
+from pipros.health.finding import Finding, Findings, error, warning
+from pipros.health.graph_checks import (
+    STAMP_TOLERANCE_S,
+    clocks,
+    connections,
+    definitions,
+    nodes_of_other_masters,
+    published_like,
+    type_mismatches,
+    unreachable_nodes,
+    unreachable_publishers,
+)
+from pipros.health.system_report import SystemReport
+
+STOPPED_PERIODS: Final = 5.0
+STOPPED_S: Final = 1.0
+"""A topic has stopped if its last message is older than both this and `STOPPED_PERIODS` of its periods."""
+
+
+class ReceivedMessage(NamedTuple):
+    """A message that arrived here.
+
+    Attributes:
+        time_s: when, on the monotonic clock.
+        publisher: the node that sent it.
+        age_s: ROS time at its receipt minus its stamp; None if it has no header, or its stamp is zero.
+        frame: the `frame_id` of its header; None if it has no header.
+        is_latched: whether its publisher latches, so that it may be old.
+    """
+
+    time_s: float
+    publisher: str
+    age_s: float | None = None
+    frame: str | None = None
+    is_latched: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TopicFacts:
+    """What is known about a topic.
+
+    Attributes:
+        topic: its global name.
+        system: the registrations of all topics, and the replies of this topic's nodes.
+        wait_s: how long messages were received here.
+        received: the last of these messages, in the order of their receipt.
+        count: the number of all of them.
+        end_s: the end of the wait, on the monotonic clock.
+        frames: the frames on `/tf` and `/tf_static`; empty if no transforms are published.
+        dropped: the number of messages that each subscriber dropped during the wait, where it counts them.
+    """
+
+    topic: str
+    system: SystemReport
+    wait_s: float
+    received: Sequence[ReceivedMessage] = ()
+    count: int = 0
+    end_s: float = 0.0
+    frames: frozenset[str] = frozenset()
+    dropped: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def publishers(self) -> Sequence[str]:
+        return self.system.state.publishers.get(self.topic, ())
+
+    @property
+    def subscribers(self) -> Sequence[str]:
+        return self.system.state.subscribers.get(self.topic, ())
+
+
+class Step(NamedTuple):
+    """A check between the publisher and the subscribers.
+
+    Attributes:
+        name: what is checked.
+        text: what is right, or the summary of the problem.
+        finding: the problem; None if the step passes.
+    """
+
+    name: str
+    text: str
+    finding: Finding | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TopicCheck:
+    """The steps up to the first that fails.
+
+    Attributes:
+        topic: the global name of the topic.
+        type: its type according to the master; empty if unknown.
+    """
+
+    topic: str
+    type: str
+    steps: Sequence[Step]
+
+    @property
+    def finding(self) -> Finding | None:
+        """The problem; None if all steps pass."""
+        return self.steps[-1].finding
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "topic": self.topic,
+            "type": self.type,
+            "steps": [
+                {"step": each.name, "passes": each.finding is None, "text": each.text} for each in self.steps
+            ],
+            "finding": None if self.finding is None else self.finding.as_json(),
+        }
+
+
+def check_topic(facts: TopicFacts) -> TopicCheck:
+    """Check the steps in order, up to the first that fails."""
+    steps = []
+    for name, check in STEPS:
+        found = check(facts)
+        if isinstance(found, Finding):
+            steps.append(Step(name, found.summary, found))
+            break
+        steps.append(Step(name, found))
+    return TopicCheck(facts.topic, facts.system.types.get(facts.topic, ""), steps)
+
+
+def _publisher(facts: TopicFacts) -> Finding | str:
+    if facts.publishers:
+        return f"{_names(facts.publishers)} {'publishes' if len(facts.publishers) == 1 else 'publish'} it"
+    topic = listed(facts.topic)
+    summary = (
+        f"No node publishes [{topic}]"
+        if facts.topic in facts.system.state.subscribers
+        else f"The topic [{topic}] does not exist"
+    )
+    like = published_like(facts.topic, facts.system)
+    if like:
+        return error(
+            "similar-topic",
+            f"{summary}, but {_names(like)} {'is' if len(like) == 1 else 'are'} published",
+            f"If that is the one, use its name, or remap: {like[0]}:={topic} for its publisher.",
+            facts.topic,
+            *like,
+        )
+    return error(
+        "no-publishers",
+        summary,
+        "Start its publisher; `rostopic list -p` names the topics that are published.",
+        facts.topic,
+    )
+
+
+def _types(facts: TopicFacts) -> Finding | str:
+    about = _about(facts, (*type_mismatches(facts.system), *definitions(facts.system)))
+    differing = [
+        each for each in (*about, *_about(facts, connections(facts.system))) if each.rule in _TYPE_RULES
+    ]
+    if differing:
+        return differing[0]
+    return "publishers and subscribers have the same type"
+
+
+_TYPE_RULES: Final = ("type-mismatch", "publishers-differ", "md5-mismatch", "definition-differs")
+
+
+def _connections(facts: TopicFacts) -> Finding | str:
+    missing = _about(facts, connections(facts.system))
+    if missing:
+        return missing[0]
+    count = sum(topic == facts.topic for topic, _, _ in facts.system.pairs())
+    if not count:
+        return "no other node subscribes" if not facts.subscribers else "none to check"
+    return f"{count} of {count} {'exists' if count == 1 else 'exist'}"
+
+
+def _addresses(facts: TopicFacts) -> Finding | str:
+    checks = unreachable_nodes, nodes_of_other_masters, unreachable_publishers
+    for check in checks:
+        for finding in check(facts.system):
+            is_theirs = facts.topic in finding.subjects or {*facts.publishers} & {*finding.subjects}
+            if is_theirs:
+                return finding
+    return "all publishers can be reached from here"
+
+
+def _first_message(facts: TopicFacts) -> Finding | str:
+    if facts.received:
+        return f"{facts.count} {'message' if facts.count == 1 else 'messages'} in {facts.wait_s:.1f} s"
+    stopped = [each for each in clocks(facts.system) if each.rule == "no-clock"]
+    if stopped:
+        return stopped[0]
+    waiting = _unpublished_inputs(facts)
+    return error(
+        "no-message",
+        f"{_names(facts.publishers)} {'is' if len(facts.publishers) == 1 else 'are'} connected, but sent "
+        f"nothing on [{listed(facts.topic)}] for {facts.wait_s:.1f} s",
+        (f"It may wait for its own input: no node publishes {_names(waiting)}. " if waiting else "")
+        + "It may also publish rarely, have failed (see its log), or have sent its only message before, "
+        "without latching.",
+        facts.topic,
+        *facts.publishers,
+    )
+
+
+def _unpublished_inputs(facts: TopicFacts) -> list[str]:
+    """Return the topics to which a publisher subscribes, but which no node publishes."""
+    state = facts.system.state
+    return [
+        topic
+        for topic, nodes in sorted(state.subscribers.items())
+        if not state.publishers.get(topic) and {*facts.publishers} & {*nodes}
+    ]
+
+
+def _rate(facts: TopicFacts) -> Finding | str:
+    times = [each.time_s for each in facts.received]
+    if len(times) < 3:
+        return "too few messages to measure it"
+    period_s = median(later - earlier for earlier, later in pairwise(times))
+    silence_s = facts.end_s - times[-1]
+    hz = f"{1 / period_s:.3g} Hz" if period_s > 0 else "a burst"
+    if silence_s > max(STOPPED_PERIODS * period_s, STOPPED_S):
+        return error(
+            "stopped",
+            f"[{listed(facts.topic)}] came at {hz}, then stopped {silence_s:.1f} s ago",
+            f"Look at the log and the load of {_names({each.publisher for each in facts.received})}, and at "
+            "its inputs.",
+            facts.topic,
+        )
+    return hz
+
+
+def _stamp(facts: TopicFacts) -> Finding | str:
+    if all(each.frame is None for each in facts.received):
+        return "the messages have none"
+    ages = [each.age_s for each in facts.received if not each.is_latched and each.age_s is not None]
+    if not ages:
+        return "zero or latched, so it was not compared with the clock"
+    age_s = median(ages)
+    if abs(age_s) <= STAMP_TOLERANCE_S:
+        return f"{age_s:.2f} s old on arrival"
+    which = "simulated time" if facts.system.is_time_simulated else "this machine's clock"
+    return error(
+        "stamps-differ",
+        f"The stamps of [{listed(facts.topic)}] are {abs(age_s):.3g} s "
+        f"{'behind' if age_s > 0 else 'ahead of'} {which}, so tf and message filters drop the messages",
+        "Stamp with rospy.Time.now(); synchronize the clocks of the machines with NTP; for recorded data use "
+        "simulated time (/use_sim_time and `rosbag play --clock`).",
+        facts.topic,
+    )
+
+
+def _frame(facts: TopicFacts) -> Finding | str:
+    frames = sorted({each.frame.lstrip("/") for each in facts.received if each.frame is not None})
+    if not frames:
+        return "the messages have none"
+    if not facts.frames:
+        return f"{_names(frames)}; no transforms are published, so it was not looked up"
+    unknown = [frame for frame in frames if frame not in facts.frames]
+    if not unknown:
+        return f"{_names(frames)}, which has transforms"
+    if unknown == [""]:
+        return warning(
+            "no-frame",
+            f"The messages on [{listed(facts.topic)}] have an empty frame_id",
+            "Set header.frame_id in the publisher; tf, message filters and 3D views need it.",
+            facts.topic,
+        )
+    from difflib import get_close_matches
+
+    near = get_close_matches(unknown[-1], sorted(facts.frames), n=2)
+    return error(
+        "unknown-frame",
+        f"No transform leads to the frame {_names(unknown)} of [{listed(facts.topic)}]",
+        (f"Frames with similar names: {_names(near)}. " if near else "")
+        + "Correct frame_id, or publish the transform, for example with static_transform_publisher.",
+        facts.topic,
+    )
+
+
+def _queues(facts: TopicFacts) -> Finding | str:
+    losing = {node: count for node, count in facts.dropped.items() if count}
+    if not losing:
+        return "no subscriber reports dropped messages"
+    node, count = max(losing.items(), key=lambda each: each[1])
+    return warning(
+        "dropped",
+        f"[{listed(node)}] dropped {count} messages of [{listed(facts.topic)}] in {facts.wait_s:.1f} s",
+        "Its callback takes longer than the messages' period: make it faster, or lower the rate, for example "
+        "with topic_tools throttle. A queue_size of 1 keeps the newest message.",
+        facts.topic,
+        *losing,
+    )
+
+
+STEPS: Final[Sequence[tuple[str, Callable[[TopicFacts], Finding | str]]]] = (
+    ("publisher", _publisher),
+    ("types", _types),
+    ("connections", _connections),
+    ("addresses", _addresses),
+    ("messages", _first_message),
+    ("rate", _rate),
+    ("stamp", _stamp),
+    ("frame", _frame),
+    ("queues", _queues),
+)
+
+
+def _about(facts: TopicFacts, findings: Findings | Iterable[Finding]) -> list[Finding]:
+    return [each for each in findings if facts.topic in each.subjects]
+
+
+def _names(names: Iterable[str]) -> str:
+    return ", ".join(f"[{listed(name)}]" for name in sorted(names))
