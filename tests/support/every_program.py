@@ -47,6 +47,9 @@ _AT_ENTRY = re.compile(r"in guarded\n\s*@wraps\(main\)\n[\s^~]*KeyboardInterrupt
 """The traceback of a Ctrl-C at the entry of the function that handles it, before its `try`. From 3.11 on,
 Python runs signal handlers there, and reports this as it reports Ctrl-C during the imports."""
 
+_WRAPPED = re.compile(r"KeyboardInterrupt\n\nThe above exception was the direct cause.*calling __set_name__", re.S)
+"""Until 3.11, Python reports a Ctrl-C during the creation of a class as the cause of a RuntimeError."""
+
 _WAITS_FOR_S = 0.4
 _WAITING_SHARE = 0.1
 """A program waits if its main thread used less than this share of a processor for this time."""
@@ -281,7 +284,7 @@ class End:
         trace = self.output.rpartition("Traceback (most recent")[2] if "Traceback" in self.output else ""
         is_of_thread = "Exception in thread" in self.output
         is_of_command = "in guarded" in self.output and not _AT_ENTRY.search(trace)
-        is_ctrl_c = trace.rstrip(": \n").endswith("KeyboardInterrupt")
+        is_ctrl_c = trace.rstrip(": \n").endswith("KeyboardInterrupt") or bool(_WRAPPED.search(self.output))
         if trace and (is_of_thread or is_of_command or not is_ctrl_c):
             return f"{self} with a traceback\n{self.output}"
         return ""
