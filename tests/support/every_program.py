@@ -47,7 +47,9 @@ _AT_ENTRY = re.compile(r"in guarded\n\s*@wraps\(main\)\n[\s^~]*KeyboardInterrupt
 """The traceback of a Ctrl-C at the entry of the function that handles it, before its `try`. From 3.11 on,
 Python runs signal handlers there, and reports this as it reports Ctrl-C during the imports."""
 
-_WRAPPED = re.compile(r"KeyboardInterrupt\n\nThe above exception was the direct cause.*calling __set_name__", re.S)
+_WRAPPED = re.compile(
+    r"KeyboardInterrupt\n\nThe above exception was the direct cause.*calling __set_name__", re.S
+)
 """Until 3.11, Python reports a Ctrl-C during the creation of a class as the cause of a RuntimeError."""
 
 _WAITS_FOR_S = 0.4
