@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
+from pipros.graph.system_state import read_state
 from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -38,8 +40,14 @@ class Server:
         self._status = node.advertise("/fibonacci/status", GoalStatusArray)
         self._result = node.advertise("/fibonacci/result", PAIR.result)
         self._feedback = node.advertise("/fibonacci/feedback", PAIR.feedback)
-        node.subscribe("/fibonacci/goal", PAIR.goal, self._on_goal)
-        node.subscribe("/fibonacci/cancel", GoalID, lambda message: self.cancelled.append(message.id))
+        self._subscribers = (
+            node.subscribe("/fibonacci/goal", PAIR.goal, self._on_goal),
+            node.subscribe("/fibonacci/cancel", GoalID, lambda message: self.cancelled.append(message.id)),
+        )
+
+    def close(self) -> None:
+        for each in (self._status, self._result, self._feedback, *self._subscribers):
+            each.unregister()
 
     def _on_goal(self, message: Any) -> None:
         self.goals.append(message)
@@ -93,6 +101,13 @@ class Client:
         wait_until(lambda: goal_id in self.results, what=f"the result of {goal_id}")
         message = self.results[goal_id]
         return message.status.status, tuple(message.result.sequence)
+
+
+def published(system: System) -> set[str]:
+    """Return the topics that have publishers."""
+    found = read_state(system.ros1.master)
+    assert found is not None
+    return {topic for topic, nodes in found[0].publishers.items() if nodes}
 
 
 @pytest.fixture(params=["rtps", "zenoh"])
@@ -151,6 +166,26 @@ def test_actions_of_ros1_are_offered_only_if_allowed(system: System) -> None:
     assert gateway.status().left_out.keys() == {"actions: to_ros1: /fibonacci"}
     assert not system.has(EndpointKind.SERVER, "/fibonacci/_action/send_goal")
     assert not server.goals
+
+
+def test_a_goal_reaches_a_server_of_ros1_that_restarts(system: System) -> None:
+    """The gateway keeps its topics meanwhile: rospy may lose a publisher that comes back at once."""
+    first = Server(system.ros1)
+    system.gateway(ALLOWED)
+    send_goal = caller(system, "send_goal")
+    watcher = system.node("watcher")
+    seen = watcher.subscribe("/fibonacci/cancel", GoalID, lambda _: None)
+    wait_until(lambda: seen.connection_count == 1, what="the gateway's publisher")
+
+    first.close()
+    wait_until(lambda: "/fibonacci/status" not in published(system), what="the end of the server")
+    time.sleep(0.5)  # ten looks of the gateway at the master
+    second = Server(system.ros1)
+
+    reply = send_goal.call(messages.with_id(ID, PAIR.goal_to_cdr(Goal(5))), 60.0)
+    assert messages.is_accepted(reply)
+    assert [each.goal.order for each in second.goals] == [5]
+    assert seen.statistics()["links_ended"] == 0
 
 
 def test_clients_of_ros2_get_errors_for_goals_that_do_not_exist(system: System) -> None:

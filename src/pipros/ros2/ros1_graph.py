@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -19,6 +20,12 @@ from pipros.ros2.node_queries import NodeQueries
 
 _ANSWERS_S = 0.3
 """Maximum time that `poll` waits for nodes to respond."""
+_RESTART_S = 5.0
+"""How long an action remains after its server has gone.
+
+If the gateway closed and opened its topics while the server restarts, a rospy server that is just connecting to
+them could lose one: it ignores the news of a publisher whose last connection it has not yet removed.
+"""
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (empty for services) and nodes of a topic or service."""
 _STATUSES = "actionlib_msgs/GoalStatusArray"
@@ -64,6 +71,7 @@ class Ros1Poller:
         self._definitions = TopicDefinitions(node, self._loop, self._calls)
         self._queries = NodeQueries(f"queries of {node.name}")
         self._topics: dict[str, Ros1Topic] = {}
+        self._actions: dict[str, tuple[str, float]] = {}  # type, and time when its server was last seen
 
     def start(self) -> None:
         """Start the loop that queries publishers."""
@@ -98,8 +106,17 @@ class Ros1Poller:
         self._queries.forget_all_but({*topics, *services})
         self._definitions.forget_all_but({*state.publishers})
         self._topics = found_topics = self._kept(topics) | self._answered(topics)
-        actions = actions_of(found_topics, state.subscribers)
+        actions = self._with_restarting(actions_of(found_topics, state.subscribers))
         return Ros1Graph(found_topics, self._answered(services), actions)
+
+    def _with_restarting(self, actions: Mapping[str, str]) -> dict[str, str]:
+        """Add the actions whose server has been gone for less than `_RESTART_S`."""
+        now_s = time.monotonic()
+        self._actions |= {name: (kind, now_s) for name, kind in actions.items()}
+        self._actions = {
+            name: seen for name, seen in self._actions.items() if now_s - seen[1] < _RESTART_S
+        }
+        return {name: kind for name, (kind, _) in self._actions.items()}
 
     def _kept(self, names: Mapping[_Key, str]) -> dict[str, Ros1Topic]:
         """Return the topics of the last graph that have the same type and one of the same publishers."""

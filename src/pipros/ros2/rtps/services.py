@@ -238,12 +238,15 @@ class RtpsClient:
         return self._participant.wait_for(lambda engine: self._server(engine) is not None, timeout_s)
 
     def _server(self, engine: ParticipantCore) -> _Target | None:
-        """Return a server's request reader, preferably one of known style, or None if there is no server."""
+        """Return the newest server, preferably one of known style, or None if there is no server.
+
+        A server that was killed stays in the list until its lease ends, beside the one started in its place.
+        """
         writers = engine.reader(self._reader.entity).writers
         offering = {guid[:12] for guid in writers}
         readers = [guid for guid in engine.writer(self._writer.entity).readers if guid[:12] in offering]
-        targets = [_Target(guid, style_at(engine, guid)) for guid in readers]
-        return next((each for each in targets if each.style), targets[0] if targets else None)
+        newest_first = [_Target(guid, style_at(engine, guid)) for guid in reversed(readers)]
+        return next((each for each in newest_first if each.style), newest_first[0] if newest_first else None)
 
     def call(self, payload: bytes, timeout_s: float) -> bytes:
         """Call the service with CDR, including the encapsulation header; return the reply in the same form.

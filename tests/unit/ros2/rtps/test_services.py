@@ -161,6 +161,20 @@ def test_a_server_in_the_style_of_cyclone_is_called(pair: tuple[Participant, Par
         assert client.call(CDR + b"efgh", 60.0) == CDR + b"hgfe"
 
 
+def test_the_newest_server_is_called(pair: tuple[Participant, Participant]) -> None:
+    """A server that was killed stays until its lease ends; the one started in its place gets the calls."""
+    old = RtpsServer(pair[0], "/again", REQUEST, REPLY, lambda _: None)
+    client = RtpsClient(pair[1], "/again", REQUEST, REPLY)
+    assert client.wait_for_server(60)
+    with Participant(pair[0].discovery, MARKED) as restarted:
+        new = RtpsServer(restarted, "/again", REQUEST, REPLY, lambda payload: payload)
+        wait_until(lambda: old.clients() == new.clients() == 1)
+        wait_until(lambda: len(pair[1].ask(lambda engine: engine.writer(client.guids[1][12:]).readers)) == 2)
+        wait_until(lambda: len(pair[1].ask(lambda engine: engine.reader(client.guids[0][12:]).writers)) == 2)
+
+        assert client.call(CDR + b"some", 60.0) == CDR + b"some"
+
+
 def test_calls_that_timed_out_do_not_affect_later_ones(pair: tuple[Participant, Participant]) -> None:
     going_on = threading.Event()
 
