@@ -23,8 +23,8 @@ _ANSWERS_S = 0.3
 _RESTART_S = 5.0
 """How long an action remains after its server has gone.
 
-If the gateway closed and opened its topics while the server restarts, a rospy server that is just connecting to
-them could lose one: it ignores the news of a publisher whose last connection it has not yet removed.
+If the gateway closed and opened its topics while the server restarts, a rospy server that is just connecting
+to them could lose one: it ignores the news of a publisher whose last connection it has not yet removed.
 """
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (empty for services) and nodes of a topic or service."""
@@ -113,9 +113,7 @@ class Ros1Poller:
         """Add the actions whose server has been gone for less than `_RESTART_S`."""
         now_s = time.monotonic()
         self._actions |= {name: (kind, now_s) for name, kind in actions.items()}
-        self._actions = {
-            name: seen for name, seen in self._actions.items() if now_s - seen[1] < _RESTART_S
-        }
+        self._actions = {name: seen for name, seen in self._actions.items() if now_s - seen[1] < _RESTART_S}
         return {name: kind for name, (kind, _) in self._actions.items()}
 
     def _kept(self, names: Mapping[_Key, str]) -> dict[str, Ros1Topic]:
