@@ -18,6 +18,9 @@ from pipros.basics.limits import Limits
 
 _DIRECTIVES_LIMIT = 100
 """Maximum number of `%TAG` lines in a text, because the parser compares each with all others."""
+_SCANNED_DEPTH = 1000
+_TOO_DEEP = "exceeded maximum nesting depth"
+"""The limit of the scanner in PyYAML 6.0.4, and its error. The scanner may be ahead of the events."""
 
 
 class TooMuch(PiprosError, ValueError):
@@ -58,6 +61,11 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
                 outline.values += 1  # the most frequent event
             else:
                 outline.count(event)
+    except yaml.scanner.ScannerError as error:
+        if error.problem != _TOO_DEEP:
+            raise
+        depth = min(limits.yaml_depth, _SCANNED_DEPTH)
+        raise TooMuch(f"the text is nested more than {depth} deep", error.problem_mark) from None
     finally:
         loader.dispose()
     outline.check_values()
