@@ -16,7 +16,7 @@ from pipros.basics.env import Environment
 from pipros.libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT
 from pipros.msg import load_message_class
 from pipros.node import Node
-from tests.support.nodes import Inbox
+from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -125,3 +125,65 @@ def test_a_joystick_that_is_missing_or_lost_is_opened_again(
     node.wait_for("Connection to joystick device lost unexpectedly. Will reopen.")
     node.press_ctrl_c()
     assert node.wait() == 0
+
+
+MUX = """<launch>
+  <node pkg="twist_mux" type="twist_mux" name="twist_mux" ns="robot">
+    <remap from="cmd_vel_out" to="/cmd_vel"/>
+    <rosparam>
+      topics:
+      - {name: navigation, topic: nav_vel, timeout: 0, priority: 10}
+      - {name: joystick, topic: /joy_vel, timeout: 60.0, priority: 100}
+      - {name: broken, topic: broken_vel, priority: 200}
+      locks:
+      - {name: pause, topic: pause, timeout: 0.0, priority: 150}
+    </rosparam>
+  </node>
+</launch>
+"""
+
+
+def test_twist_mux_passes_on_the_velocities_of_the_source_that_may_steer(
+    ros: RosSystem, commands: Inbox, tmp_path: Path
+) -> None:
+    (tmp_path / "mux.launch").write_text(MUX)
+    launch = ros.pipros.start("roslaunch", tmp_path / "mux.launch")
+    launch.wait_for(r"~topics\[2\]: timeout must be a number of seconds, got None")
+    flag: Any = load_message_class("std_msgs/Bool")
+    array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
+    diagnostics = Inbox()
+    with Node("sources", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.subscribe("/diagnostics", array, diagnostics)
+        navigation, joystick = (
+            node.advertise(name, Twist, queue_size=1) for name in ("/robot/nav_vel", "/joy_vel")
+        )
+        pause = node.advertise("/robot/pause", flag, queue_size=1)
+        for each in (navigation, joystick, pause):
+            wait_until_connected(each)
+
+        def send(topic: Any, speed: float) -> None:
+            twist = Twist()
+            twist.linear.x = speed
+            topic.publish(twist)
+
+        def state() -> dict[str, str]:
+            status = diagnostics.messages[-1].status[0] if diagnostics.messages else None
+            return {each.key: each.value for each in status.values} if status else {}
+
+        send(navigation, 0.1)
+        wait_until(lambda: newest(commands) == (0.1, 0.0))
+        send(joystick, 0.2)
+        wait_until(lambda: newest(commands) == (0.2, 0.0))
+        wait_until(lambda: state().get("current priority") == "0")
+        assert diagnostics.messages[-1].status[0].name == "robot/twist_mux: Twist mux status"
+
+        pause.publish(flag(True))
+        wait_until(lambda: state().get("current priority") == "150")
+        assert state()["velocity joystick"].startswith(" masked (listening to /joy_vel @ 60.000000s")
+        pause.publish(flag(False))
+        wait_until(lambda: state().get("current priority") == "0")
+        send(joystick, 0.3)
+        wait_until(lambda: newest(commands) == (0.3, 0.0))
+    assert [each.linear.x for each in commands.messages] == [0.1, 0.2, 0.3]
+    launch.press_ctrl_c()
+    launch.wait()

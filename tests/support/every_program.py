@@ -246,6 +246,7 @@ turtlesim draw_square
 turtlesim mimic
 turtlesim turtle_teleop_key
 turtlesim turtlesim_node
+twist_mux twist_mux
 usb_cam usb_cam_node
 """.strip().splitlines()
 

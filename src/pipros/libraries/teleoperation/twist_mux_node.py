@@ -1,0 +1,86 @@
+"""`twist_mux` of twist_mux: passes on the velocities of one of several sources, by priorities and locks."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Sequence
+from functools import partial
+from typing import Any, Final
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros.libraries.teleoperation.parameters import private
+from pipros.libraries.teleoperation.velocity_mux import InvalidSource, Source, VelocityMux, source
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+
+DIAGNOSTICS_S: Final = 1.0
+
+
+class TwistMux:
+    """Subscribes to the sources, and publishes `cmd_vel_out`."""
+
+    def __init__(self, node: Node, inputs: Sequence[Source], locks: Sequence[Source]) -> None:
+        """Advertise and subscribe. Blocks until the master answers."""
+        twist: Any = load_message_class("geometry_msgs/Twist")
+        flag: Any = load_message_class("std_msgs/Bool")
+        self._mux = VelocityMux(inputs, locks)
+        self._clock = node.clock
+        self._lock = threading.Lock()
+        self._output = node.advertise("cmd_vel_out", twist, queue_size=1)
+        for each in locks:
+            node.subscribe(each.topic, flag, partial(self._on_lock, each), queue_size=1)
+        for each in inputs:
+            node.subscribe(each.topic, twist, partial(self._on_velocity, each), queue_size=1)
+
+    def _on_velocity(self, one: Source, message: Any) -> None:
+        with self._lock:
+            if self._mux.passes(one, self._now_s()):
+                self._output.publish(message)
+
+    def _on_lock(self, one: Source, message: Any) -> None:
+        with self._lock:
+            self._mux.lock(one, bool(message.data), self._now_s())
+
+    def values(self) -> dict[str, str]:
+        """Return the state of inputs and locks for diagnostics."""
+        with self._lock:
+            return self._mux.values(self._now_s())
+
+    def _now_s(self) -> float:
+        return self._clock.now_ns() / NS_PER_S
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `twist_mux` until the node is shut down."""
+    with roscpp_program("twist_mux", "twist_mux", argv) as (node, log):
+        mux = TwistMux(node, _sources(node, "topics", log), _sources(node, "locks", log))
+        diagnostics = LinkDiagnostics(node, "none")
+        name = f"{node.name.removeprefix('/')}: Twist mux status"
+        last_s, took_s = time.monotonic(), 0.0
+        while not node.wait_for_shutdown(DIAGNOSTICS_S):
+            now_s = time.monotonic()
+            times = {"loop time in [sec]": f"{took_s:g}", "data age in [sec]": f"{now_s - last_s:g}"}
+            diagnostics.publish([LinkStatus(name, LinkLevel.OK, "ok", {**mux.values(), **times})])
+            last_s, took_s = now_s, time.monotonic() - now_s
+    return 0
+
+
+def _sources(node: Node, name: str, log: logging.Logger) -> list[Source]:
+    """Return the valid sources in a private parameter, and log the mistakes in the others."""
+    entries = private(node, name, None)
+    if not isinstance(entries, list):
+        log.critical("~%s must be a list of sources, got %r", name, entries)
+        return []
+    found = []
+    for index, entry in enumerate(entries):
+        try:
+            found.append(source(entry, f"~{name}[{index}]"))
+        except InvalidSource as error:
+            log.critical("%s", error)
+    return found

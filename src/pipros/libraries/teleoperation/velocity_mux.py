@@ -1,0 +1,126 @@
+"""Selection of one source of velocity commands by priorities and locks, as in twist_mux 3.1.
+
+An input is masked while it is expired, or while a lock with a higher priority is on. The input with the
+highest priority that is not masked wins. A velocity is passed on only when it arrives, never later.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+
+_PRIORITIES = 255
+
+
+class InvalidSource(PiprosError, ValueError):
+    """An entry of `~topics` or `~locks` is invalid. The text names the entry and the mistake."""
+
+
+@dataclass(slots=True)
+class Source:
+    """A topic with velocities, or a lock.
+
+    Attributes:
+        timeout_s: time without messages after which it is expired; never if it is 0 or less.
+        priority: from 0 to 255. Velocities of priority 0 never win.
+        received_s: when the last message arrived; 0 before the first one.
+        is_set: the last value of a lock.
+    """
+
+    name: str
+    topic: str
+    timeout_s: float
+    priority: int
+    received_s: float = 0.0
+    is_set: bool = False
+
+    def is_expired(self, now_s: float) -> bool:
+        return self.timeout_s > 0 and now_s - self.received_s > self.timeout_s
+
+    def __str__(self) -> str:
+        return f"(listening to {self.topic} @ {self.timeout_s:.6f}s with priority #{self.priority})"
+
+
+def source(entry: Any, place: str) -> Source:
+    """Return the source that an entry of `~topics` or `~locks` describes.
+
+    Raises:
+        InvalidSource: the entry is not a mapping with the keys `name`, `topic`, `timeout` and `priority`.
+    """
+    if not isinstance(entry, Mapping):
+        raise InvalidSource(
+            f"{place} must be a mapping with name, topic, timeout and priority, got {entry!r}"
+        )
+
+    def value(key: str, kinds: tuple[type, ...], expected: str) -> Any:
+        found = entry.get(key)
+        if not isinstance(found, kinds) or isinstance(found, bool) or found == "":
+            raise InvalidSource(f"{place}: {key} must be {expected}, got {found!r}")
+        return found
+
+    timeout_s = float(value("timeout", (int, float), "a number of seconds"))
+    if not math.isfinite(timeout_s):
+        raise InvalidSource(f"{place}: timeout must be a number of seconds, got {timeout_s}")
+    priority = value("priority", (int,), "an integer from 0 to 255")
+    return Source(
+        value("name", (str,), "a name"),
+        value("topic", (str,), "the name of a topic"),
+        timeout_s,
+        min(max(priority, 0), _PRIORITIES),
+    )
+
+
+class VelocityMux:
+    """Decides whose velocities are passed on. The caller provides the time."""
+
+    def __init__(self, inputs: Sequence[Source], locks: Sequence[Source]) -> None:
+        self.inputs = inputs
+        self.locks = locks
+
+    def passes(self, one: Source, now_s: float) -> bool:
+        """Note a velocity that arrives from an input now, and return whether it is passed on."""
+        one.received_s = now_s
+        return self.winner(now_s) is one
+
+    def lock(self, one: Source, is_set: bool, now_s: float) -> None:
+        """Note the value of a lock that arrives now."""
+        one.is_set, one.received_s = is_set, now_s
+
+    def is_locked(self, one: Source, now_s: float) -> bool:
+        """Return whether a lock is on: it is set, or its source is silent."""
+        return one.is_set or one.is_expired(now_s)
+
+    def level(self, now_s: float) -> int:
+        """Return the highest priority of the locks that are on, or 0."""
+        return max((lock.priority for lock in self.locks if self.is_locked(lock, now_s)), default=0)
+
+    def unmasked(self, now_s: float) -> list[Source]:
+        """Return the inputs that are neither expired nor locked."""
+        level = self.level(now_s)
+        return [each for each in self.inputs if not each.is_expired(now_s) and each.priority >= level]
+
+    def winner(self, now_s: float) -> Source | None:
+        """Return the input whose velocities are passed on; of equal priorities, the first in the list."""
+        free = [each for each in self.unmasked(now_s) if each.priority > 0]
+        return max(free, key=lambda each: each.priority, default=None)
+
+    def values(self, now_s: float) -> dict[str, str]:
+        """Return the state of inputs and locks as twist_mux's diagnostics show it."""
+        free = self.unmasked(now_s)
+        rows = [
+            (f"velocity {each.name}", f" {'unmasked' if _is_in(each, free) else 'masked'} {each}")
+            for each in self.inputs
+        ]
+        rows += [
+            (f"lock {each.name}", f" {'locked' if self.is_locked(each, now_s) else 'free'} {each}")
+            for each in self.locks
+        ]
+        return {**dict(rows), "current priority": str(self.level(now_s))}
+
+
+def _is_in(one: Source, sources: Iterable[Source]) -> bool:
+    return any(each is one for each in sources)
