@@ -1,0 +1,187 @@
+"""A server of dynamic_reconfigure for nodes that do not use rospy, with the rules of roscpp.
+
+See http://wiki.ros.org/dynamic_reconfigure. All settings are in one group, `Default`.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import NotFound
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+
+Value = bool | int | float | str
+
+_INT: Final = 2**31
+_KINDS: Final = (
+    ("bools", bool, "bool"),
+    ("ints", int, "int"),
+    ("strs", str, "str"),
+    ("doubles", float, "double"),
+)
+"""Field of a message, Python type and name of each type of setting. `bool` precedes its base class `int`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A setting that can be changed at run time.
+
+    Attributes:
+        default: its default, whose type is the type of the setting.
+        low, high: bounds of a number, to which values are clamped; None for no bound.
+        edit_method: the constants of an enum, as in a `.cfg` file's description.
+    """
+
+    name: str
+    default: Value
+    low: float | None = None
+    high: float | None = None
+    description: str = ""
+    level: int = 0
+    edit_method: str = ""
+
+    @property
+    def bounds(self) -> tuple[Any, Any]:
+        """The bounds as a description reports them."""
+        if isinstance(self.default, bool):
+            return False, True
+        if isinstance(self.default, str):
+            return "", ""
+        whole = isinstance(self.default, int)
+        low, high = (-_INT, _INT - 1) if whole else (-math.inf, math.inf)
+        kind = type(self.default)
+        return kind(low if self.low is None else self.low), kind(high if self.high is None else self.high)
+
+    def read(self, value: Any) -> Value:
+        """Return the value of a parameter within the bounds; for one of another type, the default.
+
+        As in roscpp, an integer may be given as a float, which is rounded, and a float as an integer.
+        """
+        kind = type(self.default)
+        if kind is bool or kind is str:
+            return kind(value) if isinstance(value, kind) else self.default
+        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+            return self.default
+        low, high = self.bounds
+        nearest = float(min(max(value, low), high))
+        return math.floor(nearest + 0.5) if kind is int else nearest
+
+
+class Reconfigurable:
+    """Serves the settings of a namespace: the service `set_parameters`, and two latched topics.
+
+    The settings are read from the parameter server, clamped, and written back. Changes are applied one at a
+    time, in threads of the node.
+
+    Attributes:
+        values: the current settings by name. The mapping is replaced by each change.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        namespace: str,
+        settings: Sequence[Setting],
+        apply: Callable[[Mapping[str, Value], int], Mapping[str, Value] | None],
+    ) -> None:
+        """Read the settings, call `apply` once with all bits of the level set, and offer the service.
+
+        Args:
+            namespace: such as `~` or `~costmap`.
+            apply: called with all settings, and the bitwise OR of the levels of those that changed. If it
+                returns settings, they replace the given ones.
+        """
+        self._node = node
+        self._prefix = namespace if namespace.endswith(("~", "/")) else f"{namespace}/"
+        self._settings = {each.name: each for each in settings}
+        self._apply = apply
+        self._lock = threading.RLock()
+        self._config: Any = load_message_class("dynamic_reconfigure/Config")
+        given = _namespace(node, namespace)
+        self.values: Mapping[str, Value] = {each.name: each.read(given.get(each.name)) for each in settings}
+        description: Any = load_message_class("dynamic_reconfigure/ConfigDescription")
+        described = node.advertise(
+            f"{self._prefix}parameter_descriptions", description, latch=True, queue_size=1
+        )
+        described.publish(self._description(description))
+        self._updates = node.advertise(
+            f"{self._prefix}parameter_updates", self._config, latch=True, queue_size=1
+        )
+        self._change(self.values, 0xFFFFFFFF)
+        service: Any = load_service_class("dynamic_reconfigure/Reconfigure")
+        node.serve(
+            f"{self._prefix}set_parameters",
+            service,
+            lambda request: service._response_class(self._set(request)),
+        )
+
+    def update(self, changes: Mapping[str, Value]) -> None:
+        """Change settings as a client would."""
+        with self._lock:
+            new = dict(self.values)
+            for name, value in changes.items():
+                if name in new and value == value:  # not NaN
+                    new[name] = self._settings[name].read(value)
+            level = 0
+            for name, setting in self._settings.items():
+                level |= setting.level if new[name] != self.values[name] else 0
+            self._change(new, level)
+
+    def _set(self, request: Any) -> Any:
+        changes = {
+            each.name: each.value
+            for field, kind, _ in _KINDS
+            for each in getattr(request.config, field)
+            if each.name in self._settings and type(self._settings[each.name].default) is kind
+        }
+        with self._lock:
+            self.update(changes)
+            return self._message(self.values.items())
+
+    def _change(self, values: Mapping[str, Value], level: int) -> None:
+        with self._lock:
+            self.values = dict(self._apply(values, level) or values)
+            for name, value in self.values.items():
+                self._node.params.set(f"{self._prefix}{name}", value)
+            self._updates.publish(self._message(self.values.items()))
+
+    def _message(self, values: Iterable[tuple[str, Value]]) -> Any:
+        message = self._config()
+        for name, value in values:
+            field, kind = next((field, kind) for field, _, kind in _KINDS if kind == _type_name(value))
+            entry: Any = load_message_class(f"dynamic_reconfigure/{kind.capitalize()}Parameter")
+            getattr(message, field).append(entry(name, value))
+        message.groups.append(load_message_class("dynamic_reconfigure/GroupState")("Default", True, 0, 0))
+        return message
+
+    def _description(self, description: Any) -> Any:
+        parameter: Any = load_message_class("dynamic_reconfigure/ParamDescription")
+        group: Any = load_message_class("dynamic_reconfigure/Group")
+        settings = self._settings.values()
+        parameters = [
+            parameter(each.name, _type_name(each.default), each.level, each.description, each.edit_method)
+            for each in settings
+        ]
+        return description(
+            [group("Default", "", parameters, 0, 0)],
+            self._message((each.name, each.bounds[1]) for each in settings),
+            self._message((each.name, each.bounds[0]) for each in settings),
+            self._message((each.name, each.default) for each in settings),
+        )
+
+
+def _namespace(node: Node, name: str) -> Mapping[str, Any]:
+    try:
+        values = node.params.get(name)
+    except NotFound:
+        return {}
+    return values if isinstance(values, dict) else {}
+
+
+def _type_name(value: Value) -> str:
+    return next(name for _, kind, name in _KINDS if isinstance(value, kind))
