@@ -57,7 +57,8 @@ Received = memoryview | bytes | HeldSlot
 class ReceiveStatistics:
     """Numbers of messages and bytes received.
 
-    `dropped` counts the messages that were lost because callbacks were too slow or the link broke.
+    `frames` counts the messages whose callbacks have returned; `dropped` counts the messages that were lost
+    because callbacks were too slow or the link broke.
     """
 
     frames: int = 0
@@ -255,11 +256,11 @@ class IncomingLink:
             turn_s = self._timings.turn_s
             end = clock() + turn_s
             for message in self._buffer.received(count):
-                statistics.frames += 1
                 if isinstance(message, HeldSlot):
                     self._deliver_slot(message)
                 else:
                     deliver(message)
+                statistics.frames += 1
                 if is_wanted() and clock() > end:
                     lock.pass_on()
                     end = clock() + turn_s

@@ -10,6 +10,9 @@ from pipros.simulation.robots.battery import Battery
 from pipros.simulation.robots.drive import Motion, Pose, moved
 from pipros.simulation.robots.settings import RobotSettings
 
+SLIP_S = 1.0
+"""Time after which the slip of the wheels changes."""
+
 
 class Robot:
     """State of a robot. Not thread-safe.
@@ -38,6 +41,7 @@ class Robot:
         self.random = np.random.default_rng(self._seed)
         self.odometry = Pose()
         self.wheels = (0.0, 0.0)
+        self._slip_until_s, self._slip = 0.0, np.zeros(2)
         self.place(self._start)
 
     def scan_noise(self, steps: int) -> np.random.Generator:
@@ -61,21 +65,32 @@ class Robot:
         self._command_s = now_s
 
     def planned(self, now_s: float, duration_s: float) -> Motion:
-        """Return the motion that the robot makes in the next step unless it is blocked."""
+        """Return the motion of the wheels in the next step unless the robot is blocked."""
         if now_s - self._command_s > self.settings.command_timeout_s or self.battery.is_empty:
             return Motion()
         return Motion(self._command.forwards * duration_s, self._command.turn * duration_s)
 
-    def step(self, motion: Motion, duration_s: float, *, is_blocked: bool) -> None:
-        """Perform a motion.
+    def on_ground(self, motion: Motion, now_s: float) -> Motion:
+        """Return the motion of the robot if its wheels make this motion: less, if they slip."""
+        if not self.settings.wheel_slip or motion == Motion():
+            return motion
+        if now_s >= self._slip_until_s:
+            self._slip_until_s = now_s + SLIP_S
+            self._slip = np.minimum(2 * self.settings.wheel_slip * self.random.random(2), 1.0)
+        half = motion.turn * self.settings.wheel_separation / 2
+        left, right = (1.0 - self._slip) * (motion.forwards - half, motion.forwards + half)
+        return Motion(float(left + right) / 2, float(right - left) / self.settings.wheel_separation)
+
+    def step(self, motion: Motion, ground: Motion, duration_s: float, *, is_blocked: bool) -> None:
+        """Perform a motion of the wheels, and the resulting one on the ground.
 
         If `is_blocked` is true, the robot only turns on the spot, and its wheels turn accordingly.
         """
         self.is_bumped = is_blocked
         if is_blocked:
-            motion = Motion(0.0, motion.turn)
+            motion, ground = Motion(0.0, motion.turn), Motion(0.0, ground.turn)
         settings = self.settings
-        self.pose = moved(self.pose, motion)
+        self.pose = moved(self.pose, ground)
         self.odometry = moved(self.odometry, self._measured(motion))
         self.velocity = Motion(motion.forwards / duration_s, motion.turn / duration_s)
         turned = motion.wheels(settings.wheel_separation, settings.wheel_radius)

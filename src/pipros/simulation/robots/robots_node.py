@@ -13,6 +13,7 @@ from pipros.node import Node
 from pipros.node.start_params import is_on
 from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.robots.errors import InvalidSettings
+from pipros.simulation.robots.lockstep import Lockstep, members
 from pipros.simulation.robots.robot_endpoints import Interface, RobotEndpoints, serve
 from pipros.simulation.robots.simulation import STEP_S, Simulation
 
@@ -20,6 +21,10 @@ SCAN_STEPS: Final = 5
 """Steps between two scans: 10 Hz."""
 BATTERY_STEPS: Final = 50
 """Steps between two battery messages: 1 Hz."""
+STILL_S: Final = 0.1
+"""Interval at which the messages are repeated while members of the lockstep are missing."""
+STILL_ROUNDS: Final = 5
+"""How often they are repeated once all members are there."""
 LATE_S: Final = 0.1
 """If the simulation is behind by more than this, it skips the missed steps."""
 
@@ -58,6 +63,7 @@ class RobotsNode:
         self.lock = threading.Lock()
         self.simulation = simulation
         self._node = node
+        self._lockstep = Lockstep(node, members(node) if self._has_clock else [], node.log)
         self._interval_s = STEP_S / speed
         self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
         self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
@@ -75,7 +81,9 @@ class RobotsNode:
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
 
     def run(self) -> None:
-        """Run the simulation until the node is shut down."""
+        """Run the simulation until the node is shut down: in lockstep with its members, or at its speed."""
+        if self._lockstep.has_members:
+            self._run_in_lockstep()
         due_s = time.monotonic()
         while not self._node.wait_for_shutdown(max(0.0, due_s - time.monotonic())):
             self.step()
@@ -83,10 +91,33 @@ class RobotsNode:
             if time.monotonic() - due_s > LATE_S:
                 due_s = time.monotonic()
 
+    def _run_in_lockstep(self) -> None:
+        """Run as fast as the members answer, until the node is shut down or no member is left."""
+        lockstep = self._lockstep
+        for _ in range(SCAN_STEPS):
+            self.simulation.step()
+        while missing := lockstep.missing():
+            self._node.log.info("the time stands still until there is %s", " and ".join(missing))
+            self._publish()
+            if self._node.wait_for_shutdown(STILL_S):
+                return
+        for _ in range(STILL_ROUNDS):  # for subscriptions that are not connected yet
+            self._publish()
+            lockstep.settle(self._stamp())
+        while lockstep.has_members and not self._node.is_ending:
+            if not lockstep.settle(self._stamp()):
+                self.step()
+                lockstep.count(STEP_S)
+        lockstep.report()
+
     def step(self) -> None:
         """Move the robots and publish their measurements."""
         with self.lock:
             self.simulation.step()
+        self._publish()
+
+    def _publish(self) -> None:
+        with self.lock:
             steps = self.simulation.steps
             wanted = [name for name, endpoints in self._endpoints.items() if endpoints.wants_scan]
             scans = self.simulation.scans(wanted if steps % SCAN_STEPS == 0 else ())

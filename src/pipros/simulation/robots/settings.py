@@ -65,6 +65,8 @@ class RobotSettings:
         command_timeout_s: simulated time without a command after which the robot stops.
         odometry_noise: standard deviation of the odometry, as a fraction of the distance and of the turn in
             each step.
+        wheel_slip: mean fraction of a wheel's rotation that does not move the robot, but is measured by the
+            odometry. The fraction is random, separate for each wheel, and changes every second.
         laser: the laser scanner, if any.
         battery: the battery and its load.
     """
@@ -78,6 +80,7 @@ class RobotSettings:
     max_angular: float = 2.5
     command_timeout_s: float = 1.0
     odometry_noise: float = 0.0
+    wheel_slip: float = 0.0
     laser: Laser | None = field(default_factory=Laser)
     battery: BatterySettings = field(default_factory=BatterySettings)
 
@@ -86,6 +89,7 @@ _Settings = TypeVar("_Settings", Laser, BatterySettings, RobotSettings)
 
 _MAY_BE_ZERO = {
     "command_timeout_s", "drive_a", "idle_a", "charge_a", "noise", "odometry_noise", "range_min",
+    "wheel_slip",
     "empty_v", "max_linear", "max_angular",
 }  # fmt: skip
 _ANY_NUMBER = {"min_angle", "x", "y", "yaw"}

@@ -21,6 +21,7 @@ from pipros.simulation.private_parameters import private_value
 from pipros.simulation.robots.battery import BatterySettings
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import InvalidSettings
+from pipros.simulation.robots.obstacle import Obstacle
 from pipros.simulation.robots.robot_endpoints import Interface
 from pipros.simulation.robots.robots_node import RobotsNode
 from pipros.simulation.robots.settings import Laser, RobotSettings, changed, number
@@ -28,6 +29,7 @@ from pipros.simulation.robots.simulation import Simulation
 from pipros.simulation.robots.world import World
 from pipros.workspace.index import SHARED_PACKAGES
 
+_USUAL_OBSTACLE = (("radius", 0.2), ("speed", 0.4))
 BUILT_IN_MAP = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "room.yaml")
 
 
@@ -85,8 +87,11 @@ def _from_parameters(node: Node) -> RobotsNode:
         scan_frame=str(get("scan_frame", usual.scan_frame)),
     )
     world = World.from_grid(read_map(str(get("map", "") or BUILT_IN_MAP)))
-    robots = robots_of(get("robots", 1), robot, node.limits.of(SimulationLimits).simulated_robots)
-    return RobotsNode(node, Simulation(world, robots, seed=int(seed)), names=names, speed=speed)
+    limit = node.limits.of(SimulationLimits).simulated_robots
+    robots = robots_of(get("robots", 1), robot, limit)
+    obstacles = obstacles_of(get("obstacles", []), limit)
+    simulation = Simulation(world, robots, seed=int(seed), obstacles=obstacles)
+    return RobotsNode(node, simulation, names=names, speed=speed)
 
 
 def robots_of(given: object, usual: RobotSettings, limit: int) -> list[RobotSettings]:
@@ -105,6 +110,27 @@ def robots_of(given: object, usual: RobotSettings, limit: int) -> list[RobotSett
     if count == 1:
         return [usual]
     return [replace(usual, name=f"robot_{index}") for index in range(int(count))]
+
+
+def obstacles_of(given: object, limit: int) -> list[Obstacle]:
+    """Parse the parameter `obstacles`: a list of mappings with points, radius and speed.
+
+    Raises:
+        InvalidSettings: the value is anything else, or there are more than `limit` obstacles.
+    """
+    if not isinstance(given, list) or len(given) > limit:
+        raise InvalidSettings(f"obstacles must be a list of at most {limit} mappings, got {given!r}")
+    found = []
+    for each in given:
+        if not isinstance(each, dict) or not {"points"} <= each.keys() <= {"points", "radius", "speed"}:
+            raise InvalidSettings(f"an obstacle is a mapping with points, radius and speed, got {each!r}")
+        points = each["points"]
+        if not isinstance(points, list) or not all(isinstance(p, list) and len(p) == 2 for p in points):
+            raise InvalidSettings(f"obstacles/points must be a list of [x, y], got {points!r}")
+        places = [(number(x, "obstacles/points"), number(y, "obstacles/points")) for x, y in points]
+        radius, speed = (number(each.get(key, usual), f"obstacles/{key}") for key, usual in _USUAL_OBSTACLE)
+        found.append(Obstacle(places, radius, speed))
+    return found
 
 
 def _robot_of(given: object, usual: RobotSettings) -> RobotSettings:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pipros.simulation.robots.drive import Pose, combined, moved
 from pipros.simulation.robots.errors import InvalidSettings, Rejected
+from pipros.simulation.robots.obstacle import Obstacle
 from pipros.simulation.robots.ray_casting import cast_rays, distances_to_discs
 from pipros.simulation.robots.robot import Robot
 from pipros.simulation.robots.settings import Laser, RobotSettings
@@ -23,6 +24,8 @@ Ranges = NDArray[np.float64]
 
 STEP_S: Final = 0.02
 """Simulated time of a step."""
+POLITE_M: Final = 0.1
+"""Distance to a robot at which a moving obstacle waits."""
 _ATTEMPTS: Final = 1000
 
 
@@ -32,10 +35,18 @@ class Simulation:
     Attributes:
         world: the walls.
         robots: the robots by name, in the order of the settings.
+        obstacles: the moving obstacles.
         steps: number of steps so far.
     """
 
-    def __init__(self, world: World, robots: Sequence[RobotSettings], *, seed: int = 0) -> None:
+    def __init__(
+        self,
+        world: World,
+        robots: Sequence[RobotSettings],
+        *,
+        seed: int = 0,
+        obstacles: Sequence[Obstacle] = (),
+    ) -> None:
         """Create a simulation.
 
         Args:
@@ -46,6 +57,7 @@ class Simulation:
                 or no free place was found for a robot.
         """
         self.world = world
+        self.obstacles = list(obstacles)
         self.robots: dict[str, Robot] = {}
         self.steps = 0
         self._reset_at = 0
@@ -86,12 +98,15 @@ class Simulation:
         return self.steps * STEP_S
 
     def step(self) -> None:
-        """Move all robots, one after the other, by one step of `STEP_S`."""
+        """Move all robots, then all obstacles, one after the other, by one step of `STEP_S`."""
         self.steps += 1
         for robot in self.robots.values():
             motion = robot.planned(self.time_s, STEP_S)
-            is_blocked = motion.forwards != 0.0 and self._is_blocked(robot, moved(robot.pose, motion))
-            robot.step(motion, STEP_S, is_blocked=is_blocked)
+            ground = robot.on_ground(motion, self.time_s)
+            is_blocked = ground.forwards != 0.0 and self._is_blocked(robot, moved(robot.pose, ground))
+            robot.step(motion, ground, STEP_S, is_blocked=is_blocked)
+        for obstacle in self.obstacles:
+            obstacle.step(STEP_S, self._is_in_nobodys_way)
 
     def _is_blocked(self, robot: Robot, pose: Pose) -> bool:
         """Return True if the robot would move into a wall, or towards another robot that it touches."""
@@ -104,7 +119,16 @@ class Simulation:
                     before = math.hypot(robot.pose.x - other.pose.x, robot.pose.y - other.pose.y)
                     if far <= before:
                         return True
-        return False
+        return any(
+            math.hypot(pose.x - each.x, pose.y - each.y) < robot.settings.radius + each.radius
+            for each in self.obstacles
+        )
+
+    def _is_in_nobodys_way(self, x: float, y: float, radius: float) -> bool:
+        return all(
+            math.hypot(robot.pose.x - x, robot.pose.y - y) > robot.settings.radius + radius + POLITE_M
+            for robot in self.robots.values()
+        )
 
     def scans(self, names: Collection[str]) -> dict[str, Ranges]:
         """Return the ranges, in metres, that the lasers of these robots measure now, by robot name.
@@ -159,12 +183,13 @@ class Simulation:
         return points[ranges <= laser.range_max]
 
     def _discs_beside(self, robot: Robot) -> NDArray[np.float64]:
-        """Return x, y and radius of all other robots as an array of shape (n, 3)."""
+        """Return x, y and radius of all other robots and obstacles as an array of shape (n, 3)."""
         others = [
             (other.pose.x, other.pose.y, other.settings.radius)
             for other in self.robots.values()
             if other is not robot
         ]
+        others += [(each.x, each.y, each.radius) for each in self.obstacles]
         return np.array(others or np.empty((0, 3)), np.float64)
 
     def place(self, name: str, pose: Pose) -> None:
@@ -184,16 +209,21 @@ class Simulation:
             reach = robot.settings.radius + other.settings.radius
             if other is not robot and math.hypot(pose.x - other.pose.x, pose.y - other.pose.y) < reach:
                 raise Rejected(f"robot [{other_name}] is at x={pose.x:.2f}, y={pose.y:.2f}")
+        for each in self.obstacles:
+            if math.hypot(pose.x - each.x, pose.y - each.y) < robot.settings.radius + each.radius:
+                raise Rejected(f"a moving obstacle is at x={pose.x:.2f}, y={pose.y:.2f}")
         robot.place(pose)
 
     def reset(self) -> None:
-        """Move all robots back to their starting poses.
+        """Move all robots and obstacles back to their starting poses.
 
         Recharge their batteries and restart their noise sequences. Simulated time continues.
         """
         self._reset_at = self.steps
         for robot in self.robots.values():
             robot.reset()
+        for obstacle in self.obstacles:
+            obstacle.reset()
 
 
 def _measured(exact: Ranges, laser: Laser, random: np.random.Generator) -> Ranges:

@@ -11,6 +11,7 @@ import pytest
 from pipros.simulation.robots.battery import BatterySettings
 from pipros.simulation.robots.drive import Pose, combined
 from pipros.simulation.robots.errors import InvalidSettings, Rejected
+from pipros.simulation.robots.obstacle import Obstacle
 from pipros.simulation.robots.robot import Robot
 from pipros.simulation.robots.settings import Laser, RobotSettings
 from pipros.simulation.robots.simulation import STEP_S, Simulation
@@ -229,3 +230,42 @@ def test_echoes_are_points_where_rays_end() -> None:
     assert min(np.hypot(x - 4.0, y - 5.0) for x, y in points) == pytest.approx(0.85)
     assert len(simulated.echoes("a", 10)) <= 10
     assert len(simulated.echoes("blind", 10)) == 0
+
+
+def test_slipping_wheels_move_the_robot_less_than_the_odometry_says() -> None:
+    robot = drive(simulation(replace(STILL, wheel_slip=0.2)), 0.3, 0.0, 10 * SECOND)
+
+    assert robot.odometry.x == pytest.approx(3.0)
+    assert 1.8 < math.hypot(robot.pose.x - 5.0, robot.pose.y - 5.0) < 2.9
+    assert robot.pose.yaw != 0.0
+
+
+def test_an_obstacle_walks_its_way_is_seen_and_waits_for_robots() -> None:
+    obstacle = Obstacle([(7.0, 5.0), (7.0, 6.0)], 0.2, 0.5)
+    simulated = Simulation(hall(), [replace(STILL, laser=Laser(noise=0.0))], obstacles=[obstacle])
+
+    assert simulated.scans([""])[""][0] == pytest.approx(1.8)
+    drive(simulated, 0.0, 0.0, 2 * SECOND)
+    assert (obstacle.x, obstacle.y) == pytest.approx((7.0, 6.0))
+    drive(simulated, 0.0, 0.0, 2 * SECOND + 1)
+    assert (obstacle.x, obstacle.y) == pytest.approx((7.0, 5.0), abs=0.02)
+    with pytest.raises(Rejected, match="a moving obstacle is at"):
+        simulated.place("", Pose(7.0, 5.0, 0.0))
+
+    simulated.place("", Pose(7.0, 5.7, 0.0))
+    drive(simulated, 0.0, 0.0, 5 * SECOND)
+    assert 5.7 - 0.15 - 0.2 - 0.15 < obstacle.y < 5.7 - 0.15 - 0.2
+    assert drive(simulated, 0.5, 0.0, SECOND).pose.x > 7.4, "the way ahead is free"
+
+
+def test_a_robot_stops_at_an_obstacle() -> None:
+    simulated = Simulation(hall(), [STILL], obstacles=[Obstacle([(6.0, 5.0)], 0.2, 0.0)])
+    robot = drive(simulated, 0.5, 0.0, 3 * SECOND)
+    assert robot.pose.x == pytest.approx(6.0 - 0.2 - 0.15, abs=0.011)
+    assert robot.is_bumped
+
+
+@pytest.mark.parametrize("given", [([], 0.2, 0.4), ([(0.0, 0.0)], 0.0, 0.4), ([(0.0, 0.0)], 0.2, -1.0)])
+def test_impossible_obstacles_are_refused(given: tuple[list[tuple[float, float]], float, float]) -> None:
+    with pytest.raises(InvalidSettings, match="an obstacle needs at least one point"):
+        Obstacle(*given)

@@ -1,0 +1,105 @@
+"""The periodic work of a node: in threads of its own, or in lockstep with a simulator.
+
+A node is in lockstep if the parameter `/lockstep` lists its name ("Lockstep" in docs/simulation.md). Then the
+simulator calls `~advance` in each of its steps, and all work that is due runs inside this call, one piece
+after the other in the order in which it was added, after the callbacks for all messages sent before. So the
+node does the same in each run.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.libraries.transforms.messages import in_ns
+from pipros.msg import load_service_class
+from pipros.node import Node
+from pipros.node.delivery import Sent, sent_by, wait_until_handled
+from pipros.node.rate import Timer
+
+_DELIVERY_S: Final = 10.0
+"""Real time in which a message that was sent must arrive."""
+
+
+@dataclass(slots=True)
+class _Work:
+    do: Callable[[], object]
+    period_ns: int
+    due_ns: int = 0
+
+
+class Schedule:
+    """Runs functions periodically. `every` may be called at any time; a later call runs later in a step."""
+
+    def __init__(self, node: Node, hold: Callable[[], bool] = lambda: False) -> None:
+        """Read the parameter.
+
+        Args:
+            hold: called at the end of a step; the simulated time stands still while it returns True. It is
+                called again at once, so it should wait a little before it does.
+        """
+        self._node, self._hold = node, hold
+        self._work: list[_Work] = []
+        self._lock = threading.RLock()
+        self.in_lockstep = node.name in _members(node)
+        if self.in_lockstep:
+            self._service: Any = load_service_class("pipros_sim/Advance")
+
+    def every(self, period_s: float, do: Callable[[], object]) -> Callable[[float], None]:
+        """Call `do` once per period of the node's time. Return a function that changes the period.
+
+        In lockstep, missed calls are left out.
+        """
+        work = _Work(do, round(period_s * 1e9))
+        if self.in_lockstep:
+            with self._lock:
+                self._work.append(work)
+            return lambda changed_s: setattr(work, "period_ns", round(changed_s * 1e9))
+        timers: list[Timer] = []
+
+        def start(changed_s: float) -> None:
+            for timer in timers:
+                timer.shutdown()
+            period_ns = round(changed_s * 1e9)
+            timers[:] = [Timer(self._node.clock, period_ns, lambda _: do(), reset=True, name="periodic")]
+
+        start(period_s)
+        return start
+
+    def start(self) -> None:
+        """Let the simulator call the node, if it is in lockstep; all of its subscriptions should exist."""
+        if self.in_lockstep:
+            self._node.serve("~advance", self._service, self._advance)
+
+    def _advance(self, request: Any) -> Any:
+        with self._lock:
+            links = zip(request.topics, request.publishers, request.counts, strict=True)
+            sent = [Sent(topic, publisher, self._node.name, count) for topic, publisher, count in links]
+            for lost in wait_until_handled(self._node, sent, _DELIVERY_S):
+                self._node.log.warning("messages of [%s] on [%s] did not arrive", lost.publisher, lost.topic)
+            self._run(in_ns(request.now))
+            mine = sent_by(self._node)
+        return self._service._response_class(
+            self._hold(),
+            [each.topic for each in mine],
+            [each.subscriber for each in mine],
+            [each.messages for each in mine],
+        )
+
+    def _run(self, now_ns: int) -> None:
+        for work in self._work:
+            work.due_ns = work.due_ns or now_ns + work.period_ns
+            if now_ns >= work.due_ns:
+                work.due_ns = max(work.due_ns + work.period_ns, now_ns + 1)
+                work.do()
+
+
+def _members(node: Node) -> list[str]:
+    try:
+        found = node.params.get("/lockstep")
+    except LookupError:
+        return []
+    names = found if isinstance(found, list) else []
+    return [f"/{each.lstrip('/')}" for each in names if isinstance(each, str)]

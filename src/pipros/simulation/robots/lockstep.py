@@ -1,0 +1,121 @@
+"""Advance simulated time only when other nodes have answered: the members, in the order of `/lockstep`.
+
+Theory of operation. After each step the simulator calls the service `~advance` of one member after the other,
+with the new time and the numbers of messages that were sent to this member so far (`pipros.node.delivery`),
+by the simulator and by the other members. The member handles these messages, does what is due at that time,
+and answers with the numbers of messages that it has sent itself. At the end, the simulator handles what
+the members have sent to it. So each step is a fixed sequence, whatever the speed of the machine, and the
+whole system repeats its trace if its members are deterministic.
+
+Until all members offer the service, the time stands still, and the simulator repeats its messages. A member
+that fails or does not answer in time is left out from then on.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.msg import load_service_class
+from pipros.msg.time import Time
+from pipros.node import Node
+from pipros.node.delivery import Sent, sent_by, wait_until_handled
+from pipros.simulation.robots.errors import InvalidSettings
+
+PARAMETER: Final = "/lockstep"
+"""The names of the members, in the order in which they are asked."""
+ANSWER_S: Final = 30.0
+"""Real time in which a member must answer."""
+REPORT_S: Final = 60
+"""Simulated time between two reports of the factor."""
+
+
+def members(node: Node) -> list[str]:
+    """Return the names in the parameter `/lockstep`; none if it is not set.
+
+    Raises:
+        InvalidSettings: the parameter is not a list of names.
+    """
+    try:
+        found = node.params.get(PARAMETER)
+    except LookupError:
+        return []
+    if not isinstance(found, list) or not all(isinstance(each, str) and each for each in found):
+        raise InvalidSettings(f"{PARAMETER} must be a list of names of nodes, got {found!r}")
+    return [each if each.startswith("/") else f"/{each}" for each in found]
+
+
+class Lockstep:
+    """The simulator's side. Not thread-safe."""
+
+    def __init__(self, node: Node, names: list[str], log: logging.Logger) -> None:
+        self._node, self._log = node, log
+        self._service: Any = load_service_class("pipros_sim/Advance")
+        self._clients = {
+            name: node.client(f"{name}/advance", self._service, persistent=True) for name in names
+        }
+        self._sent: dict[tuple[str, str, str], Sent] = {}
+        self._began_s = time.monotonic()
+        self._simulated_s = 0.0
+
+    @property
+    def has_members(self) -> bool:
+        return bool(self._clients)
+
+    def missing(self) -> list[str]:
+        """Return the members that do not offer their service yet."""
+        missing = []
+        for name, client in self._clients.items():
+            try:
+                client.probe(1.0)
+            except PiprosError:
+                missing.append(name)
+        self._began_s = time.monotonic()
+        return missing
+
+    def settle(self, now: Time) -> bool:
+        """Ask the members one after the other. Return whether one of them holds the time."""
+        self._add(sent_by(self._node))
+        holds = False
+        for name, client in list(self._clients.items()):
+            links = [each for each in self._sent.values() if each.subscriber == name]
+            request = self._service._request_class(
+                now,
+                [each.topic for each in links],
+                [each.publisher for each in links],
+                [each.messages for each in links],
+            )
+            try:
+                answer = client.call(request, ANSWER_S)
+            except PiprosError as error:
+                if not self._node.is_ending:
+                    self._log.error("the lockstep goes on without [%s]: %s", name, error)
+                del self._clients[name]
+                self._sent = {key: each for key, each in self._sent.items() if name not in key}
+                continue
+            holds = holds or answer.hold
+            links_of = zip(answer.topics, answer.subscribers, answer.counts, strict=True)
+            self._add([Sent(topic, name, subscriber, count) for topic, subscriber, count in links_of])
+        for lost in wait_until_handled(self._node, self._sent.values(), ANSWER_S):
+            self._log.warning("messages of [%s] on [%s] did not arrive", lost.publisher, lost.topic)
+        return holds
+
+    def _add(self, sent: list[Sent]) -> None:
+        self._sent.update({each[:3]: each for each in sent})
+
+    def count(self, step_s: float) -> None:
+        """Count a step, and report the factor from time to time."""
+        before, self._simulated_s = self._simulated_s, self._simulated_s + step_s
+        if before // REPORT_S != self._simulated_s // REPORT_S:
+            self.report()
+
+    def report(self) -> None:
+        """Print the ratio of simulated time to real time, since all members were there."""
+        taken_s = time.monotonic() - self._began_s
+        if self._simulated_s and taken_s:
+            factor = self._simulated_s / taken_s
+            self._log.info(
+                "simulated %.1f s in %.1f s: %.1f times real time", self._simulated_s, taken_s, factor
+            )

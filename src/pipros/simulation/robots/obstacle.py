@@ -1,0 +1,50 @@
+"""A moving obstacle: a disc that walks from point to point and waits for robots."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from pipros.simulation.robots.errors import InvalidSettings
+
+
+class Obstacle:
+    """A disc on a closed way through its points, at a constant speed. Walls do not stop it.
+
+    Attributes:
+        x, y: its position in the map frame, in metres.
+        radius: its radius in metres.
+    """
+
+    def __init__(
+        self, points: Sequence[tuple[float, float]], radius: float = 0.2, speed: float = 0.4
+    ) -> None:
+        """Put the obstacle at its first point.
+
+        Raises:
+            InvalidSettings: there is no point, the radius is not > 0 or the speed is not >= 0.
+        """
+        if not points or radius <= 0 or speed < 0:
+            raise InvalidSettings(
+                f"an obstacle needs at least one point, radius > 0 and speed >= 0, "
+                f"got {len(points)} points, {radius:g} and {speed:g}"
+            )
+        self.radius = radius
+        self._points, self._speed = list(points), speed
+        self.reset()
+
+    def reset(self) -> None:
+        """Move back to the first point."""
+        self.x, self.y = self._points[0]
+        self._next = 1 % len(self._points)
+
+    def step(self, duration_s: float, is_free: Callable[[float, float, float], bool]) -> None:
+        """Move on, unless `is_free` denies the next place, given as x, y and the radius."""
+        x, y = self._points[self._next]
+        left, way = math.hypot(x - self.x, y - self.y), self._speed * duration_s
+        if left > way:
+            x, y = self.x + (x - self.x) * way / left, self.y + (y - self.y) * way / left
+        if is_free(x, y, self.radius):
+            self.x, self.y = x, y
+            if left <= way:
+                self._next = (self._next + 1) % len(self._points)
