@@ -57,11 +57,15 @@ def target(data: bytes) -> None:
     except PiprosError:
         return
     seconds = itertools.count()
-    observer = SystemObserver(Master(), ask=ask, now_s=lambda: float(next(seconds)))
+    observer = SystemObserver(Master(), ask=ask, ask_types=ask, now_s=lambda: float(next(seconds)))
     for _ in range(3):
         observation = observer.poll()
     graph = node_graph(
-        observation.state, observation.connections, observation.unreachable, GraphOptions(mode="all")
+        observation.state,
+        observation.connections,
+        observation.unreachable,
+        GraphOptions(mode="all"),
+        observation.wrong_types,
     )
     scene = draw(graph, with_traffic=True)
     shown = scene_values(scene), traffic_values(observation, scene), node_values(observation, "/node")

@@ -43,8 +43,8 @@ LAYERS: list[list[set[str]]] = [
         {"server"},
     ],
     [
-        {"testing", "web", "health"},
-        {"assistants", "bridges", "data", "fleet", "navigation", "ros2", "simulation", "wheels"},
+        {"testing", "health"},
+        {"assistants", "bridges", "data", "fleet", "navigation", "ros2", "simulation", "web", "wheels"},
     ],
     [{"cli"}],
 ]

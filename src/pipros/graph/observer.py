@@ -17,6 +17,7 @@ from pipros.basics.printable import printable
 from pipros.graph.bus_info import BusConnection, SentCount, established, rows_of, sent_counts, statistics_of
 from pipros.graph.node_clients import NodeClients
 from pipros.graph.system_state import SystemState, TopicConnection
+from pipros.graph.wrong_types import NodeTypes, WrongTypes
 from pipros.net.in_parallel import in_parallel
 
 Ask = Callable[[str], tuple[Any, Any]]
@@ -74,6 +75,7 @@ class Observation:
         nodes: the state of each registered node.
         connections: the connections with their traffic, which is None until it has been measured.
         transports: the transport of each connection: `TCPROS`, or the name of another protocol.
+        wrong_types: missing connections whose ends have different types.
         error: why the master did not respond; all other attributes are then unchanged.
     """
 
@@ -82,6 +84,7 @@ class Observation:
     nodes: Mapping[str, ObservedNode] = field(default_factory=dict)
     connections: Mapping[TopicConnection, Traffic | None] = field(default_factory=dict)
     transports: Mapping[TopicConnection, str] = field(default_factory=dict)
+    wrong_types: Mapping[TopicConnection, WrongTypes] = field(default_factory=dict)
     error: str = ""
 
     @property
@@ -128,6 +131,7 @@ class SystemObserver:
         *,
         clients: NodeClients | None = None,
         ask: Ask | None = None,
+        ask_types: Ask | None = None,
         now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         """Store the arguments. No calls are made before `poll`.
@@ -135,11 +139,15 @@ class SystemObserver:
         Args:
             clients: clients of the nodes' APIs; defaults to new clients.
             ask: function that returns the responses to `getBusInfo` and `getBusStats` from the node at a URI.
+            ask_types: function that returns its responses to `getPublications` and `getSubscriptions`.
             now_s: the clock for rates and retries.
         """
         self._master = master
         self._clients = clients or NodeClients(ANSWER_DEADLINE_S)
-        self._query_node = ask or self._query_by_rpc
+        self._query_node = ask or (lambda uri: self._call(uri, "getBusInfo", "getBusStats"))
+        self._types = NodeTypes(
+            ask_types or (lambda uri: self._call(uri, "getPublications", "getSubscriptions")), now_s
+        )
         self._now_s = now_s
         self._nodes: dict[str, _Node] = {}
         self._last = Observation()
@@ -164,12 +172,14 @@ class SystemObserver:
         in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
         self._clients.keep_only({node.uri for node in self._nodes.values()})
         connections, transports = self._connections({*state.topics()})
+        uris = {name: node.uri for name, node in self._nodes.items() if node.counts}  # those that answered
         self._last = Observation(
             state,
             types,
             {name: ObservedNode(node.uri, node.error) for name, node in self._nodes.items()},
             connections,
             transports,
+            self._types.find(state, uris, connections),
         )
         return self._last
 
@@ -191,10 +201,10 @@ class SystemObserver:
         node.links = links
         node.counts.append((now_s, counts))
 
-    def _query_by_rpc(self, uri: str) -> tuple[Any, Any]:
+    def _call(self, uri: str, *methods: str) -> tuple[Any, Any]:
         with self._clients.client(uri) as api:
-            caller_id = self._master.caller_id
-            return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
+            first, second = (api.call(method, self._master.caller_id) for method in methods)
+            return first, second
 
     def _connections(
         self, topics: Set[str]

@@ -209,8 +209,12 @@ def _first_message(facts: TopicFacts) -> Finding | str:
         "no-message",
         f"{_names(facts.publishers)} {'is' if len(facts.publishers) == 1 else 'are'} connected, but sent "
         f"nothing on [{listed(facts.topic)}] for {facts.wait_s:.1f} s",
-        (f"It may wait for its own input: no node publishes {_names(waiting)}. " if waiting else "")
-        + "It may also publish rarely, have failed (see its log), or have sent its only message before, "
+        (
+            f"It may wait for its own input: no node publishes {_names(waiting)}. It may also"
+            if waiting
+            else "It may"
+        )
+        + " publish rarely, have failed (see its log), or have sent its only message before, "
         "without latching.",
         facts.topic,
         *facts.publishers,

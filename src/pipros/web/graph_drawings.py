@@ -51,7 +51,13 @@ class GraphDrawings:
             del self._drawings[next(iter(self._drawings))]
         if drawing.observation is not observation:
             drawing.observation = observation
-            graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
+            graph = node_graph(
+                observation.state,
+                observation.connections,
+                observation.unreachable,
+                options,
+                observation.wrong_types,
+            )
             graph = grouped(marked(graph, removed), observation.state.topics(), grouping)
             if graph != drawing.graph:
                 drawing.graph, drawing.scene = graph, None

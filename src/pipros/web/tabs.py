@@ -19,6 +19,7 @@ from pipros.web.scene.layout_file import SceneFile
 from pipros.web.views.actions import ActionViews
 from pipros.web.views.bags import BagViews
 from pipros.web.views.calls import CallViews
+from pipros.web.views.checks import CheckViews
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
 from pipros.web.views.frames import FrameViews
@@ -107,6 +108,7 @@ TABS = (
         changing={"call_service": "call services", "publishing": "publish messages"},
         controls={"publish": "publishing", "services": "call_service"},
     ),
+    Tab(lambda context: CheckViews(context.system), actions={"why_no_data": CheckViews.why_no_data}),
     Tab(
         lambda context: ConsoleViews(context.system),
         {"console": ConsoleViews.console},

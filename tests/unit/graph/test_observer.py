@@ -26,6 +26,8 @@ class Nodes:
         self.messages = 0
         self.more: list[str] = []
         self.answers: dict[str, tuple[Any, Any]] = {}
+        self.types = {"/talker": "std_msgs/String", "/listener": "std_msgs/String"}
+        self.asked_types: list[str] = []
 
     def get_system_state(self) -> list[list[list[Any]]]:
         if not self.is_up:
@@ -45,6 +47,12 @@ class Nodes:
         if name in self.silent:
             raise Unreachable(name, "no answer")
         return self.answers.get(name) or self.usual_answers(name)
+
+    def ask_types(self, uri: str) -> tuple[Any, Any]:
+        name = "/" + uri.rpartition("/")[2]
+        self.asked_types.append(name)
+        rows = [1, "", [["/level", self.types[name]], "malformed"]]
+        return (rows, [1, "", []]) if name == "/talker" else ([1, "", []], rows)
 
     def usual_answers(self, name: str) -> tuple[Any, Any]:
         if name == "/talker":
@@ -67,7 +75,7 @@ def nodes() -> Nodes:
 
 @pytest.fixture
 def observer(nodes: Nodes) -> SystemObserver:
-    return SystemObserver(nodes, ask=nodes.ask, now_s=lambda: nodes.now_s)
+    return SystemObserver(nodes, ask=nodes.ask, ask_types=nodes.ask_types, now_s=lambda: nodes.now_s)
 
 
 def test_connections_are_reported_by_either_end(nodes: Nodes, observer: SystemObserver) -> None:
@@ -143,3 +151,35 @@ def test_a_malformed_answer_is_an_error_of_that_node(
 ) -> None:
     nodes.answers["/talker"] = answer, [1, "", [[], [], []]]
     assert "getBusInfo must return" in observer.poll().nodes["/talker"].error
+
+
+def without_connection(nodes: Nodes) -> None:
+    nodes.answers = dict.fromkeys(("/talker", "/listener"), ([1, "", []], [1, "", [[], [], []]]))
+
+
+def test_ends_with_different_types_are_reported_while_they_lack_a_connection(
+    nodes: Nodes, observer: SystemObserver
+) -> None:
+    assert not observer.poll().wrong_types
+    assert not nodes.asked_types  # the ends are connected
+    without_connection(nodes)
+    nodes.now_s += 10
+    assert not observer.poll().wrong_types
+    nodes.types["/listener"] = "std_msgs/Int32"
+    nodes.now_s += 10
+    assert observer.poll().wrong_types == {LEVEL: ("std_msgs/String", "std_msgs/Int32")}
+    assert sorted(nodes.asked_types) == ["/listener", "/listener", "/talker", "/talker"]
+    nodes.now_s += 1
+    assert observer.poll().wrong_types[LEVEL].text == "sent std_msgs/String, wanted std_msgs/Int32"
+    assert len(nodes.asked_types) == 4  # the responses are used for some seconds
+    nodes.types["/listener"] = "*"
+    nodes.now_s += 10
+    assert not observer.poll().wrong_types
+
+
+def test_a_node_that_does_not_answer_has_no_wrong_type(nodes: Nodes, observer: SystemObserver) -> None:
+    without_connection(nodes)
+    nodes.types["/listener"] = "std_msgs/Int32"
+    nodes.silent.add("/talker")
+    assert not observer.poll().wrong_types
+    assert not nodes.asked_types

@@ -35,8 +35,10 @@ def _statement(vertex: Vertex) -> str:
 
 
 def _edge(arrow: Arrow, *, is_labelled: bool) -> str:
-    label = f" [label={_quoted(arrow.topic)}]" if is_labelled else ""
-    return f"{_id(arrow.start)} -> {_id(arrow.end)}{label};"
+    attributes = [f"label={_quoted(arrow.topic)}"] if is_labelled else []
+    attributes += ["color=red", "style=dashed"] if arrow.wrong else []
+    listing = f" [{', '.join(attributes)}]" if attributes else ""
+    return f"{_id(arrow.start)} -> {_id(arrow.end)}{listing};"
 
 
 def _id(key: Key) -> str:

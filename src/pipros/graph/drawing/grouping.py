@@ -115,8 +115,9 @@ def _merged(graph: NodeGraph, group_of: Callable[[Vertex], Vertex | None]) -> No
     joined: dict[tuple[Key, Key], Arrow] = {}
     for arrow in graph.arrows:
         start, end = key_of[arrow.start], key_of[arrow.end]
-        if (start in members or end in members) and start != end:
-            joined.setdefault((start, end), Arrow(start, end, arrow.topic))
+        is_joined = (start in members or end in members) and start != end
+        if is_joined and (arrow.wrong or (start, end) not in joined):
+            joined[start, end] = Arrow(start, end, arrow.topic, arrow.wrong)
     return NodeGraph(vertices, (*arrows, *joined.values()))
 
 

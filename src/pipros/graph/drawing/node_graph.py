@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 from pipros.graph.system_state import SystemState, TopicConnection
+from pipros.graph.wrong_types import WrongTypes
 
 Mode = Literal["nodes", "active", "all"]
 """Which vertices to draw: nodes, with topics as labels; nodes and connected topics; nodes and all topics."""
@@ -84,11 +85,16 @@ class Vertex:
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """An arrow between two vertices, and the topic of its messages."""
+    """An arrow between two vertices, and the topic of its messages.
+
+    Attributes:
+        wrong: the type that is sent, and the other one that the subscriber at the end wants.
+    """
 
     start: Key
     end: Key
     topic: str
+    wrong: WrongTypes | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,14 +157,20 @@ def node_graph(
     connections: Iterable[TopicConnection],
     unreachable: Collection[str] = (),
     options: GraphOptions | None = None,
+    wrong_types: Mapping[TopicConnection, WrongTypes] | None = None,
 ) -> NodeGraph:
     """Build the graph from the registrations and connections.
 
     Args:
         connections: connections reported by the nodes that answered.
         unreachable: nodes that did not answer; their registrations are drawn as connections.
+        wrong_types: missing connections whose ends have different types, which are drawn as well.
     """
-    return _Builder(state, frozenset(connections), frozenset(unreachable), options or GraphOptions()).build()
+    wrong = wrong_types or {}
+    builder = _Builder(
+        state, frozenset((*connections, *wrong)), frozenset(unreachable), options or GraphOptions(), wrong
+    )
+    return builder.build()
 
 
 class _Builder:
@@ -168,8 +180,11 @@ class _Builder:
         connections: frozenset[TopicConnection],
         unreachable: frozenset[str],
         options: GraphOptions,
+        wrong_types: Mapping[TopicConnection, WrongTypes],
     ) -> None:
         self._state = state
+        self._wrong = wrong_types
+        self._wrong_ends = {(each.topic, each.subscriber): types for each, types in wrong_types.items()}
         self._connections = connections
         self._unreachable = unreachable
         self._options = options
@@ -181,11 +196,11 @@ class _Builder:
         topics = self._topics(set(nodes))
         if self._options.mode == "nodes":
             arrows = [
-                Arrow(Key("node", publisher), Key("node", subscriber), topic)
+                Arrow(Key("node", publisher), Key("node", subscriber), topic, self._wrong.get(connection))
                 for topic, (publishers, subscribers) in topics.items()
                 for publisher in publishers
                 for subscriber in subscribers
-                if self._is_connected(TopicConnection(publisher, topic, subscriber))
+                if self._is_connected(connection := TopicConnection(publisher, topic, subscriber))
             ]
             shown_topics: list[str] = []
         else:
@@ -194,7 +209,7 @@ class _Builder:
                 for topic, (publishers, subscribers) in topics.items()
                 for arrow in (
                     *(Arrow(Key("node", node), Key("topic", topic), topic) for node in publishers),
-                    *(Arrow(Key("topic", topic), Key("node", node), topic) for node in subscribers),
+                    *(self._arrow_to(node, topic) for node in subscribers),
                 )
             ]
             shown_topics = list(topics)
@@ -205,6 +220,9 @@ class _Builder:
         ]
         vertices += [Vertex(Key("topic", topic), _group_of(topic, groups)) for topic in shown_topics]
         return NodeGraph({vertex.key: vertex for vertex in vertices}, tuple(arrows))
+
+    def _arrow_to(self, node: str, topic: str) -> Arrow:
+        return Arrow(Key("topic", topic), Key("node", node), topic, self._wrong_ends.get((topic, node)))
 
     def _shows_node(self, node: str) -> bool:
         options = self._options

@@ -45,6 +45,9 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
     sizes = {key: _size(vertex, texts[key]) for key, vertex in graph.vertices.items()}
     groups = {key: vertex.group for key, vertex in graph.vertices.items()}
     joined = _join_parallel(graph.arrows) if not has_topics else dict.fromkeys(graph.arrows, "")
+    for arrow, text in joined.items():
+        if arrow.wrong:
+            joined[arrow] = f"{text}  {printable(arrow.wrong.text, 2 * _MAX_LABEL_CHARACTERS)}".strip()
     arrows = list(joined)
     label_width = CHARACTER_WIDTH * max((len(text) for text in joined.values()), default=0)
     gap = max(TRAFFIC_WIDTH, label_width) if with_traffic else 60 + label_width
@@ -82,6 +85,7 @@ def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)
     joined = {}
     for same in pairs.values():
+        same.sort(key=lambda arrow: not arrow.wrong)  # a wrong one must be seen
         more = f" +{len(same) - 1}" if len(same) > 1 else ""
         joined[same[0]] = printable(same[0].topic, _MAX_LABEL_CHARACTERS // 2) + more
     return joined

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from html import escape
 
 from pipros.graph.drawing.layered_layout import Box
-from pipros.graph.drawing.node_graph import Vertex
+from pipros.graph.drawing.node_graph import Arrow, Vertex
 from pipros.graph.drawing.scene import FONT_SIZE, Scene
 
 _STYLE = f"""
@@ -20,6 +20,7 @@ svg {{ background: #ffffff; color: #1c2733; font: {FONT_SIZE}px ui-sans-serif, s
 .unreachable {{ fill: #fdeceb; stroke: #c0392b; stroke-dasharray: 5 3; }}
 .arrow {{ fill: none; stroke: #6b7785; stroke-width: 1.3; }}
 .head {{ fill: #6b7785; }}
+.arrow.wrong {{ stroke: #c0392b; stroke-dasharray: 5 3; }}
 .band {{ fill: #8895a3; fill-opacity: .08; stroke: #8895a3; stroke-opacity: .5; }}
 .name {{ fill: currentColor; opacity: .75; font-size: {FONT_SIZE - 1}px; }}
 text {{ fill: currentColor; }}
@@ -29,6 +30,7 @@ svg {{ background: #14191f; color: #e4eaf0; }}
 .topic {{ fill: #33301f; stroke: #c7b46a; }}
 .unreachable {{ fill: #43201e; stroke: #ef7b6f; }}
 .arrow {{ stroke: #93a1b0; }}
+.arrow.wrong {{ stroke: #ef7b6f; }}
 .head {{ fill: #93a1b0; }}
 }}
 """
@@ -45,7 +47,7 @@ def to_svg(scene: Scene) -> str:
         'orient="auto"><path class="head" d="M0,0.5 L8,4 L0,7.5 Z"/></marker></defs>',
     ]
     parts += [_band(name, box) for name, box in scene.bands.items()]
-    parts += [_arrow(route, text) for _, route, text in scene.arrows]
+    parts += [_arrow(arrow, route, text) for arrow, route, text in scene.arrows]
     parts += [_vertex(vertex, box, text) for vertex, box, text in scene.boxes]
     return "\n".join([*parts, "</svg>"]) + "\n"
 
@@ -70,8 +72,9 @@ def _band(name: str, box: Box) -> str:
     )
 
 
-def _arrow(route: Sequence[tuple[float, float]], text: str) -> str:
-    line = f'<path class="arrow" d="{path(route)}" marker-end="url(#head)"/>'
+def _arrow(arrow: Arrow, route: Sequence[tuple[float, float]], text: str) -> str:
+    kind = "arrow wrong" if arrow.wrong else "arrow"
+    line = f'<path class="{kind}" d="{path(route)}" marker-end="url(#head)"/>'
     if not text:
         return line
     x, y = middle_of(route)

@@ -6,6 +6,7 @@ import { tree } from "./message_values.js";
 import { nodeText } from "./node_text.js";
 import { smallCurve } from "./small_curve.js";
 import { topicPicture } from "./topic_picture.js";
+import { whyNoData } from "./why_no_data.js";
 
 // Fills `side`; returns a function that stops the updates.
 export function topicPanel(side, name, context, onClose) {
@@ -17,6 +18,7 @@ export function topicPanel(side, name, context, onClose) {
   const showError = (text) => replace(error, text);
   const message = copiesValues(h("div", { class: "message" }, h("div", {})), showError);
   const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), showError);
+  const why = whyNoData(context);
   const definitionText = h("pre", { class: "mono whole" });
   let definedType = ""; // whose definition is shown
   let type = ""; // empty until it is known
@@ -32,12 +34,13 @@ export function topicPanel(side, name, context, onClose) {
     }
   }
 
-  side.append(panelHead(name, onClose), figures, error, gauge, picture.element, curve.element, definition,
+  side.append(panelHead(name, onClose), figures, error, why.element, gauge, picture.element, curve.element, definition,
     h("div", { class: "panel-head" }, h("h3", {}, "Newest message"), h("span", { class: "buttons" }, copy("YAML"), copy("JSON"))), message);
 
   return context.watch("topic", { name }, (topic) => {
     morph(figures.firstChild, h("dl", {}, figuresOf(topic).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
     replace(error, topic.error ?? "");
+    why.offer(topic.rate === null || !topic.count ? name : "");
     type = topic.type;
     define();
     if (!("message" in topic)) {

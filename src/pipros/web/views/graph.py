@@ -174,7 +174,13 @@ class GraphViews:
         kind = rest.pop("format", "svg")
         options, grouping = options_from(rest)
         observation = self._system.observation
-        graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
+        graph = node_graph(
+            observation.state,
+            observation.connections,
+            observation.unreachable,
+            options,
+            observation.wrong_types,
+        )
         graph = grouped(graph, observation.state.topics(), grouping)
         if not _can_be_drawn(graph):
             raise RequestRefused(f"too many nodes and topics to draw: {len(graph.vertices)}")
@@ -215,6 +221,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
                 "end": key_values(arrow.end),
                 "topic": arrow.topic,
                 "text": text,
+                "wrong": bool(arrow.wrong),
                 "path": path(route),
                 "middle": [round(value, 1) for value in middle_of(route, _label_part(arrow))],
             }
@@ -232,6 +239,8 @@ def _label_part(arrow: Arrow) -> float:
 
     A label as wide as a rate and a bandwidth leaves the head of the arrow visible.
     """
+    if arrow.wrong:  # the label with both types fills the gap
+        return 0.5
     return 0.52 if arrow.start.kind == "node" and arrow.end.kind != "node" else 0.4
 
 
@@ -285,6 +294,14 @@ def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
             (
                 [*connection, *(traffic or (None, None)), observation.transports.get(connection, "")]
                 for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
+                if name in (connection.publisher, connection.subscriber)
+            ),
+            share=4,
+        ),
+        "wrong": bounded_list(
+            (
+                f"{connection.topic}: {types.text}, {connection.publisher} to {connection.subscriber}"
+                for connection, types in sorted(observation.wrong_types.items())
                 if name in (connection.publisher, connection.subscriber)
             ),
             share=4,

@@ -68,6 +68,7 @@ class PlotViews:
                 yield {"error": f"the topic of {text} is not published yet"}
         if field is None:  # the server is shutting down
             return
+        yield {"topic": field.topic}
         with self._system.topics.watch(field.topic) as watch, self._ros_time(axis) as ros_time:
             curve = _Curve(watch, field, axis, ros_time)
             with watch.listening(curve.add):

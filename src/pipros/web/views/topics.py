@@ -182,6 +182,10 @@ def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
         if traffic is not None:
             rates.setdefault(connection.topic, {}).setdefault(connection.publisher, []).append(traffic.rate)
     state = observation.state
+    wrong = {
+        each.topic: f"{each.publisher} sends {types.sent}, {each.subscriber} wants {types.wanted}"
+        for each, types in observation.wrong_types.items()
+    }
     for topic in state.topics():
         by_publisher = rates.get(topic)
         yield {
@@ -190,6 +194,7 @@ def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
             "publishers": list(state.publishers.get(topic, ())),
             "subscribers": list(state.subscribers.get(topic, ())),
             "rate": round(sum(map(max, by_publisher.values())), 2) if by_publisher else None,
+            "wrong": wrong.get(topic, ""),
         }
 
 

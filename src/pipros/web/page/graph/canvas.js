@@ -18,9 +18,9 @@ const keyText = ({ kind, name }) => `${kind}:${name}`;
 // Returns a canvas whose `onSelect` is called with the key of a vertex that the user chose.
 export function graphCanvas(label, onSelect) {
   const layer = s("g", {});
-  const marker = s("marker", { id: "head", viewBox: "0 0 8 8", refX: 7.5, refY: 4, markerWidth: 8, markerHeight: 8, orient: "auto" },
-    s("path", { class: "head", d: HEAD }));
-  const element = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": label }, s("defs", {}, marker), layer);
+  const markers = ["head", "wrong-head"].map((id) => s("marker",
+    { id, viewBox: "0 0 8 8", refX: 7.5, refY: 4, markerWidth: 8, markerHeight: 8, orient: "auto" }, s("path", { class: id, d: HEAD })));
+  const element = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": label }, s("defs", {}, markers), layer);
   let scene = null;
   let box = { x: 0, y: 0, w: 100, h: 100 };
   let isMoved = false; // by the user; then changes of the graph and of the window's size keep the view
@@ -233,9 +233,10 @@ function linkElements(arrow) {
   const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1], "text-anchor": "middle",
     "dominant-baseline": "central" }, arrow.text);
   const plate = s("rect", { class: "plate", rx: 3, height: PLATE, y: arrow.middle[1] - PLATE / 2 });
-  const label = s("g", { class: "link label" }, plate, text);
+  const label = s("g", { class: arrow.wrong ? "link label wrong" : "link label" }, plate, text);
   setPlate(text, arrow.text);
-  const line = s("g", { class: "link" }, s("path", { class: "arrow", d: arrow.path, "marker-end": "url(#head)" }));
+  const line = s("g", { class: arrow.wrong ? "link wrong" : "link" },
+    s("path", { class: "arrow", d: arrow.path, "marker-end": arrow.wrong ? "url(#wrong-head)" : "url(#head)" }));
   return { arrow, text, parts: [line, label] };
 }
 

@@ -40,7 +40,7 @@ export function graphDrawing(canvas, context, onDrawn, onError) {
   // The rate is shown only on the arrow from the publisher, because the arrow from the topic has the same rate.
   function label() {
     canvas.label((arrow, index) => {
-      const values = arrow.start.kind === "topic" ? null : traffic[index];
+      const values = arrow.start.kind === "topic" || arrow.wrong ? null : traffic[index];
       const measured = values ? `${hertz(values[0])} · ${bandwidth(values[1])}` : "";
       return [arrow.text, measured].filter(Boolean).join("  ");
     });

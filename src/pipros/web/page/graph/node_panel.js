@@ -63,6 +63,7 @@ function contents(node, name) {
   return [
     node.known ? null : h("p", { class: "error" }, "The master no longer knows this node."),
     node.error ? h("p", { class: "error" }, `Does not answer: ${node.error}`) : null,
+    node.wrong.map((text) => h("p", { class: "error" }, `Wrong type on ${text}.`)),
     h("dl", {}, h("dt", {}, "URI"), h("dd", {}, node.uri || "–")),
     list("Publications", node.publications.map(topicEntry)),
     list("Subscriptions", node.subscriptions.map(topicEntry)),

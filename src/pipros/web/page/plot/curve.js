@@ -18,6 +18,7 @@ export class Curve {
     this.text = text;
     this.hue = hue;
     this.problem = "";
+    this.topic = guessedTopic(field); // the server replaces it once it knows the topic
     this.close = () => {};
     this.forget();
   }
@@ -34,7 +35,8 @@ export class Curve {
   }
 
   // Adds samples in the server's format.
-  take({ samples = [], lost = 0, error = "" }) {
+  take({ samples = [], lost = 0, error = "", topic = this.topic }) {
+    this.topic = topic;
     this.problem = error;
     this.lost += lost;
     for (const [time, number] of samples) {
@@ -64,6 +66,9 @@ export class Curve {
     return this.values[time === null ? this.values.length - 1 : indexAt(this.times, time)];
   }
 }
+
+// The topic of a field that is not published: the field is usually one level below.
+const guessedTopic = (field) => (field.includes("=") ? field.slice(0, field.indexOf("=")) : field.replace(/(?<=.)\/[^/]*$/, ""));
 
 // The index of the newest sample at a time or before.
 function indexAt(times, time) {

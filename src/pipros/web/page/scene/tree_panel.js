@@ -5,6 +5,8 @@ import { colourText, hexOf, parsedColour } from "./colours.js";
 import { childrenOf, className } from "./properties.js";
 import { DISPLAYS, GLOBAL, VIEWS } from "./schema.js";
 import { SUPPORTED, makeDisplay } from "./registry.js";
+import { topicOf, topicProperty } from "./topic_property.js";
+import { whyNoData } from "../why_no_data.js";
 
 const MAX_PARTS = 500;
 const SIGNS = { ok: "✓", warning: "!", error: "✗" };
@@ -41,8 +43,7 @@ export class TreePanel {
     const body = h("div", { class: "scene-body" });
     this.fixedSign = h("span", { class: "scene-sign" });
     this.fixedText = h("span", { class: "pale" });
-    const schema = GLOBAL;
-    this.fields(body, schema, this.scene.options, [], () => this.scene.reset());
+    this.fields(body, GLOBAL, this.scene.options, [], () => this.scene.reset());
     return this.details(this.scene.options.config, [this.fixedSign, h("b", {}, "Global Options")],
       [h("div", { class: "scene-statuses" }, "Fixed Frame: ", this.fixedText), body]);
   }
@@ -80,8 +81,7 @@ export class TreePanel {
 
   row(display, parent) {
     const sign = h("span", { class: "scene-sign" });
-    const statuses = h("div", { class: "scene-statuses" });
-    const body = h("div", { class: "scene-body" });
+    const [statuses, body] = ["scene-statuses", "scene-body"].map((name) => h("div", { class: name }));
     const box = h("input", { type: "checkbox", checked: display.isEnabled, "aria-label": `Show ${display.name}`, onchange: () => {
       display.config.Enabled = display.config.Value = String(box.checked);
       const isInShownGroup = parent === this.scene || parent.isOn;
@@ -105,9 +105,10 @@ export class TreePanel {
     const parts = h("div", { class: "scene-parts" });
     const children = display.displays ? h("div", { class: "scene-children" }, display.displays.map((each) => this.row(each, display)))
       : null;
-    this.rows.set(display, { sign, statuses });
+    const why = whyNoData(this.context);
+    this.rows.set(display, { sign, statuses, why });
     const element = this.details(display.config, [sign, h("span", { class: "scene-box" }), name,
-      h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body, parts]);
+      h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, why.element, children, body, parts]);
     this.makeDraggable(element.querySelector("summary"), display, parent);
     const offerParts = () => element.open && this.offerParts(display, parts);
     element.addEventListener("toggle", offerParts);
@@ -135,11 +136,12 @@ export class TreePanel {
 
   showStatus() {
     for (const parts of this.list.querySelectorAll("details[open] > .scene-parts")) parts.dispatchEvent(new Event("scene-refresh"));
-    for (const [display, { sign, statuses }] of this.rows) {
+    for (const [display, { sign, statuses, why }] of this.rows) {
       const level = display.isOn ? display.level : "";
       sign.className = `scene-sign scene-${level}`;
       replace(sign, SIGNS[level] ?? "");
       sign.title = level;
+      why.offer(level === "ok" ? "" : topicOf(display));
       replace(statuses, [...display.statuses].slice(0, 100).map(([name, { level: each, text }]) =>
         h("div", { class: `scene-${each}` }, `${name}: ${text}`)));
     }
@@ -316,5 +318,3 @@ export class TreePanel {
 // Returns whether a display is in a group, or in one of its groups.
 const within = (group, display) => Boolean(group.displays?.some((each) => each === display || within(each, display)));
 const shortName = (kind) => kind.split("/").at(-1);
-const topicProperty = (kind) => DISPLAYS[kind]?.find((each) => each[1] === "topic");
-

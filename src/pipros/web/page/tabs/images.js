@@ -2,6 +2,7 @@
 
 import { depthOf } from "../depth_png.js";
 import { bandwidth, download, h, hertz, replace } from "../dom.js";
+import { whyNoData } from "../why_no_data.js";
 
 const CHOOSE = "Choose a topic";
 const TYPES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
@@ -12,8 +13,9 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const canvas = h("canvas", { width: 2, height: 2, hidden: true, role: "img", "aria-label": "Image" });
   const hint = h("div", { class: "note" });
+  const why = whyNoData(context);
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, h("span", { class: "spring" }),
-    h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint,
+    h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint, why.element,
       h("div", { class: "scroll picture" }, canvas)));
   let topic = argument;
   let close = () => {};
@@ -45,6 +47,7 @@ export function open(view, argument, context) {
     hint.hidden = false;
     delete hint.dataset.shown;
     replace(hint, name ? "No image received yet." : CHOOSE);
+    why.offer(name);
     close = name ? context.watch("image", { name }, show, fail) : () => {};
   }
 
@@ -59,6 +62,7 @@ export function open(view, argument, context) {
       head = await drawImage(canvas, data);
       canvas.hidden = false;
       hint.hidden = true;
+      why.offer("");
       replace(error, "");
     } catch (problem) {
       fail(`The image cannot be shown: ${problem.message}`);

@@ -44,7 +44,7 @@ export function open(view, argument, context) {
   const legend = curveLegend({
     change: (curve, changes) => { set.change(curve, changes); changed(); },
     remove: (curve) => { set.drop(curve.text); changed(); },
-  });
+  }, context);
   const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
   const chart = h("div", { class: "chart", tabindex: 0, role: "application",
     "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });

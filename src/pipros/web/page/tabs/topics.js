@@ -23,10 +23,14 @@ const COLUMNS = [
 ];
 
 function nameText(topic) {
-  if (topic.depth === undefined) return topic.name;
-  const text = topic.count ? `${topic.isOpen ? "▾" : "▸"} ${topic.name} (${topic.count})` : topic.name;
+  if (topic.depth === undefined) return topic.wrong ? h("span", {}, wrongMark(topic), topic.name) : topic.name;
+  const text = topic.count ? `${topic.isOpen ? "▾" : "▸"} ${topic.name} (${topic.count})` : [wrongMark(topic), topic.name];
   return h("span", { class: `depth-${Math.min(topic.depth, DEEPEST)}`, "aria-expanded": topic.count ? String(topic.isOpen) : null }, text);
 }
+
+// A sign for a topic whose messages are lost because a subscriber wants another type.
+const wrongMark = ({ wrong }) => (wrong
+  ? h("span", { class: "wrong-type", role: "img", "aria-label": `Wrong type: ${wrong}`, title: wrong }, "⚠ ") : null);
 
 function rateText(topic) {
   if (topic.count) return "";
