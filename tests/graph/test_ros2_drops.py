@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_message_class, load_service_class
-from pipros.ros2.bridged_topics import Route, ToRos2
+from pipros.ros2.bridged_topics import Route, TopicToRos2
 from pipros.ros2.interface import Durability, PartHashes, Ros2CallFailed, TopicQos
 from pipros.ros2.rtps import qos as dds
 from pipros.ros2.rtps.domain import Discovery
@@ -133,7 +133,7 @@ class SlowEngine:
 
 def test_messages_that_queues_drop_are_counted(system: System) -> None:
     engine: Any = SlowEngine()
-    topic = ToRos2(system.node("gateway"), engine, Route("/chatter", "/chatter", PAIR), is_latched=False)
+    topic = TopicToRos2(system.node("gateway"), engine, Route("/chatter", "/chatter", PAIR), is_latched=False)
     publisher = system.ros1.advertise("/chatter", String)
     topic.update(["/ros1"])
     assert topic.counts.dropped == 2

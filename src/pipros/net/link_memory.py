@@ -27,7 +27,7 @@ class SlotGiver(Protocol):
     def report(self, error: OSError) -> None: ...
 
 
-class SharingLink(Protocol):
+class MemorySharingLink(Protocol):
     """The link to a subscriber that shares memory."""
 
     def end(self, reason: str) -> object:
@@ -57,7 +57,7 @@ class LinkMemory:
         known: the number of the newest segment that it was given; 0 for none.
     """
 
-    def __init__(self, topic: SlotGiver, owner: SharingLink) -> None:
+    def __init__(self, topic: SlotGiver, owner: MemorySharingLink) -> None:
         self.owner = owner
         self.is_ready = False
         self.is_slow = False

@@ -31,7 +31,7 @@ from pipros.basics.errors import ProtocolError
 from pipros.basics.limits import Limits, limit_text
 from pipros.basics.posix import call_in_children
 from pipros.net.backlog import WireMessage
-from pipros.net.link_memory import LinkMemory, PlacedMessage, SharingLink
+from pipros.net.link_memory import LinkMemory, MemorySharingLink, PlacedMessage
 from pipros.net.loop import BackgroundLoop
 from pipros.net.shared_segment import Segment
 from pipros.net.slot_table import FEWEST_SLOTS, SLOTS, SlotTable
@@ -86,7 +86,7 @@ class TopicMemory:
 
     # -- subscribers --------------------------------------------------------------
 
-    def add(self, owner: SharingLink) -> LinkMemory:
+    def add(self, owner: MemorySharingLink) -> LinkMemory:
         """Return a new subscriber's share."""
         link = LinkMemory(self, owner)
         with self._lock:

@@ -13,7 +13,7 @@ from typing import Final, Protocol
 
 from pipros.net.loop import BackgroundLoop
 
-SHARED_BYTES: Final = 8 * 1024
+PACKET_SHARING_BYTES: Final = 8 * 1024
 """Messages up to this size share packets when they follow each other closely."""
 
 CLOSE_S: Final = 200e-6
@@ -73,7 +73,7 @@ class BurstDetector:
         return False
 
 
-class SharingLink(Protocol):
+class PacketSharingLink(Protocol):
     """A link whose small messages can share packets."""
 
     def share_packets(self, *, share: bool) -> None: ...
@@ -97,7 +97,7 @@ class PacketSharing:
         self,
         loop: BackgroundLoop,
         lock: threading.Lock,
-        links: Callable[[], Iterable[SharingLink]],
+        links: Callable[[], Iterable[PacketSharingLink]],
         flush: Callable[[], object],
     ) -> None:
         """Start without a burst.
@@ -117,7 +117,7 @@ class PacketSharing:
         self._is_watched = False  # whether the event loop is watching a burst
         self._is_closed = False
 
-    def apply_to(self, link: SharingLink) -> None:
+    def apply_to(self, link: PacketSharingLink) -> None:
         """Make a new link share packets if the other links do."""
         link.share_packets(share=self.detector.in_burst)
 

@@ -21,7 +21,7 @@ from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
 from pipros.node.message_batch import MessageBatch, flush_at_exit_and_fork
-from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
+from pipros.node.packet_sharing import PACKET_SHARING_BYTES, PacketSharing
 from pipros.node.publisher_link import PublisherLink
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
@@ -124,7 +124,7 @@ class Publication:
                 self._admit()
             links = self.links
             batch: Sequence[Buffer] | None = None
-            if size > SHARED_BYTES:
+            if size > PACKET_SHARING_BYTES:
                 self._send_batch()
             elif (batch := self._collect(data)) is not None:
                 if not batch:

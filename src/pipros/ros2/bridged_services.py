@@ -19,7 +19,7 @@ CALL_S: Final = 5.0
 """Timeout of service calls, as in ros1_bridge."""
 
 
-class Ros1ServiceBridge:
+class ServiceToRos1:
     """A ROS 1 service, offered in ROS 2. If a call fails, the ROS 2 client gets no reply."""
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
@@ -59,7 +59,7 @@ class Ros1ServiceBridge:
         self._server.close()
 
 
-class Ros2ServiceBridge:
+class ServiceToRos2:
     """A ROS 2 service, offered in ROS 1."""
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:

@@ -120,7 +120,7 @@ def route_of(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> R
     return Route(ros1, ros2, pair, rule.rate, rule.qos)
 
 
-class ToRos2:
+class TopicToRos2:
     """Passes a ROS 1 topic to ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or
     always if they are latched.
     """
@@ -234,7 +234,7 @@ class Known(Protocol):
     def __call__(self, key: bytes) -> Endpoint | None: ...
 
 
-class ToRos1:
+class TopicToRos1:
     """Passes a ROS 2 topic to ROS 1. Messages are received in ROS 2 only while ROS 1 has subscribers, or
     always if they are latched.
     """

@@ -24,8 +24,8 @@ from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
-from pipros.ros2.bridged_services import Ros1ServiceBridge, Ros2ServiceBridge
-from pipros.ros2.bridged_topics import ToRos1, ToRos2, route_of
+from pipros.ros2.bridged_services import ServiceToRos1, ServiceToRos2
+from pipros.ros2.bridged_topics import TopicToRos1, TopicToRos2, route_of
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 from pipros.ros2.interface import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.interfaces.action_types import action_of_service
@@ -46,7 +46,7 @@ DIAGNOSTICS_S: Final = 1.0
 _SKIPPED: Final = 1000
 _CLOCK: Final = "/clock"
 
-Open = ToRos1 | ToRos2 | Ros1ServiceBridge | Ros2ServiceBridge | ActionToRos1 | ActionToRos2
+Open = TopicToRos1 | TopicToRos2 | ServiceToRos1 | ServiceToRos2 | ActionToRos1 | ActionToRos2
 Key = tuple[Kind, Direction, str]
 """Identifies a topic, service or action. The name is the one on the publishing or offering side."""
 _Wanted = tuple[object, Callable[[], Open]]
@@ -195,19 +195,24 @@ class Gateway:
                 {*found.publishers, *self._rules.from_the_start(Direction.TO_ROS1)},
                 lambda name: self._topic_to_ros1(name, graph, found),
             ),
-            (Kind.SERVICE, Direction.TO_ROS1, graph.services, lambda name: self._ros1_service(name, graph)),
+            (
+                Kind.SERVICE,
+                Direction.TO_ROS1,
+                graph.services,
+                lambda name: self._service_to_ros1(name, graph),
+            ),
             (
                 Kind.SERVICE,
                 Direction.TO_ROS2,
                 found.services,
-                lambda name: self._ros2_service(name, graph, found),
+                lambda name: self._service_to_ros2(name, graph, found),
             ),
-            (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._ros1_action(name, graph)),
+            (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._action_to_ros1(name, graph)),
             (
                 Kind.ACTION,
                 Direction.TO_ROS2,
                 found.actions,
-                lambda name: self._ros2_action(name, graph, found),
+                lambda name: self._action_to_ros2(name, graph, found),
             ),
         )
         for kind, direction, names, make in kinds:
@@ -237,7 +242,7 @@ class Gateway:
         self._check_rivals(EndpointKind.PUBLISHER, route.ros2)
         is_latched = topic is not None and topic.is_latched
         version = route.ros2, route.pair.plan.ros2_type, is_latched
-        return version, lambda: ToRos2(self._node, self._engine, route, is_latched=is_latched)
+        return version, lambda: TopicToRos2(self._node, self._engine, route, is_latched=is_latched)
 
     def _topic_to_ros1(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted:
         rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers.get(name)
@@ -253,7 +258,7 @@ class Gateway:
         if there is not None and target == _CLOCK:
             raise PiprosError("a ROS 1 node already publishes the clock")
         route = route_of(target, name, pair, rule)
-        return (target, ros2_type), lambda: ToRos1(
+        return (target, ros2_type), lambda: TopicToRos1(
             self._node, self._engine, route, self.identity, self._publisher, self._changed.set
         )
 
@@ -273,25 +278,25 @@ class Gateway:
             raise PiprosError("no node publishes it")
         return self._pairs.of_rule(rule)
 
-    def _ros1_service(self, name: str, graph: Ros1Graph) -> _Wanted:
+    def _service_to_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, name)
         pair = self._pairs.of_service(graph.services[name])
-        return pair.plan.ros1_type, lambda: Ros1ServiceBridge(self._node, self._engine, name, pair)
+        return pair.plan.ros1_type, lambda: ServiceToRos1(self._node, self._engine, name, pair)
 
-    def _ros2_service(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
+    def _service_to_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.services:
             return None
         server = callable_server(found.services[name])
         pair = self._pairs.of_ros2_service(server.type)
         self._pairs.check_hash(pair.plan.ros2_type, {pair.type_hash, pair.parts.request}, server.type_hash)
-        return pair.plan.ros2_type, lambda: Ros2ServiceBridge(self._node, self._engine, name, pair)
+        return pair.plan.ros2_type, lambda: ServiceToRos2(self._node, self._engine, name, pair)
 
-    def _ros1_action(self, name: str, graph: Ros1Graph) -> _Wanted:
+    def _action_to_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)
         pairs = self._pairs.all_of_action(graph.actions[name])
         return pairs, lambda: ActionToRos1(self._node, self._engine, name, pairs, self.identity)
 
-    def _ros2_action(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
+    def _action_to_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.actions:
             return None
         server = callable_server(found.actions[name])
@@ -370,7 +375,7 @@ class Gateway:
 
 def _row(key: Key, each: Open, rate: float) -> Row:
     kind, direction, name = key
-    counts, is_active = each.counts, each.is_active if isinstance(each, ToRos1 | ToRos2) else True
+    counts, is_active = each.counts, each.is_active if isinstance(each, TopicToRos1 | TopicToRos2) else True
     return Row(
         *(kind.value, direction.value, name, each.types, is_active),
         *(counts.passed, rate, counts.dropped, counts.reason),
@@ -379,12 +384,12 @@ def _row(key: Key, each: Open, rate: float) -> Row:
 
 def _update(each: Open, topic: Ros1Topic | None, publishers: Sequence[Endpoint]) -> None:
     """Update an open topic, service or action to match both sides."""
-    if isinstance(each, ToRos2):
+    if isinstance(each, TopicToRos2):
         each.update(topic.publishers if topic else ())
-    elif isinstance(each, ToRos1):
+    elif isinstance(each, TopicToRos1):
         of_type = each.route.pair.plan.ros2_type
         each.update([endpoint for endpoint in publishers if endpoint.type == of_type])
-    elif not isinstance(each, Ros2ServiceBridge):
+    elif not isinstance(each, ServiceToRos2):
         each.update()
 
 

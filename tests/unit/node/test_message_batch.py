@@ -14,7 +14,7 @@ from pipros.net.busy_poll import PublishCount
 from pipros.net.outgoing_state import State
 from pipros.node import message_batch, publisher
 from pipros.node.message_batch import MAX_AGE_S, MAX_MESSAGES
-from pipros.node.packet_sharing import CLOSE_S, RUN_LENGTH, SHARED_BYTES
+from pipros.node.packet_sharing import CLOSE_S, PACKET_SHARING_BYTES, RUN_LENGTH
 from pipros.node.publisher import Publication
 from pipros.node.timings import NODE_TIMINGS
 
@@ -137,7 +137,7 @@ def test_a_large_message_does_not_overtake_small_ones(monkeypatch: pytest.Monkey
     topic = Topic(monkeypatch)
     topic.begin_burst()
     topic.publish(2)
-    topic.publication._encode = lambda _: [bytes(SHARED_BYTES + 1)]
+    topic.publication._encode = lambda _: [bytes(PACKET_SHARING_BYTES + 1)]
     topic.publish()
     assert topic.link.calls == [2, 1]
 
