@@ -17,6 +17,7 @@ from tests.support.hunt import busy_processors
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
 from tests.support.ros2_oracles import ALL, PYTHON, Ros2
+from tests.support.waiting import wait_until
 
 pytestmark = needs_network
 PROGRAMS = Path(__file__).parent / "programs"
@@ -142,6 +143,13 @@ def test_messages_of_8_mb_pass_in_both_directions(system: System) -> None:
     size = BIG_BYTES // 256 * 256
     digest = hashlib.sha256(bytes(range(256)) * (size // 256)).hexdigest()
     for sender, receiver in ((system.ros1, system.ros2), (system.ros2, system.ros1)):
+        mark = receiver.mark()
+
+        def is_connected(sender: Process = sender, receiver: Process = receiver, mark: int = mark) -> bool:
+            sender.write_line("send_big 256")
+            return any(line.startswith("big 256 ") for line in receiver.lines[mark:])
+
+        wait_until(is_connected, 60)
         sender.write_line(f"send_big {size}")
         receiver.wait_for(f"^big {size} {digest}$")
 
@@ -155,13 +163,13 @@ def test_goals_succeed_in_both_directions(system: System) -> None:
 
 
 def test_goals_are_cancelled_in_both_directions(system: System) -> None:
-    for node, command, accepted, status in (
-        (system.ros1, "send_goal 2000", "active", 2),
-        (system.ros2, "send_goal tutorials 2000", "accepted True", 5),
+    # A genuine client of ROS 1 may miss that the goal is active, if that comes before send_goal has returned.
+    for node, command, status in (
+        (system.ros1, "send_goal 2000", 2),
+        (system.ros2, "send_goal tutorials 2000", 5),
     ):
         mark = node.mark()
         node.write_line(command)
-        node.wait_for(f"^{accepted}$", since=mark)
         node.wait_for("^feedback$", since=mark)
         node.write_line("cancel")
         node.wait_for(f"^result {status} 0 1 1", since=mark)

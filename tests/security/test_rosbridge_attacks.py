@@ -225,7 +225,8 @@ def test_silent_connections_beyond_the_descriptors_leave_room_for_clients(
                         return client.recv(1000)
                 with RosbridgeClient(f"ws://127.0.0.1:{port}") as client:
                     return json.dumps(client.call("/none"))
-            except (OSError, EOFError, InvalidMessage):  # closed before it was admitted
+            except (OSError, EOFError, InvalidMessage, ConnectionClosed):
+                # The server closes unused clients for newer connections, which may come before the request.
                 return ""
 
         wait_until(lambda: "service_response" in str(answer()), 60)

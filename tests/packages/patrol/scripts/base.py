@@ -37,6 +37,8 @@ class Base:
         place = goal.target_pose.pose.position
         rate = rospy.Rate(50)
         while not rospy.is_shutdown():
+            # Also before the first result, which a genuine client may miss before send_goal has returned.
+            rate.sleep()
             if self.server.is_preempt_requested():
                 self.server.set_preempted(text="stopped")
                 return
@@ -56,7 +58,6 @@ class Base:
             feedback.base_position.pose.position.x = self.x
             feedback.base_position.pose.position.y = self.y
             self.server.publish_feedback(feedback)
-            rate.sleep()
         self.broadcast(None)
         self.server.set_succeeded(MoveBaseResult(), "there")
 
