@@ -1,10 +1,11 @@
-"""The time of tables of bags, in relation to reading raw messages and to a loop with the library rosbags.
+"""The time of tables of bags, of data sets, and of the loop of a policy.
 
-    python benchmarks/data.py [--count 20000] [--rounds 5]
+    python benchmarks/data.py [--only tables,loop] [--count 20000] [--rounds 5] [--minutes 5]
 
-Writes one bag with messages of four types, and reads each topic in three ways, alternately: as a table
-(`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, and in a loop that decodes with rosbags. Prints
-the medians of the rounds. Processor time of this process counts, so that other work disturbs little.
+`tables`: writes one bag with messages of four types, and reads each topic in three ways, by turns: as a
+table (`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, and in a loop that decodes with rosbags.
+Prints the medians of the rounds. Processor time of this process counts, so that other work disturbs little.
+`loop`: see data_loop.py.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import data_loop
 from geometry_msgs.msg import TransformStamped
 from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -86,7 +88,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=20_000, help="messages on /imu (default: %(default)s)")
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--minutes", type=float, default=5, help="of each loop (default: %(default)s)")
+    parser.add_argument("--only", default=",".join(PARTS), help="parts (default: %(default)s)")
     arguments = parser.parse_args()
+    for part in arguments.only.split(","):
+        PARTS[part](arguments)
+
+
+def tables(arguments: argparse.Namespace) -> None:
+    """Compare tables with two other ways to read a topic."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.bag"
         write_bag(path, arguments.count)
@@ -108,6 +118,11 @@ def main() -> None:
             ratios = f"{ours / plain:.2f}{goals[0]} | {theirs / ours:.1f}{goals[1]}"
             print(f"| `{topic}` | {count:,} | {figures} | {ratios} |")
 
+
+PARTS: dict[str, Callable[[argparse.Namespace], object]] = {
+    "tables": tables,
+    "loop": lambda arguments: data_loop.main(arguments.minutes),
+}
 
 if __name__ == "__main__":
     main()

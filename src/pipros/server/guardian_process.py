@@ -129,6 +129,9 @@ class GuardianProcess:
             threading.Thread(target=self._watch, args=(line,), daemon=True).start()
         elif line["op"] == "arm" and key in self._rules:
             message, limit_s = self._rules[key]
+            if "body" in line:
+                message = type(message)._from_bytes(bytes.fromhex(line["body"]))
+                self._rules[key] = message, limit_s
             if identity:
                 message = type(message)(id=identity)
             self._stops.arm(key, identity, message, time.monotonic() + limit_s)

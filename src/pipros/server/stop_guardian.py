@@ -30,7 +30,7 @@ class StopGuardian:
         """Create a guardian without a process, whose master will be that of `node`."""
         self._node = node
         self._process: subprocess.Popen[str] | None = None
-        self._watched: dict[str, Mapping[str, Any]] = {}
+        self._watched: dict[str, dict[str, Any]] = {}
         self._ready: set[str] = set()
         self._pending: dict[tuple[str, str], object] = {}
         self._lost: list[tuple[str, str]] = []  # stops of a process that has ended
@@ -61,8 +61,11 @@ class StopGuardian:
             if not self._changed.wait_for(lambda: key in self._ready, READY_S):
                 raise ActRefused("the guardian, which stops acts with a time limit, is not ready", rule.place)
 
-    def arm(self, key: str, identity: str, client: object) -> None:
+    def arm(self, key: str, identity: str, client: object, stop: bytes | None = None) -> None:
         """Start the time limit of an act. `client` is the one that acts.
+
+        `stop` replaces the message that stops the topic, for robots that hold a changing position. It may
+        have as many bytes as the stop of a policy.
 
         Raises:
             ActRefused: the process is not ready, or cannot be reached.
@@ -74,7 +77,10 @@ class StopGuardian:
                 oldest = next(iter(self._pending))
                 self._stop(*oldest)
             self._pending[key, identity] = client
-            if not self._send({"op": "arm", "key": key, "id": identity}):
+            line = {"op": "arm", "key": key, "id": identity}
+            if stop is not None:
+                line["body"] = self._watched[key]["body"] = stop.hex()
+            if not self._send(line):
                 raise ActRefused("the guardian, which stops acts with a time limit, cannot be reached")
 
     def renew(self, key: str) -> None:
@@ -139,7 +145,7 @@ class StopGuardian:
 
     def _read(self, process: subprocess.Popen[str], output: IO[str]) -> None:
         """Record which topics are ready. If the process ends, start another one for the pending stops."""
-        with contextlib.suppress(OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError), output:
             for line in output:
                 with self._changed:
                     self._ready.add(line.strip())

@@ -59,13 +59,13 @@ def pictures(
         while at < len(wanted) and wanted[at] < done + table.rows:
             number = int(wanted[at])
             if number != last[0]:
-                last = number, _picture(table, number - done)
+                last = number, picture_of(table, number - done)
             yield last[1]
             at += 1
         done += table.rows
 
 
-def _picture(table: Any, row: int) -> Picture:
+def picture_of(table: Any, row: int) -> Picture:
     if "encoding" not in table:
         return table["data"][row]
     kind = table["encoding"][row]

@@ -16,13 +16,15 @@ from pipros.safe.yaml import YamlError
 GAPS = ("skip", "keep", "hold")
 TIMES = ("header", "receipt")
 STORES = ("video", "jpeg")
+STOPS = ("zero", "hold", "")
 
 CHECKS = {"missing": 1.5, "clock": 0.1, "frozen": 2.0, "saturated": 0.1, "stopped": 1.0}
 """The thresholds of the checks, see `pipros.data.datasets.checks`; 0 turns a check off."""
 
 _SECTIONS = ["observations", "cameras", "actions", "checks"]
-_KEYS = ["rate", "time", "tolerance", "gaps", "episodes", "task", *_SECTIONS]
+_KEYS = ["rate", "time", "tolerance", "gaps", "episodes", "task", "watchdog", *_SECTIONS]
 _SOURCE_KEYS = ["topic", "time", "tolerance", "checks", "pick"]
+_ACTION_KEYS = ["type", "stop", "teleop"]
 _SIGNAL_KEYS = [*_SOURCE_KEYS, "fields", "names", "unit", "scale", "min", "max"]
 
 
@@ -38,6 +40,11 @@ class Source:
     pick: str  # one of DIRECTIONS: which message a row gets
     checks: Mapping[str, float]
 
+    @property
+    def short_name(self) -> str:
+        """The name without its section: `joints`."""
+        return self.name.partition(".")[2]
+
 
 @dataclass(frozen=True, slots=True)
 class SignalSource(Source):
@@ -49,6 +56,9 @@ class SignalSource(Source):
     scale: float  # from the numbers of the messages to this unit
     least: tuple[float, ...]  # limits in this unit, one for all numbers or one each; or empty
     most: tuple[float, ...]
+    type: str  # of an action's messages; empty for the type that the master has
+    stop: str | tuple[float, ...]  # of an action: `zero`, `hold`, numbers, or empty
+    teleop: str  # the topic of a person's commands, or empty
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +79,13 @@ class DatasetConfig:
     task_topic: str  # the topic with the task, or empty
     signals: tuple[SignalSource, ...]
     cameras: tuple[CameraSource, ...]
+    watchdog: float  # s from the last action of a policy until the robot is stopped; 0 for no limit
     digest: str  # a hash of the file
+
+    @property
+    def actions(self) -> tuple[SignalSource, ...]:
+        """The actions."""
+        return tuple(each for each in self.signals if each.name.startswith("actions."))
 
     @property
     def sources(self) -> tuple[SignalSource | CameraSource, ...]:
@@ -107,9 +123,8 @@ def read_config(path: Path) -> DatasetConfig:
     if episodes not in ("", "file"):
         raise top.error("episodes", f"must be file, {{topic: …}} or {{service: …}}, got {episodes!r}")
     digest = hashlib.sha256(text.encode()).hexdigest()
-    return DatasetConfig(
-        rate, top.choice("gaps", GAPS, "skip"), marker, task, task_topic, signals, cameras, digest
-    )
+    gaps, watchdog = top.choice("gaps", GAPS, "skip"), top.number("watchdog", 0.5, least=0)
+    return DatasetConfig(rate, gaps, marker, task, task_topic, signals, cameras, watchdog, digest)
 
 
 def _text_or_topic(top: Settings, key: str, kinds: list[str]) -> tuple[str, str]:
@@ -141,7 +156,9 @@ def _shared(section: Settings, shared: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
-    section.only(_SIGNAL_KEYS)
+    is_action = section.key.startswith("actions.")
+    section.only([*_SIGNAL_KEYS, *(_ACTION_KEYS if is_action else ())])
+    is_word = isinstance(section.values.get("stop", ""), str)
     return SignalSource(
         **_shared(section, shared),
         fields=section.texts("fields"),
@@ -150,6 +167,9 @@ def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
         scale=section.number("scale", 1.0, least=-math.inf),
         least=section.numbers("min"),
         most=section.numbers("max"),
+        type=section.text("type", ""),
+        stop=section.choice("stop", STOPS, "") if is_word else section.numbers("stop"),
+        teleop=section.text("teleop", ""),
     )
 
 

@@ -43,7 +43,7 @@ def lerobot_writer(folder: Path, config: DatasetConfig) -> Iterator[Writer]:
         for group, key in _GROUPS.items():
             if found := [each for each in rows.signals if each.source.name.startswith(f"{group}.")]:
                 columns[key] = np.concatenate([each.values for each in found], axis=1).astype(np.float32)
-                pairs = [(each.source.name.partition(".")[2], name) for each in found for name in each.names]
+                pairs = [(each.source.short_name, name) for each in found for name in each.names]
                 names[key] = [".".join(pair) for pair in pairs]
         cameras = {}
         for camera in rows.cameras:

@@ -71,14 +71,14 @@ def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recor
     parts: list[NDArray[np.float64]] = []
     times, names = [], source.names
     for table in batches(bags, source, start, end):
-        values, names = _numbers(table, source, names)
+        values, names = numbers_of(table, source, names)
         left -= values.nbytes
         if left < 0:
             raise BadSettings(f"{source.place}: the episode is too large: {limit_text('table_bytes', limit)}")
         is_known = ~np.isnan(values).all(axis=1)  # NaN in messages without the wanted names
         parts.append(values[is_known])
         times.append(times_of(table, source)[is_known])
-    _check_limits(source, len(names))
+    check_limits(source, len(names))
     return recorded(times, np.concatenate(parts), names)
 
 
@@ -135,7 +135,7 @@ def increasing(times: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.array(found[::-1])
 
 
-def _numbers(
+def numbers_of(
     table: Table, source: SignalSource, names: tuple[str, ...]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
     fields = source.fields or USUAL_FIELDS.get(table.type, ())
@@ -197,7 +197,7 @@ def _check_width(source: SignalSource, values: NDArray[np.float64], width: int) 
         raise BadSettings(f"{source.place}: must have {width} numbers, got {values.shape[1]}. Correct fields")
 
 
-def _check_limits(source: SignalSource, width: int) -> None:
+def check_limits(source: SignalSource, width: int) -> None:
     for key, limits in (("min", source.least), ("max", source.most)):
         if len(limits) not in (0, 1, width):
             raise BadSettings(f"{source.place}.{key}: must be one number or {width}, got {len(limits)}")

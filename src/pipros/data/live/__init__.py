@@ -1,0 +1,1 @@
+"""Robots under a policy: the topics of `robot.yaml`, live."""

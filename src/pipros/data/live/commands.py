@@ -1,0 +1,144 @@
+"""Make messages from numbers: the actions of a description."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import reduce
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.basics.errors import PiprosError
+from pipros.data.datasets.config import SignalSource
+from pipros.data.datasets.signals import USUAL_FIELDS, check_limits, numbers_of
+from pipros.data.live.sources import table_of, wait_until
+from pipros.msg import load_message_class
+from pipros.msg.language.spec import FLOATS, NUMBERS
+from pipros.msg.time import NS_PER_S, Time
+from pipros.policy.policy_file import STOP_BYTES
+from pipros.safe.settings import BadSettings
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from pipros.node import Node
+
+_ZERO_STOPS = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")
+"""Types whose zeros mean standstill."""
+
+
+def is_stopped_by_zeros(source: SignalSource, kind: str) -> bool:
+    """Whether zeros stop an action of this type. By default, they stop velocities."""
+    return source.stop == "zero" or (not source.stop and kind in _ZERO_STOPS)
+
+
+class ActionRefused(PiprosError, ValueError):
+    """An action has a number that is outside its limits, or too few or too many numbers."""
+
+
+class Command:
+    """A publisher of an action, and its messages from numbers in the unit of the description.
+
+    Attributes:
+        source: the action in the description.
+        topic, type: its topic, resolved, and the type of its messages.
+        names: of the numbers.
+        limits: the least number of each, and the largest; infinite without limits.
+        stop: the numbers that stop the robot, or None to hold the measured ones.
+    """
+
+    def __init__(self, node: Node, source: SignalSource, end_s: float) -> None:
+        """Advertise the topic. The type is that in the description, or the one that the master has by `end_s`.
+
+        Raises `BadSettings` if the description does not fit the type, or does not say how to stop, `NotFound`
+        if the type is not installed, and `RobotSilent` if it is unknown.
+        """
+        self.source = source
+        self.topic = node.resolve(source.topic)
+        wait_until(lambda: self._look_up(node), end_s, f"nothing subscribes to {self.topic}")
+        message_class = self._class = load_message_class(self.type)
+        kind = self.type
+        self._fields = source.fields or USUAL_FIELDS.get(kind, ())
+        sizes = [self._size(self._target(message_class(), path)[2]) for path in self._fields]
+        self._open = len(source.names) - sum(each or 0 for each in sizes)
+        if sizes.count(None) > 1 or (None in sizes and self._open < 1):
+            raise BadSettings(f"{source.place}.names: {kind} needs them; only one field may have any size")
+        first = self.message(np.zeros(sum(self._open if each is None else each for each in sizes)))
+        body = b"".join(first._to_buffers())
+        if len(body) > STOP_BYTES:
+            raise BadSettings(f"{source.place}: must have at most {STOP_BYTES} bytes, got {len(body)}")
+        # Reading it again, as from a bag, checks the fields, and gives the names of the data set.
+        table = table_of(source.topic, kind, message_class._full_text, body)
+        self.names = numbers_of(table, source, source.names)[1]
+        check_limits(source, len(self.names))
+        self.limits = tuple(
+            np.broadcast_to(limits or (default,), len(self.names))
+            for limits, default in ((source.least, -np.inf), (source.most, np.inf))
+        )
+        self.stop = self._stop(kind)
+        self.publisher = node.advertise(self.topic, message_class, queue_size=1)
+
+    def _look_up(self, node: Node) -> bool:
+        self.type = self.source.type or dict(node.master.get_topic_types()).get(self.topic, "")
+        return self.type not in ("", "*")
+
+    def check(self, values: NDArray[np.float64]) -> None:
+        """Raise `ActionRefused` if numbers are missing, not finite, or outside their limits."""
+        if values.shape != (len(self.names),):
+            raise ActionRefused(f"{self.source.name} must have {len(self.names)} numbers, got {values.size}")
+        for name, value, least, most in zip(self.names, values, *self.limits, strict=True):
+            if not np.isfinite(value) or not least <= value <= most:
+                what = f"{self.source.name}.{name} must be a number from {least:g} to {most:g}"
+                raise ActionRefused(f"{what} {self.source.unit}".rstrip() + f", got {value:g}")
+
+    def has_subscriber(self) -> bool:
+        """Whether a node is connected."""
+        return self.publisher.connection_count > 0
+
+    def message(self, values: NDArray[np.float64], now_ns: int = 0) -> Any:
+        """Return a message with these numbers, stamped with `now_ns` if it has a header."""
+        found: Any = self._class()
+        if found._has_header:
+            found.header.stamp = Time(*divmod(now_ns, NS_PER_S))
+        if "name" in found.__slots__:
+            found.name = list(self.source.names)
+        numbers: Iterator[float] = iter((values / self.source.scale).tolist())
+        for path in self._fields:
+            target, name, kind = self._target(found, path)
+            size = self._size(kind)
+            convert = float if kind.partition("[")[0] in FLOATS else round
+            cells = [convert(next(numbers)) for _ in range(self._open if size is None else size)]
+            setattr(target, name, cells if kind.endswith("]") else cells[0])
+        return found
+
+    def _target(self, message: Any, path: str) -> tuple[Any, str, str]:
+        """Return the message that has a field, the name of the field there, and its type."""
+        *above, name = path.split(".")
+        try:
+            target: Any = reduce(getattr, above, message)
+            kind = target._slot_types[target.__slots__.index(name)]
+        except (AttributeError, ValueError):
+            kind = ""
+        if kind.partition("[")[0] not in NUMBERS:
+            what = "must be numbers" if kind else f"{message._type} has no such field"
+            raise BadSettings(f"{self.source.place}.fields: {path}: {what}")
+        return target, name, kind
+
+    @staticmethod
+    def _size(kind: str) -> int | None:
+        """Return how many numbers a field of this type has; None if messages decide."""
+        length = kind.partition("[")[2][:-1]
+        return 1 if not kind.endswith("]") else int(length) if length else None
+
+    def _stop(self, kind: str) -> NDArray[np.float64] | None:
+        stop = self.source.stop
+        if stop == "hold":
+            return None
+        is_zero = is_stopped_by_zeros(self.source, kind)
+        numbers = np.zeros(len(self.names)) if is_zero else np.array(stop or (), np.float64)
+        if len(numbers) != len(self.names):
+            raise BadSettings(
+                f"{self.source.place}.stop: must be zero, hold or {len(self.names)} numbers, for {kind} got "
+                f"{len(numbers) or 'nothing'}"
+            )
+        return numbers

@@ -1,0 +1,188 @@
+"""A robot under a policy: observations in, actions out, and a process that stops the robot."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
+from pipros.data.datasets.config import DatasetConfig, SignalSource, read_config
+from pipros.data.live.commands import ActionRefused, Command
+from pipros.data.live.sources import LiveSource, RobotSilent, full_names, wait_for_all, wait_until
+from pipros.node import Node
+from pipros.policy.model import ActRule, Kind
+from pipros.safe.settings import BadSettings
+from pipros.server.stop_guardian import StopGuardian
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from typing_extensions import Self
+
+
+class LiveRobot:
+    """A robot that ROS 1 nodes control, as `robot.yaml` describes it. A context manager. Not thread-safe.
+
+    The numbers and their order are those of the data set: `state_names` for its `observation.state`,
+    `action_names` for its `action`. Units, limits and gaps are those of the description.
+
+    The robot is stopped if an action is refused, a topic falls silent, no action follows within `watchdog`
+    seconds, or this process ends, however it does: `pipros.server.guardian_process` runs beside it.
+
+    Attributes:
+        config: the description.
+        node: the node that talks to the robot.
+        state_names, action_names: such as `arm.elbow`.
+        action_limits: the least and the largest number of each; infinite without limits.
+        cameras: height, width and channels of the pictures of each camera.
+    """
+
+    def __init__(self, path: str | Path, *, master_uri: str | None = None, timeout_s: float = 5.0) -> None:
+        """Connect, and wait until each topic has had a message.
+
+        Raises:
+            BadSettings: the description is invalid, or does not fit the robot.
+            RobotSilent: a topic has no message within `timeout_s`, or the type of an action is unknown.
+            Unreachable: there is no master.
+        """
+        self.config: DatasetConfig = read_config(Path(path))
+        environment = Environment(master_uri=master_uri) if master_uri else None
+        self.node = Node("pipros_policy", anonymous=True, environment=environment)
+        self._guardian = StopGuardian(self.node)
+        self._is_acting = False
+        self.node.start()
+        try:
+            self._connect(timeout_s)
+        except BaseException:
+            self.close()
+            raise
+
+    def _connect(self, timeout_s: float) -> None:
+        end_s = time.monotonic() + timeout_s
+        observed = [each for each in self.config.sources if not each.name.startswith("actions.")]
+        sources = [LiveSource(self.node, each) for each in observed]
+        self._commands = [Command(self.node, each, end_s) for each in self.config.actions]
+        self._sources = wait_for_all(sources, end_s)
+        self._signals = [each for each in sources if isinstance(each.source, SignalSource)]
+        self._cameras = {
+            each.source.short_name: each for each in sources if each.source in self.config.cameras
+        }
+        self.state_names = full_names(self._signals)
+        self.action_names = full_names(self._commands)
+        self.cameras = {name: each.picture().shape for name, each in self._cameras.items()}
+        self._held = {each.source.name: self._measured(each) for each in self._commands if each.stop is None}
+        limits = [each.limits for each in self._commands]
+        self.action_limits = tuple(np.concatenate(each) for each in zip(*limits, strict=True))
+        self._wait_for_robot(end_s)
+
+    def _wait_for_robot(self, end_s: float) -> None:
+        limit_s = self.config.watchdog
+        for each in self._commands:
+            wait_until(each.has_subscriber, end_s, f"nothing subscribes to {each.topic}")
+            if limit_s:
+                stop = self._stop_message(each)
+                rule = ActRule(
+                    each.source.place, Kind.TOPIC, each.topic, each.type, stop=stop, time_limit_s=limit_s
+                )
+                self._guardian.watch(rule)
+
+    def _measured(self, command: Command) -> LiveSource:
+        """Return the observation with the numbers of an action, which are held when the robot is stopped."""
+        for each in self._signals:
+            same = (
+                each.source.short_name == command.source.short_name
+                and each.source.unit == command.source.unit
+            )
+            if same and len(each.names) == len(command.names):
+                return each
+        raise BadSettings(
+            f"{command.source.place}.stop: hold needs an observation with the same name, unit and names"
+        )
+
+    def _stop_message(self, command: Command) -> Any:
+        values = self._held[command.source.name].numbers() if command.stop is None else command.stop
+        return command.message(values, self.node.clock.now_ns())
+
+    def _require_messages(self) -> None:
+        for each in self._sources:
+            most = np.inf if self.config.gaps == "hold" else each.source.tolerance
+            if not (age := each.age_s) < np.inf or age > most:
+                what = "is no longer published" if age == np.inf else f"is silent for {age:.2f} s"
+                raise RobotSilent(f"{each.topic} {what} ({each.source.place})")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def observe(self) -> tuple[NDArray[np.float64], dict[str, Any]]:
+        """Return the last numbers, in the order of `state_names`, and the last picture of each camera.
+
+        Raises:
+            RobotSilent: a topic has had no message within its tolerance. The robot is stopped.
+        """
+        try:
+            self._require_messages()
+            state = [each.numbers() for each in self._signals]
+            shapes = self.cameras
+            pictures = {n: each.picture((shapes[n][1], shapes[n][0])) for n, each in self._cameras.items()}
+        except PiprosError:
+            self.stop()
+            raise
+        return np.concatenate(state) if state else np.zeros(0), pictures
+
+    def act(self, values: Any) -> NDArray[np.float64]:
+        """Publish an action, whose numbers have the order of `action_names`, and return it.
+
+        Raises:
+            ActionRefused: a number is outside its limits. The robot is stopped, and nothing else published.
+            RobotSilent: a topic of the robot is silent, or nothing subscribes to a command. It is stopped.
+            ActRefused: the process that would stop the robot does not answer.
+        """
+        numbers = np.array(values, np.float64).reshape(-1)
+        try:
+            self._require_messages()
+            if len(numbers) != len(self.action_names):
+                what = f"an action must have {len(self.action_names)} numbers, got {len(numbers)}"
+                raise ActionRefused(what)
+            ends = np.cumsum([len(each.names) for each in self._commands])[:-1]
+            parts = list(zip(self._commands, np.split(numbers, ends), strict=True))
+            for command, part in parts:
+                command.check(part)
+                if not command.has_subscriber():
+                    raise RobotSilent(f"nothing subscribes to {command.topic}")
+            now_ns = self.node.clock.now_ns()
+            self._is_acting = True
+            for command, part in parts:
+                if self.config.watchdog:
+                    held = (
+                        b"".join(self._stop_message(command)._to_buffers()) if command.stop is None else None
+                    )
+                    self._guardian.arm(command.topic, "", self, held)
+                command.publisher.publish(command.message(part, now_ns))
+        except PiprosError:
+            self.stop()
+            raise
+        return numbers
+
+    def stop(self) -> None:
+        """Stop the robot now, as the description says, if it was moved since the last stop."""
+        if not self._is_acting:
+            return
+        self._is_acting = False
+        for each in self._commands:
+            each.publisher.publish(self._stop_message(each))
+            self._guardian.left(each.topic, self)
+
+    def close(self) -> None:
+        """Stop the robot, and disconnect."""
+        self.stop()
+        self._guardian.close()
+        self.node.shutdown()

@@ -1,0 +1,129 @@
+"""The last messages of the topics of a description, read by the same code as those of a data set."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from pipros.basics.errors import PiprosError
+from pipros.data.datasets.cameras import decoded, picture_of
+from pipros.data.datasets.config import CameraSource, SignalSource
+from pipros.data.datasets.signals import numbers_of
+from pipros.data.decode import MalformedMessage, decode
+from pipros.data.plans import plan_of
+from pipros.data.table import RECEIPT, Table
+from pipros.msg.language.spec import DefinitionError
+from pipros.node.any_msg import AnyMsg
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from pipros.node import Node
+
+POLL_S: Final = 0.01
+
+
+class RobotSilent(PiprosError):
+    """A topic of the robot has no messages, or none that are new enough or complete."""
+
+
+class LiveSource:
+    """A subscription to a topic of the description, which keeps its last message.
+
+    Attributes:
+        names: of the numbers; empty before the first read, and for a camera.
+        type: of the last message that was read.
+    """
+
+    def __init__(self, node: Node, source: SignalSource | CameraSource, topic: str = "") -> None:
+        self.source: Any = source  # the caller knows which kind it is
+        self.topic = topic or source.topic
+        self.names: tuple[str, ...] = ()
+        self.type = ""
+        self._last: tuple[AnyMsg, float] | None = None
+        self._subscriber = node.subscribe(self.topic, AnyMsg, self._receive, queue_size=1)
+
+    def _receive(self, message: AnyMsg) -> None:
+        self._last = message, time.monotonic()
+
+    @property
+    def age_s(self) -> float:
+        """The time since the last message; infinite if there is none, or no publisher is connected."""
+        last = self._last
+        return time.monotonic() - last[1] if last and self._subscriber.connection_count else np.inf
+
+    def is_complete(self) -> bool:
+        """Whether there is a message with all numbers, or a valid picture. Raises `BadSettings`."""
+        try:
+            return (self.numbers() if isinstance(self.source, SignalSource) else self.picture()) is not None
+        except RobotSilent:
+            return False
+
+    def numbers(self) -> NDArray[np.float64]:
+        """Return the numbers of the last message, in the unit of the description.
+
+        Raises `RobotSilent` if there is none or it lacks numbers, and `BadSettings` if it does not fit.
+        """
+        values, self.names = numbers_of(self._table(), self.source, self.source.names)
+        if np.isnan(values).any():
+            raise RobotSilent(
+                f"{self.source.place}: the last message on {self.topic} has no number for a name"
+            )
+        row: NDArray[np.float64] = values[0]
+        return row
+
+    def picture(self, size: tuple[int, int] | None = None) -> Any:
+        """Return the pixels of the last picture, in the order red, green, blue, scaled to width and height.
+
+        Raises `RobotSilent` if there is none or it is damaged, and `PictureError` for unknown encodings.
+        """
+        frame = decoded(picture_of(self._table(), 0))
+        if frame is None:
+            raise RobotSilent(f"{self.source.place}: the last picture on {self.topic} is damaged")
+        return frame.reformat(*size or (frame.width, frame.height), "rgb24").to_ndarray()
+
+    def _table(self) -> Table:
+        if self._last is None:
+            raise RobotSilent(f"{self.source.place}: no message on {self.topic}")
+        message, _ = self._last
+        self.type = message.header["type"]
+        return table_of(self.topic, self.type, message.header["message_definition"], message.body)
+
+
+def table_of(topic: str, kind: str, definition: str, body: bytes) -> Table:
+    """Return one message as a table. Raise `RobotSilent` if it does not match its definition."""
+    try:
+        columns = decode(_plan_of(kind, definition), body, np.array([len(body)]))
+    except (MalformedMessage, DefinitionError) as error:
+        raise RobotSilent(f"the last message on {topic}: {error}") from None
+    return Table(topic, kind, {RECEIPT: np.zeros(1, np.int64), **columns})
+
+
+_plan_of = lru_cache(maxsize=100)(plan_of)
+
+
+def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
+    """Return the sources when all have had a message that has all numbers, or is a picture.
+
+    Raises `RobotSilent` at the monotonic time `end_s`, and `BadSettings` if a message does not fit.
+    """
+    for each in sources:
+        wait_until(each.is_complete, end_s, f"no message on {each.topic}")
+    return sources
+
+
+def wait_until(condition: Callable[[], object], end_s: float, problem: str) -> None:
+    """Wait until a condition holds. Raise `RobotSilent` with `problem` at the monotonic time `end_s`."""
+    while not condition():
+        if time.monotonic() > end_s:
+            raise RobotSilent(f"{problem}. Start its node first")
+        time.sleep(POLL_S)
+
+
+def full_names(parts: Sequence[Any]) -> tuple[str, ...]:
+    """Return the names of the numbers of sources or commands, as in a data set: `arm.elbow`."""
+    return tuple(f"{each.source.short_name}.{name}" for each in parts for name in each.names)

@@ -1,0 +1,62 @@
+"""A person's commands: joysticks and leader arms that publish the numbers of an action."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipros.basics.env import Environment
+from pipros.data.datasets.config import read_config
+from pipros.data.live.commands import is_stopped_by_zeros
+from pipros.data.live.sources import LiveSource, full_names, wait_for_all
+from pipros.node import Node
+from pipros.safe.settings import BadSettings
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+class LiveTeleoperator:
+    """Reads actions from the topics that `teleop` names in `robot.yaml`. Not thread-safe.
+
+    Attributes:
+        action_names: as those of `LiveRobot`.
+    """
+
+    def __init__(self, path: str | Path, *, master_uri: str | None = None, timeout_s: float = 5.0) -> None:
+        """Connect, and wait until each topic has had a message. Raises the errors of `LiveRobot`."""
+        config = read_config(Path(path))
+        for each in config.actions:
+            if each.teleop in ("", each.topic):
+                raise BadSettings(f"{each.place}.teleop: must be a topic other than that of the commands")
+        environment = Environment(master_uri=master_uri) if master_uri else None
+        self._node = Node("pipros_teleoperator", anonymous=True, environment=environment)
+        self._node.start()
+        try:
+            sources = [LiveSource(self._node, each, each.teleop) for each in config.actions]
+            self._sources = wait_for_all(sources, time.monotonic() + timeout_s)
+        except BaseException:
+            self.close()
+            raise
+        self.action_names = full_names(self._sources)
+
+    def read(self) -> NDArray[np.float64]:
+        """Return the last action. A velocity that is older than its tolerance is zero.
+
+        Raises `RobotSilent` if messages lack numbers.
+        """
+        parts = []
+        for each in self._sources:
+            values = each.numbers()
+            is_old = each.age_s > each.source.tolerance
+            parts.append(
+                np.zeros_like(values) if is_old and is_stopped_by_zeros(each.source, each.type) else values
+            )
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._node.shutdown()
