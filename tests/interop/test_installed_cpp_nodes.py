@@ -35,6 +35,7 @@ def test_a_nodelet_is_loaded_into_a_genuine_manager(plain_ros: RosSystem, path: 
         side.environment["ROS_PACKAGE_PATH"] = path
     (plain_ros.home / "debayer.launch").write_text(LAUNCH)
     (plain_ros.home / "collect.py").write_text(COLLECT)
+    side.environment["PIPROS_NODELETS"] = "genuine"
     launch = side.start("roslaunch", "-p", str(plain_ros.port), "debayer.launch")
     launch.wait_for(r"process\[debayer-\d+\]: started")
 
@@ -49,7 +50,7 @@ def test_a_nodelet_is_loaded_into_a_genuine_manager(plain_ros: RosSystem, path: 
     [
         ("image_proc", "image_proc", "/usr/lib/image_proc"),
         ("image_rotate", "image_rotate", "/usr/lib/image_rotate"),
-        ("nodelet", "nodelet", "/usr/lib/nodelet"),
+        ("nodelet", "declared_nodelets", "/usr/lib/nodelet"),
         ("topic_tools", "throttle", f"{SHARED_PACKAGES}/topic_tools/scripts"),
         ("rosbag", "record", f"{SHARED_PACKAGES}/rosbag/"),
     ],

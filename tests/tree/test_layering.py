@@ -39,7 +39,7 @@ LAYERS: list[list[set[str]]] = [
             "vision",
             "markers",
         },
-        {"maps", "reconfiguring", "robot_model", "teleoperation", "topic_tools", "policy"},
+        {"maps", "nodelets", "reconfiguring", "robot_model", "teleoperation", "topic_tools", "policy"},
         {"server"},
     ],
     [

@@ -63,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         package = package_of_programs(index, package_name)
     except NotFound:
         print(f"[rospack] Error: package '{package_name}' not found", file=sys.stderr)
-        if not _print_advice(package_name, name, rest):
+        if not _print_advice(package_name):
             _suggest(package_name, [package.name for package in index])
             if index.advice:
                 print(f"[rosrun] {index.advice}", file=sys.stderr)
@@ -77,7 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             return NO_SUCH_COMMAND
         programs = list_executables(package)
         _report_missing_program(package, name, found, programs)
-        _print_advice(package_name, name, rest, programs)
+        _print_advice(package_name, programs)
         return NOT_FOUND
     environment = environment_of(program, os.environ)
     try:
@@ -145,14 +145,14 @@ def _print_search(found: Executables, name: str) -> None:
         print(f"[rosrun] Assuming {found.relay} is a devel-space relay for {found.runnable[1]}")
 
 
-def _print_advice(package: str, program: str, arguments: list[str], programs: Sequence[str] = ()) -> bool:
+def _print_advice(package: str, programs: Sequence[str] = ()) -> bool:
     """Print how to get a well-known package; return False if there is no advice.
 
     Uses stderr, so that stdout equals Noetic's.
     """
     from pipros.packages.well_known import why_not_here
 
-    reason = why_not_here(package, program, arguments, programs)
+    reason = why_not_here(package, programs)
     if reason:
         print(f"[rosrun] {reason}", file=sys.stderr)
     return reason is not None

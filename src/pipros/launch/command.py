@@ -13,6 +13,7 @@ from typing import NamedTuple
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
+from pipros.launch.nodelet_choice import why_not_loadable
 from pipros.packages.well_known import why_not_here
 from pipros.workspace.executables import Executables, find_executables, list_executables, package_of_programs
 from pipros.workspace.index import Package, PackageIndex
@@ -130,6 +131,8 @@ class CommandMaker:
         if log_stem:
             arguments.append(f"__log:={log_stem}.log")
         program = self._program(node)
+        if reason := why_not_loadable(node, {**self._environment, **overlay}):
+            raise CannotLaunch(reason, node)
         prefix = _words(node.launch_prefix, "launch-prefix", node)
         folder = program.parent if node.working_folder is WorkingFolder.NODE else self._ros_home
         variables = {**environment_of(program, self._environment), **overlay}
@@ -176,4 +179,4 @@ def _words(text: str, what: str, node: Node) -> list[str]:
 def _why_not_here(node: Node, package: Package | None = None) -> str | None:
     """Return advice if the node is from a well-known C++ package. `package` is None if it was not found."""
     programs = list_executables(package) if package else ()
-    return why_not_here(node.package, node.type, _words(node.arguments, "arguments", node), programs)
+    return why_not_here(node.package, programs)

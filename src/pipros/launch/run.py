@@ -23,6 +23,7 @@ from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
 from pipros.launch.managed_node import AfterExit, ManagedNode, ProcessInfo
 from pipros.launch.model import Launch, LaunchError, Node, Output
+from pipros.launch.nodelet_choice import with_choices
 from pipros.launch.param_upload import apply_parameters
 from pipros.launch.placement import Placement
 from pipros.launch.process import NodeProcess
@@ -96,7 +97,7 @@ class LaunchRun:
             numbers: the numbers at the end of process names; by default, 1, 2, 3, …
             on_end: called with the name and exit code of each process after its exit has been reported.
         """
-        self._launch = launch
+        self._launch, self._nodelet_lines = with_choices(launch)
         self._maker = maker
         self._master_uri = master_uri
         self._logs = logs
@@ -128,6 +129,8 @@ class LaunchRun:
         Raises:
             LaunchError: a program exists but cannot be started; nodes that were started earlier keep running.
         """
+        for line in self._nodelet_lines:
+            self._console.say(line)
         failed = []
         for node in self._launch.nodes:
             if self._stop_requests:

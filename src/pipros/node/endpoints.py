@@ -67,6 +67,8 @@ class Endpoints:
         address: the host and port at which peers reach the TCPROS port.
         local_name: the abstract socket name at which nodes of this machine reach it by a Unix stream, or
             None.
+        own_uri: the URI of the node's slave API if its topics hand messages over to each other; otherwise
+            None.
     """
 
     def __init__(
@@ -85,6 +87,7 @@ class Endpoints:
         self.port = port
         self.address = advertised.outside(port)
         self.local_name: str | None = None
+        self.own_uri: str | None = None
         numbers = itertools.count(1)
         self.attempts = Attempts(limits.connection_attempts, slow_s=timings.slow_attempt_s)
         self._context = NodeContext(
@@ -178,8 +181,19 @@ class Endpoints:
             publication.headers.update(headers or {})
             publication.set_queue_size(queue_size)
             if found is None:
+                self._join(publication, self.subscription(topic))
                 self._registrations.add(entry)
         return Publisher(publication, self._release_publication)
+
+    def _join(self, publication: Publication | None, subscription: Subscription | None) -> None:
+        """Let the node's own publication hand its messages over to its subscription.
+
+        If their classes differ, they are connected like those of two nodes.
+        """
+        if self.own_uri is None or publication is None or subscription is None:
+            return
+        if publication.message_class is subscription.message_class is not AnyMsg:
+            publication.hand_over_to(subscription.link_in_process(publication, self.own_uri))
 
     def restrict_publishing_to(self, thread: int) -> None:
         """Publish subsequent messages only if they come from `thread`; silently drop all others.
@@ -242,6 +256,7 @@ class Endpoints:
             subscription.set_queue_size(queue_size)
             give_latched = subscription.add(listener) if listener is not None else None
             if found is None:
+                self._join(self.publication(topic), subscription)
                 self._registrations.add(entry)
         if give_latched is not None:
             give_latched()

@@ -279,6 +279,18 @@ class Node:
         """
         self._shutdown_hooks.append(hook)
 
+    def remove_shutdown_hook(self, hook: Callable[[], object]) -> None:
+        """Forget a hook, if it was added."""
+        if hook in self._shutdown_hooks:
+            self._shutdown_hooks.remove(hook)
+
+    def hand_over_messages(self) -> None:
+        """Pass messages between the node's own topics as objects; see `pipros.node.in_process`.
+
+        Applies to topics that are advertised or subscribed to afterwards.
+        """
+        self.endpoints.own_uri = self.uri
+
     def shutdown_async(self, reason: str) -> None:
         """Shut the node down in another thread, for callers that must not block."""
         end = self._on_shutdown_request

@@ -20,6 +20,7 @@ from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
+from pipros.node.in_process import InProcessLink
 from pipros.node.message_batch import MessageBatch, flush_at_exit_and_fork
 from pipros.node.packet_sharing import PACKET_SHARING_BYTES, PacketSharing
 from pipros.node.publisher_link import PublisherLink
@@ -74,6 +75,7 @@ class Publication:
         self.is_latching = False
         self.links: tuple[PublisherLink, ...] = ()
         self._joining: tuple[PublisherLink, ...] = ()
+        self.links_in_process: tuple[InProcessLink, ...] = ()
         self.handles = 0
         self.headers: dict[str, str] = {}  # additional fields for the connection header
         self.listeners: list[PeerListener] = []
@@ -117,9 +119,14 @@ class Publication:
             if self.is_latching:
                 self._latched = message
             if not self.links and not self._joining:
+                if self.links_in_process:
+                    self._number(message)
+                    self._hand_over(message)
                 return
             self._published.value += 1
             data, size = self._serialized(message)
+            if self.links_in_process:
+                self._hand_over(message)
             if self._joining:
                 self._admit()
             links = self.links
@@ -140,6 +147,26 @@ class Publication:
                 return
         if is_shared and self.queue_size is None and self._shared is not None:
             self._shared.wait_for_space(links, self._context.limits.stall_s)
+
+    def _hand_over(self, message: Message) -> None:
+        for link in self.links_in_process:
+            link.put(message)
+
+    def hand_over_to(self, link: InProcessLink) -> None:
+        """Add a subscription of the same node, which gets the latched message, if there is one."""
+        with self._lock:
+            if self.is_latching and self._latched is not None:
+                self._number(self._latched)
+                link.put(self._latched)
+            self.links_in_process = (*self.links_in_process, link)
+        self._notify_listeners(lambda listener: listener.peer_subscribe(self.topic, self.publish, link.put))
+
+    def end_hand_over(self, link: InProcessLink) -> None:
+        """Remove a subscription of the same node."""
+        with self._links_lock:
+            self.links_in_process = tuple(each for each in self.links_in_process if each is not link)
+        left = len(self.links) + len(self.links_in_process)
+        self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, left))
 
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Send a message to a single subscriber."""
@@ -208,10 +235,7 @@ class Publication:
         if not self._context.connections.add_link(entry):
             refuse_connection(connection.sock, f"[{self._context.node_name}] has too many connections")
             return
-        answer = accept_topic_link(
-            self.topic, self._context.node_name, self.interface, latching=self.is_latching
-        )
-        header = encode_header({**self.headers, **answer})
+        header = encode_header(self.connection_header())
         link = self._link(connection, entry)
         entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
@@ -231,6 +255,13 @@ class Publication:
             if not interpreter_ends(error):
                 self._context.log.error("cannot serve a subscriber of [%s]: %s", self.topic, error)
             link.close()
+
+    def connection_header(self) -> dict[str, str]:
+        """Return the fields that a subscriber gets."""
+        answer = accept_topic_link(
+            self.topic, self._context.node_name, self.interface, latching=self.is_latching
+        )
+        return {**self.headers, **answer}
 
     def _link(self, connection: TcprosConnection, entry: LinkEntry) -> OutgoingLink:
         context, is_accepted = self._context, connection.fields.get(HEADER_FIELD) == ACCEPTED
@@ -309,6 +340,8 @@ class Publication:
         self.flush()
         self._is_closed = True
         self._sharing.close()
+        for link in self.links_in_process:
+            link.close()
         if end is None:
             end = time.monotonic() + self._context.timings.close_flush_s
         for peer in (*self._joining, *self.links):
@@ -329,12 +362,7 @@ class Publication:
 
     def _serialized(self, message: Message) -> tuple[WireMessage, int]:
         """Return the message in wire format, and its size including the length field."""
-        if self._has_header:
-            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # sequence numbers are uint32 and wrap around
-            header: Any = message.header  # type: ignore[attr-defined]
-            header.seq = self._sequence
-            if header.frame_id is None:
-                header.frame_id = "0"
+        self._number(message)
         buffers = self._encode(message)
         if len(buffers) == 1 and len(buffers[0]) <= JOIN_LIMIT_BYTES:
             size = len(buffers[0])
@@ -343,6 +371,14 @@ class Publication:
         if size <= JOIN_LIMIT_BYTES:
             return (b"".join((_pack_length(size), *buffers)),), size + 4
         return (_pack_length(size), *buffers), size + 4
+
+    def _number(self, message: Message) -> None:
+        if self._has_header:
+            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # sequence numbers are uint32 and wrap around
+            header: Any = message.header  # type: ignore[attr-defined]
+            header.seq = self._sequence
+            if header.frame_id is None:
+                header.frame_id = "0"
 
     def _detach(self, link: OutgoingLink, entry: LinkEntry) -> None:
         self._context.connections.remove(entry)
@@ -353,7 +389,7 @@ class Publication:
             self._sent.add(link.statistics)
             before, self.links = self.links, tuple(peer for peer in self.links if peer.link is not link)
             if self.links != before:
-                left = len(self.links)
+                left = len(self.links) + len(self.links_in_process)
                 self._notify_listeners(lambda listener: listener.peer_unsubscribe(self.topic, left))
         if link.end_reason:
             caller = " ".join(printable(peer.caller_id) for peer in ended)
@@ -394,7 +430,7 @@ class Publisher(Generic[AnyMessage]):
 
     @property
     def connection_count(self) -> int:
-        return len(self.publication.links)
+        return len(self.publication.links) + len(self.publication.links_in_process)
 
     def publish(self, message: AnyMessage) -> None:
         """Send a message to every subscriber; do nothing once the node has shut down.
@@ -412,6 +448,11 @@ class Publisher(Generic[AnyMessage]):
         number of closed links, each of which may have lost messages.
         """
         return self.publication.statistics()
+
+    @property
+    def is_registered(self) -> bool:
+        """Whether `unregister` has not been called."""
+        return self._release is not None
 
     def unregister(self) -> None:
         """Release the handle; releasing the last handle unregisters the topic. May be called repeatedly."""

@@ -20,6 +20,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.asyncio_support import MessageStream
 from pipros.node.codec import AnyMessage, decoder, encoder, view_decoder
 from pipros.node.context import NodeContext
+from pipros.node.in_process import InProcessLink, with_octets
 from pipros.node.latch import LastMessage, LatchedFirst
 from pipros.node.publisher_connector import LinkEnd, PublisherConnector
 from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
@@ -27,6 +28,7 @@ from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
+    from pipros.node.publisher import Publication
 
 
 REQUEST_DEADLINE_S = 10.0
@@ -59,7 +61,7 @@ class SubscriberLink(NamedTuple):
     uri: str
     caller_id: str
     number: int
-    link: IncomingLink
+    link: IncomingLink | InProcessLink
     last: LastMessage | None  # set only for latching publishers
 
 
@@ -150,7 +152,7 @@ class Subscription:
     def update_publishers(self, uris: Iterable[str]) -> None:
         """Apply a list of publishers from the master. Called from the event loop."""
         self._announcements += 1
-        self._connector.update(uris)
+        self._connector.update(self._others(uris))
 
     def ask_for_publishers(self) -> Callable[[Iterable[str]], object]:
         """Prepare a registration with the master.
@@ -164,9 +166,36 @@ class Subscription:
 
         def update(uris: Iterable[str]) -> None:
             if self._announcements == before:
-                self._connector.update(uris)
+                self._connector.update(self._others(uris))
 
         return lambda uris: self._context.loop.call(update, uris)
+
+    def _others(self, uris: Iterable[str]) -> Iterable[str]:
+        """Omit the node itself if it hands the topic's messages over."""
+        own = {peer.uri for peer in self.links if isinstance(peer.link, InProcessLink)}
+        return [uri for uri in uris if uri not in own] if own else uris
+
+    def link_in_process(self, publication: Publication, uri: str) -> InProcessLink:
+        """Return a new link over which a publication of the same node hands its messages over."""
+        header = publication.connection_header()
+        last = LastMessage() if publication.is_latching else None
+
+        def end(link: InProcessLink) -> None:
+            publication.end_hand_over(link)
+            self._remove_link(link)
+
+        link = InProcessLink(
+            self._context.node_name,
+            deliver=functools.partial(self._deliver_object, header, last),
+            delivery_lock=self._delivery_lock,
+            queue_size=self.queue_size,
+            on_closed=end,
+        )
+        peer = SubscriberLink(uri, self._context.node_name, self._context.next_link_number(), link, last)
+        with self._lock:
+            self.links = (*self.links, peer)
+        link.start()
+        return link
 
     @property
     def attempts(self) -> int:
@@ -313,6 +342,18 @@ class Subscription:
             except Exception as error:
                 self._log_bad_callback(listener, error)
 
+    def _deliver_object(self, header: Mapping[str, str], last: LastMessage | None, message: Any) -> None:
+        """Call the callbacks with a message of the same node."""
+        message._connection_header = header
+        with self._lock:
+            if last is not None:
+                last.message = message
+            listeners = self.listeners
+        if self.observe is not None:
+            self._observe(header, 0, message)
+        for listener in listeners:
+            self._call_back(listener, with_octets(message, as_arrays=listener.takes_views))
+
     def _deliver_views(
         self, header: Mapping[str, str], last: LastMessage | None, data: memoryview | bytes
     ) -> None:
@@ -373,7 +414,7 @@ class Subscription:
             return
         self._context.log.error("bad callback: %s", listener.callback, exc_info=error)
 
-    def _remove_link(self, link: IncomingLink) -> None:
+    def _remove_link(self, link: IncomingLink | InProcessLink) -> None:
         with self._lock:
             self.links = tuple(peer for peer in self.links if peer.link is not link)
             self.links_ended += 1
@@ -439,6 +480,11 @@ class Subscriber(Generic[AnyMessage]):
         read; and `links_ended`, the number of closed links, each of which may have lost messages.
         """
         return self.subscription.statistics()
+
+    @property
+    def is_registered(self) -> bool:
+        """Whether `unregister` has not been called."""
+        return self._release is not None
 
     def unregister(self) -> None:
         """Remove the callback; removing the last callback unregisters the topic. May be called repeatedly."""

@@ -5,17 +5,17 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from pipros.basics.rooms import all_offered, offered
+from pipros.packages.nodelets import package_of
 
 _NAMES = """
     amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
     depthimage_to_laserscan dwa_local_planner explore_lite filters freenect_launch gazebo gazebo_plugins
     gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hls_lfcd_lds_driver hokuyo_node
     image_proc image_publisher image_rotate laser_assembler laser_filters mavros move_base move_group
-    moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant navfn nodelet octomap_server
+    moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant navfn octomap_server
     opencv_apps openni2_camera openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera
     robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
@@ -70,15 +70,10 @@ _QT_NAMES = """
 _QT = frozenset(_QT_NAMES.split())
 """rqt plugins that pipros does not replace."""
 
-_PACKAGE_OF_PLUGINS = {"pcl": "pcl_ros"}
-"""Prefixes of nodelets that are not the name of their package."""
-
-_PLUGIN = re.compile(r"(\w+)/(\S+)")
-
 
 def why_missing(package: str) -> str | None:
     """Return advice on a package that was not found, or None if the package is unknown."""
-    return why_not_here(package, "")
+    return why_not_here(package)
 
 
 def why_no_command(name: str) -> str | None:
@@ -88,13 +83,10 @@ def why_no_command(name: str) -> str | None:
     return why_missing(_PACKAGE_OF_COMMAND.get(name, ""))
 
 
-def why_not_here(
-    package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
-) -> str | None:
+def why_not_here(package: str, programs: Iterable[str] = ()) -> str | None:
     """Return why pipros lacks a program and how to install it, or None if the package is unknown.
 
     Args:
-        arguments: the program's arguments; for `nodelet`, they name the plugin.
         programs: the package's programs that were found on this machine. If there are any other than
             `.cfg` files, nothing is missing, and the result is None.
     """
@@ -117,27 +109,19 @@ def why_not_here(
         )
     if (package not in COMPILED and package not in _STARTING) or is_here:
         return None
-    plugins: list[str] = []
     what = f"The programs of {package} are written in C++, and are not part of pipros, which is pure Python."
     if package in _STARTING:
         what = f"{package} starts programs in C++, which are not part of pipros: {_STARTING[package]}."
-    if package == "nodelet":
-        what = "nodelet loads C++ plugins, which pipros, being pure Python, cannot do."
-        plugin = _plugin(program, arguments)
-        if plugin is not None:
-            plugins.append(plugin[1])
-            what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, being pure Python, cannot load."
     instead = next((each[package] for each in all_offered("instead") if package in each), "")
     here = f" On this machine, {instead}" if instead else ""
     from pipros.packages.apt_names import how_to_have
 
-    return f"{what} {how_to_have([package], plugins)}{here}"
+    return f"{what} {how_to_have([package])}{here}"
 
 
-def _plugin(program: str, arguments: Sequence[str]) -> tuple[str, str] | None:
-    """Return a nodelet's plugin and its package from `load pkg/Plugin manager` or `standalone …`."""
-    words = [word for word in arguments if ":=" not in word]
-    if program != "nodelet" or len(words) < 2 or words[0] not in ("load", "standalone"):
-        return None
-    found = _PLUGIN.fullmatch(words[1])
-    return None if found is None else (words[1], _PACKAGE_OF_PLUGINS.get(found[1], found[1]))
+def why_no_nodelet(plugin: str) -> str:
+    """Return why pipros cannot load a nodelet, and how to install the C++ plugin."""
+    from pipros.packages.apt_names import how_to_have
+
+    what = f"The nodelet {plugin} is a C++ plugin, which pipros, being pure Python, cannot load."
+    return f"{what} {how_to_have(['nodelet'], [package_of(plugin)])}"

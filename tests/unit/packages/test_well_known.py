@@ -10,7 +10,7 @@ from pipros.cli.rosmsg import main as rosmsg
 from pipros.cli.rosrun import main
 from pipros.launch.find_launch_files import find_in_package
 from pipros.launch.model import LaunchError
-from pipros.packages.well_known import why_missing, why_no_command, why_not_here
+from pipros.packages.well_known import why_missing, why_no_command, why_no_nodelet, why_not_here
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.setup_files import SHELL_FOLDER
 from tests.support.debian_system import make_debian
@@ -24,14 +24,14 @@ def on_debian(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_program_in_c_plus_plus_names_its_package() -> None:
-    assert why_not_here("move_base", "move_base") == (
+    assert why_not_here("move_base") == (
         "The programs of move_base are written in C++, and are not part of pipros, which is pure Python. "
         "Debian has no package of move_base. Run it where ROS 1 Noetic is installed (Ubuntu 20.04: apt-get "
         "install ros-noetic-move-base): with this machine's ROS_MASTER_URI, it joins the same graph. On this "
         "machine, roslaunch pipros_sim localized.launch simulates a robot with a map and amcl_pose; it "
         "neither maps nor plans."
     )
-    assert why_not_here("my_package", "node") is None
+    assert why_not_here("my_package") is None
 
 
 def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
@@ -61,26 +61,17 @@ def test_the_shell_functions_know_the_same_commands(shell: str) -> None:
 
 
 def test_a_package_with_programs_of_this_machine_is_not_called_compiled() -> None:
-    assert why_not_here("turtlesim", "turtlesim", (), ["turtlesim_node"]) is None
-    assert why_not_here("move_base", "move_base", (), ["MoveBase.cfg"])
+    assert why_not_here("turtlesim", ["turtlesim_node"]) is None
+    assert why_not_here("move_base", ["MoveBase.cfg"])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (
-            ["load", "depth_image_proc/point_cloud_xyz", "manager"],
-            "The nodelet depth_image_proc/point_cloud_xyz",
-        ),
-        (["standalone", "pcl/VoxelGrid", "~input:=a"], "apt-get install libnodeletlib-tools libpcl-ros-dev"),
-        (["load", "velodyne_pointcloud/CloudNodelet", "m"], "Debian has no package of velodyne_pointcloud."),
-        (["manager"], "nodelet loads C++ plugins, which pipros, being pure Python, cannot do. Debian has it"),
-        (["load"], "nodelet loads C++ plugins"),
-        ([], "Debian has it: apt-get install libnodeletlib-tools"),
-    ],
-)
-def test_a_nodelet_names_its_plugin(arguments: list[str], says: str) -> None:
-    assert says in str(why_not_here("nodelet", "nodelet", arguments))
+def test_a_nodelet_names_its_plugin() -> None:
+    assert why_no_nodelet("pcl/VoxelGrid") == (
+        "The nodelet pcl/VoxelGrid is a C++ plugin, which pipros, being pure Python, cannot load. Debian has "
+        "it: apt-get install libnodeletlib-tools libpcl-ros-dev"
+    )
+    advice = why_no_nodelet("velodyne_pointcloud/CloudNodelet")
+    assert "Debian has no package of velodyne_pointcloud." in advice
 
 
 @pytest.mark.parametrize(
@@ -108,7 +99,7 @@ def test_advice_names_the_package_of_the_running_distribution(
     assert advice in str(why_missing("image_proc"))
 
 
-@pytest.mark.parametrize(("package", "code"), [("nodelet", 3), ("move_base", 2)])
+@pytest.mark.parametrize(("package", "code"), [("gmapping", 2), ("move_base", 2)])
 def test_rosrun_adds_advice_after_noetics_line(
     package: str,
     code: int,
@@ -122,7 +113,7 @@ def test_rosrun_adds_advice_after_noetics_line(
     assert main([package, package, "load", "image_proc/debayer"]) == code
 
     complaint = capsys.readouterr().err
-    assert f"ros-noetic-{package.replace('_', '-')}" in complaint or "libnodeletlib-tools" in complaint
+    assert f"ros-noetic-{package.replace('_', '-')}" in complaint
     assert "source the setup file" not in complaint  # that would not help
 
 
@@ -139,7 +130,7 @@ def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
         "rosserial_python does not come with pipros, but needs no compiler: its sources on "
         "ROS_PACKAGE_PATH are enough. git clone them into the src folder of a workspace."
     )
-    assert why_not_here("smach", "viewer", (), ["viewer"]) is None
+    assert why_not_here("smach", ["viewer"]) is None
     assert why_missing("my_package") is None
 
 

@@ -1,0 +1,122 @@
+"""Choose between Python and the genuine C++ program for each nodelet manager of a launch.
+
+All nodelets of a manager share its process, so they are either all in Python or all C++ plugins. Python is
+chosen if it has all of them, or if the genuine ones are not all installed; then, those that Python lacks fail
+with an error that names their package.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from pipros.basics import names
+from pipros.launch.model import Launch, Node
+from pipros.packages.nodelets import (
+    CHOICE_VARIABLE,
+    GENUINE,
+    OURS,
+    InvalidChoice,
+    chosen,
+    python_nodelet,
+)
+from pipros.packages.well_known import why_no_nodelet
+from pipros.workspace.compiled_nodelets import loadable_nodelets
+
+_WHY_MIXED = (
+    f"The nodelet {{}} is a C++ plugin, but its manager is in Python, because {CHOICE_VARIABLE} says so, or "
+    "because not all of its other nodelets are installed as C++ plugins. Use another manager for it."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class NodeletArguments:
+    """The arguments of a node that runs `nodelet`.
+
+    Attributes:
+        command: `load`, `standalone`, `manager` or another word.
+        plugin: what is loaded; empty for other commands.
+        manager: the full name of the manager, for `load`.
+    """
+
+    command: str
+    plugin: str = ""
+    manager: str = ""
+
+
+def arguments_of(node: Node) -> NodeletArguments | None:
+    """Return the arguments if the node runs `nodelet` with a subcommand, otherwise None."""
+    if (node.package, node.type) != ("nodelet", "nodelet"):
+        return None
+    try:
+        words = [word for word in shlex.split(node.arguments) if ":=" not in word]
+    except ValueError:  # reported when the node is started
+        return None
+    match words:
+        case ["load", plugin, manager, *_]:
+            return NodeletArguments("load", plugin, names.resolve(manager, node.full_name))
+        case ["standalone", plugin, *_]:
+            return NodeletArguments("standalone", plugin)
+        case [command, *_]:
+            return NodeletArguments(command)
+    return None
+
+
+def with_choices(
+    launch: Launch,
+    compiled: Callable[[], Mapping[str, str]] = loadable_nodelets,
+    variables: Mapping[str, str] = os.environ,
+) -> tuple[Launch, Sequence[str]]:
+    """Return the launch, in which the nodes of managers have `PIPROS_NODELETS`, and lines for the log.
+
+    Nodes that already have the variable keep its value. The lines name the nodelets that run in Python.
+
+    Args:
+        compiled: returns the packages of the installed C++ plugins.
+    """
+    found = {node.full_name: each for node in launch.nodes if (each := arguments_of(node))}
+    if not found:
+        return launch, ()
+    general = variables.get(CHOICE_VARIABLE, "")
+    plugins = {
+        name: [each.plugin for each in found.values() if each.manager == name]
+        for name, manager in found.items()
+        if manager.command == "manager"
+    }
+    choices = dict.fromkeys(plugins, general)
+    if not general:
+        for name, wanted in plugins.items():
+            if not all(map(python_nodelet, wanted)):
+                installed = compiled()
+                choices[name] = GENUINE if all(each in installed for each in wanted) else OURS
+    nodes = []
+    lines = []
+    for node in launch.nodes:
+        each = found.get(node.full_name)
+        choice = choices.get(each.manager or node.full_name, general) if each else ""
+        if choice and CHOICE_VARIABLE not in dict(node.environment):
+            node = replace(node, environment=(*node.environment, (CHOICE_VARIABLE, choice)))
+        if each and each.plugin and choice != GENUINE and python_nodelet(each.plugin):
+            lines.append(f"nodelet {node.full_name} ({each.plugin}) runs in Python")
+        nodes.append(node)
+    return replace(launch, nodes=tuple(nodes)), lines
+
+
+def why_not_loadable(node: Node, variables: Mapping[str, str]) -> str | None:
+    """Return why a node's nodelet cannot be loaded, or None.
+
+    Args:
+        variables: the environment of the node.
+    """
+    each = arguments_of(node)
+    try:
+        choice = chosen(variables)
+    except InvalidChoice as error:
+        return str(error) if each else None
+    if each is None or not each.plugin or choice == GENUINE or python_nodelet(each.plugin):
+        return None
+    if each.plugin in loadable_nodelets():
+        return None if choice != OURS else _WHY_MIXED.format(each.plugin)
+    return why_no_nodelet(each.plugin)

@@ -1,0 +1,39 @@
+"""Run a single nodelet in Python as a node of its own."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import Final
+
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.nodelets.hosting import CannotLoad, Hosting
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+from pipros.packages.nodelets import package_of
+
+FAILED: Final = 255
+
+
+@exits_after_ctrl_c()
+def main(plugin: str, node_name: str, argv: Sequence[str] | None = None) -> int:
+    """Run the nodelet until the node is shut down. Return the exit code.
+
+    Args:
+        plugin: the nodelet, such as `pcl/VoxelGrid`.
+        node_name: the default name of the node.
+        argv: the command-line arguments; defaults to those of the process.
+    """
+    with roscpp_program(node_name, package_of(plugin), argv) as (node, log):
+        return run_alone(node, log, plugin)
+
+
+def run_alone(node: Node, log: logging.Logger, plugin: str, arguments: Sequence[str] = ()) -> int:
+    """Load a nodelet with the names of a node, and wait until the node is shut down. Return the exit code."""
+    try:
+        Hosting(node).load(node.name, plugin, arguments=arguments)
+    except CannotLoad as error:
+        log.critical("Failed to load nodelet '%s' of type '%s': %s", node.name, plugin, error)
+        return FAILED
+    node.wait_for_shutdown()
+    return 0

@@ -1,0 +1,120 @@
+"""Nodelets within the process of one node: start them, and end them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.nodelets.input_watch import InputWatch
+from pipros.node import Node
+from pipros.node.hosted_node import HostedNode
+from pipros.node.log import ros_logger
+from pipros.packages.nodelets import python_nodelet
+from pipros.packages.well_known import why_no_nodelet
+
+
+class CannotLoad(PiprosError):
+    """A nodelet is unknown, cannot be constructed, or has the name of another one."""
+
+
+class Hosting:
+    """The nodelets of one process, by name. Methods may be called from any thread."""
+
+    def __init__(self, host: Node) -> None:
+        """Prepare the node, which must have been started."""
+        self._host = host
+        self._nodelets: dict[str, HostedNode | None] = {}  # None while it is being constructed
+        self._types: dict[str, str] = {}
+        self._lock = threading.Lock()
+        self.watch = InputWatch(host, self.loaded)
+        host.hand_over_messages()
+
+    def names(self) -> list[str]:
+        """Return the full names of the nodelets, sorted."""
+        return sorted(self._nodelets)
+
+    def loaded(self) -> list[tuple[HostedNode, str]]:
+        """Return the nodelets with their plugin names, sorted by name."""
+        with self._lock:
+            return [(node, self._types[name]) for name, node in sorted(self._nodelets.items()) if node]
+
+    def load(
+        self,
+        name: str,
+        plugin: str,
+        *,
+        remappings: Mapping[str, str] | None = None,
+        arguments: Sequence[str] = (),
+    ) -> None:
+        """Construct a nodelet.
+
+        Args:
+            name: its full name.
+            remappings: global names by global name.
+            arguments: its command-line words.
+
+        Raises:
+            CannotLoad: Python does not have the plugin, the name is in use, or the constructor failed.
+        """
+        with self._lock:
+            if name in self._nodelets:
+                raise CannotLoad(f"a nodelet named [{name}] is already loaded")
+            self._nodelets[name] = None
+        try:
+            made = class_of(plugin)
+            log = ros_logger(f"ros.nodelet.{name}")
+            node = HostedNode(self._host, name, remappings=remappings, arguments=arguments, log=log)
+            try:
+                nodelet = made(node)
+            except BaseException:
+                node.shutdown("it failed to start")
+                raise
+        except CannotLoad:
+            self._forget(name)
+            raise
+        except Exception as error:
+            self._forget(name)
+            raise CannotLoad(f"{plugin} failed to start: {error}") from error
+        close = getattr(nodelet, "close", None)
+        if close is not None:
+            node.on_shutdown(close)
+        with self._lock:
+            self._nodelets[name], self._types[name] = node, plugin
+        if self._host.is_ending:
+            node.shutdown("its host ends")
+
+    def unload(self, name: str) -> bool:
+        """End a nodelet. Return False if there is none with that full name."""
+        with self._lock:
+            node = self._nodelets.get(name)
+            if node is None:
+                return False
+            del self._nodelets[name]
+            del self._types[name]
+        node.shutdown("it is unloaded")
+        return True
+
+    def _forget(self, name: str) -> None:
+        with self._lock:
+            del self._nodelets[name]
+
+
+def class_of(plugin: str) -> Any:
+    """Import and return the class of a nodelet.
+
+    Raises:
+        CannotLoad: Python does not have the nodelet, or its module cannot be imported.
+    """
+    target = python_nodelet(plugin)
+    if target is None:
+        raise CannotLoad(why_no_nodelet(plugin))
+    module, _, name = target.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except PiprosError as error:  # an extra is missing; the message names it
+        raise CannotLoad(str(error)) from error
+    except (ImportError, AttributeError) as error:
+        raise CannotLoad(f"the class {target} of {plugin} cannot be imported: {error}") from error

@@ -1,0 +1,111 @@
+"""`nodelet load` and `nodelet unload`: a node that stands for a nodelet of a manager."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import uuid
+from collections.abc import Sequence
+from typing import Any, Final
+
+from pipros.basics import names
+from pipros.basics.errors import Interrupted, PiprosError
+from pipros.libraries.bonds.node_bond import NodeBond
+from pipros.msg import load_service_class
+from pipros.node import Node
+
+FAILED: Final = 255
+"""Exit code of failed commands."""
+
+WAIT_S: Final = 10.0
+"""Interval of the warnings about a manager that is missing."""
+
+_UNLOAD_S: Final = 0.4
+"""How long the loader waits for the manager when it ends itself."""
+
+
+def manager_name(node: Node, manager: str) -> str:
+    """Return the full name of a manager, as `nodelet load` resolves it."""
+    return names.resolve(manager, node.name, node.identity.remappings)
+
+
+def load(
+    node: Node, log: logging.Logger, plugin: str, manager: str, arguments: Sequence[str], *, has_bond: bool
+) -> int:
+    """Ask a manager to load a nodelet with the node's name, and wait until either ends.
+
+    Return the exit code.
+
+    Args:
+        arguments: the command-line words of the nodelet.
+        has_bond: whether the manager unloads the nodelet when this process ends without notice.
+    """
+    own = node.identity.remappings
+    log.info(
+        "Loading nodelet %s of type %s to manager %s with the following remappings:%s",
+        node.name,
+        plugin,
+        manager,
+        "".join(f"\n{source} -> {target}" for source, target in own.items()),
+    )
+    place = manager_name(node, manager)
+    service = load_service_class("nodelet/NodeletLoad")
+    client = node.client(f"{place}/load_nodelet", service)
+    bond_id = f"{node.name}_{uuid.uuid4()}" if has_bond else ""
+    try:
+        while not client.wait_until_available(WAIT_S, pause=node.clock.sleep, report=log.warning):
+            log.warning("Waiting for service %s to be available...", client.service)
+        client.call(
+            service._request_class(node.name, plugin, [*own], [*own.values()], list(arguments), bond_id)
+        )
+    except Interrupted:
+        return 0
+    except PiprosError as error:
+        if node.is_shutdown:
+            return 0
+        log.critical(
+            "Failed to load nodelet '%s' of type '%s' to manager '%s': %s", node.name, plugin, manager, error
+        )
+        return FAILED
+    broken = threading.Event()
+    bond: NodeBond | None = None
+
+    def end() -> None:
+        if not broken.is_set():
+            _unload(node, log, place, node.name, _UNLOAD_S)
+
+    # Before the bond's own hook, so that the nodelet has ended when the bond is broken.
+    node.on_shutdown(end)
+    if has_bond:
+
+        def on_broken() -> None:
+            broken.set()
+            log.info("Bond broken, exiting")
+            node.shutdown_async("the bond is broken")
+
+        bond = NodeBond(node, f"{place}/bond", bond_id, on_broken)
+    node.wait_for_shutdown()
+    del bond
+    return 0
+
+
+def unload(node: Node, log: logging.Logger, name: str, manager: str) -> int:
+    """Ask a manager to unload a nodelet. Return the exit code."""
+    log.info("Unloading nodelet %s from manager %s", name, manager)
+    if _unload(node, log, manager_name(node, manager), name, WAIT_S):
+        return 0
+    log.critical("Failed to unload nodelet '%s' from manager '%s'", name, manager)
+    return FAILED
+
+
+def _unload(node: Node, log: logging.Logger, place: str, name: str, timeout_s: float) -> bool:
+    service: Any = load_service_class("nodelet/NodeletUnload")
+    try:
+        node.client(f"{place}/unload_nodelet", service).call(service._request_class(name), timeout_s)
+    except PiprosError as error:
+        log.warning(
+            "Couldn't find service %s/unload_nodelet, perhaps the manager is already shut down", place
+        )
+        log.debug("%s", error)
+        return False
+    return True

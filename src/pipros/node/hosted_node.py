@@ -1,0 +1,176 @@
+"""A node without ports, inside the process of another node: the node of a nodelet."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from threading import get_ident
+from typing import Any
+
+from pipros.basics import names
+from pipros.basics.interruptible_wait import OnceEvent
+from pipros.node.clock import Clock
+from pipros.node.codec import AnyMessage
+from pipros.node.identity import Identity
+from pipros.node.node import Node
+from pipros.node.open_calls import OpenCalls
+from pipros.node.params import Parameters
+from pipros.node.publisher import Publisher
+from pipros.node.service_server import ServiceClass, ServiceServer
+from pipros.node.subscriber import NO_ARGS, Subscriber
+
+
+class HostedNode(Node):
+    """Names, parameters, remappings and handles of a nodelet; ports, clock and master are those of its host.
+
+    The master knows only the host, so a topic that the nodelet advertises belongs to the host. `shutdown`
+    ends the nodelet alone: it runs the hooks, and releases all handles. The end of the host does the same.
+    Messages between hosted nodes of one host are handed over as objects, so a message must not be changed
+    after it was published.
+
+    Attributes:
+        arguments: the command-line words of the nodelet, without remappings.
+    """
+
+    def __init__(
+        self,
+        host: Node,
+        name: str,
+        *,
+        remappings: Mapping[str, str] | None = None,
+        arguments: Sequence[str] = (),
+        log: logging.Logger | None = None,
+    ) -> None:
+        """Create the node. The host must have been started.
+
+        Args:
+            name: the full name, such as `/camera/debayer`.
+            remappings: global names by global name. Those of the host apply to the result.
+            arguments: the command-line words of the nodelet.
+            log: defaults to the host's logger.
+        """
+        host.hand_over_messages()
+        self.host = host
+        self.arguments = tuple(arguments)
+        own = {source: host.resolve(target) for source, target in (remappings or {}).items()}
+        self.identity = Identity(
+            name,
+            names.namespace(name),
+            names.parse_arguments(()),
+            {**host.identity.remappings, **own},
+            host.environment,
+        )
+        self.name = name
+        self.namespace = self.identity.namespace
+        self.environment = host.environment
+        self.resolve = self.identity.resolve
+        self.limits = host.limits
+        self.log = log or host.log
+        self.master = host.master
+        self.params = Parameters(host.master, self.resolve, host._registrations_if_started)
+        self._timings = host._timings
+        self._on_shutdown_request = self.shutdown
+        self._calls = OpenCalls()
+        self._loop = host._loop
+        self._running = host._running
+        self._lock = threading.Lock()
+        self._ending_thread: int | None = None
+        self._ended = OnceEvent()
+        self._shutdown_hooks: list[Callable[[], object]] = []
+        self._handles: list[Publisher[Any] | Subscriber[Any]] = []
+        self._servers: list[ServiceServer] = []
+        host.on_shutdown(self._end_with_host)
+
+    @property
+    def clock(self) -> Clock:  # type: ignore[override]
+        """The clock of the host."""
+        return self.host.clock
+
+    def start(self) -> None:
+        """Do nothing: the host has been started."""
+
+    def _end_with_host(self) -> None:
+        self.shutdown("its host ends")
+
+    def shutdown(self, reason: str = "") -> None:
+        """Run the hooks, and release all handles. Blocks until done; may be called repeatedly."""
+        with self._lock:
+            is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
+        if not is_first:
+            if self._ending_thread != get_ident():
+                self._ended.wait()
+            return
+        self.log.debug("%s ends: %s", self.name, reason)
+        self._calls.interrupt_present()
+        for hook in list(self._shutdown_hooks):
+            try:
+                hook()
+            except Exception:
+                self.log.exception("a shutdown hook of %s failed", self.name)
+        self._calls.interrupt()
+        self.host.remove_shutdown_hook(self._end_with_host)
+        # The subscribers end first, so that no callback publishes on a topic that has ended.
+        for handle in sorted(self._handles, key=lambda each: isinstance(each, Publisher)):
+            handle.unregister()
+        for server in self._servers:
+            self.endpoints.stop_serving(server)
+        self._ended.set()
+
+    def advertise(
+        self,
+        topic: str,
+        message_class: type[AnyMessage],
+        *,
+        queue_size: int | None = 10,
+        latch: bool = False,
+    ) -> Publisher[AnyMessage]:
+        """Advertise a topic; see `Node.advertise`. It ends with the nodelet."""
+        publisher = super().advertise(topic, message_class, queue_size=queue_size, latch=latch)
+        self._keep(publisher)
+        return publisher
+
+    def subscribe(
+        self,
+        topic: str,
+        message_class: type[AnyMessage],
+        callback: Callable[..., object] | None = None,
+        *,
+        callback_args: object = NO_ARGS,
+        queue_size: int | None = None,
+        tcp_nodelay: bool = True,
+        zero_copy: bool = False,
+    ) -> Subscriber[AnyMessage]:
+        """Subscribe to a topic; see `Node.subscribe`. The subscription ends with the nodelet."""
+        subscriber = super().subscribe(
+            topic,
+            message_class,
+            callback,
+            callback_args=callback_args,
+            queue_size=queue_size,
+            tcp_nodelay=tcp_nodelay,
+            zero_copy=zero_copy,
+        )
+        self._keep(subscriber)
+        return subscriber
+
+    def serve(
+        self,
+        service: str,
+        service_class: ServiceClass,
+        handler: Callable[[Any], Any],
+        on_error: Callable[[BaseException], object] | None = None,
+    ) -> ServiceServer:
+        """Offer a service; see `Node.serve`. It ends with the nodelet."""
+        server = super().serve(service, service_class, handler, on_error)
+        self._servers.append(server)
+        return server
+
+    @property
+    def subscribers(self) -> Sequence[Subscriber[Any]]:
+        """The handles of the topics that the nodelet receives."""
+        return [each for each in self._handles if isinstance(each, Subscriber) and each.is_registered]
+
+    def _keep(self, handle: Publisher[Any] | Subscriber[Any]) -> None:
+        # Lazy nodelets subscribe again and again, so the handles that have ended are forgotten.
+        self._handles = [*(each for each in self._handles if each.is_registered), handle]

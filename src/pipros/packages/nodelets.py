@@ -1,0 +1,118 @@
+"""Nodelets by name: those in Python, and C++ plugins that are installed on this machine.
+
+`PLUGINS` lists the nodelets of pipros. Other distributions add theirs with entry points of the group
+`pipros.nodelets`, whose names are plugin names (`my_package/MyNodelet`) and whose values name classes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from importlib.metadata import entry_points
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
+from pipros.packages.system_packages import manifest_folders
+from pipros.safe import xml
+
+_KIND = "nodelets"
+ENTRY_POINTS: Final = f"pipros.{_KIND}"
+
+CHOICE_VARIABLE: Final = "PIPROS_NODELETS"
+"""Environment variable that selects the implementation of a manager's nodelets."""
+
+OURS: Final = "ours"
+GENUINE: Final = "genuine"
+
+PLUGINS: Final[Mapping[str, str]] = {}
+"""The nodelets of pipros. Their modules are relative to `pipros.libraries`."""
+
+_PACKAGE_OF_PREFIX = {"pcl": "pcl_ros"}
+"""Prefixes of plugin names that are not the name of a package."""
+
+
+class InvalidChoice(PiprosError, ValueError):
+    """`PIPROS_NODELETS` has an unknown value."""
+
+
+def chosen(variables: Mapping[str, str] = os.environ) -> str:
+    """Return the implementation that `PIPROS_NODELETS` selects; empty if it is unset.
+
+    Raises:
+        InvalidChoice: it is neither `ours` nor `genuine`.
+    """
+    value = variables.get(CHOICE_VARIABLE, "")
+    if value not in ("", OURS, GENUINE):
+        raise InvalidChoice(f"{CHOICE_VARIABLE} must be {OURS} or {GENUINE}, got [{value}]")
+    return value
+
+
+def python_nodelet(plugin: str) -> str | None:
+    """Return the class of a nodelet as `module:name`, or None if there is none in Python."""
+    if plugin in PLUGINS:
+        return f"pipros.libraries.{PLUGINS[plugin]}"
+    return _of_others().get(plugin)
+
+
+def python_nodelets() -> list[str]:
+    """Return the names of all nodelets in Python, sorted."""
+    return sorted({*PLUGINS, *_of_others()})
+
+
+@cache
+def _of_others() -> Mapping[str, str]:
+    return {point.name: point.value for point in entry_points(group=ENTRY_POINTS)}
+
+
+def package_of(plugin: str) -> str:
+    """Return the package that a plugin's name starts with, such as `pcl_ros` for `pcl/VoxelGrid`."""
+    prefix = plugin.partition("/")[0]
+    return _PACKAGE_OF_PREFIX.get(prefix, prefix)
+
+
+def compiled_nodelets(folders: Iterable[str] = ()) -> dict[str, str]:
+    """Return the package of each C++ nodelet that a package on this machine describes, by plugin name.
+
+    Args:
+        folders: packages to search before those of the system. Unreadable descriptions are skipped.
+    """
+    found: dict[str, str] = {}
+    for folder in (*folders, *manifest_folders()):
+        for description in _descriptions(folder):
+            for name in _names(description):
+                found.setdefault(name, os.path.basename(folder))
+    return found
+
+
+def _root(path: str) -> xml.Element | None:
+    try:
+        # A description may have several roots.
+        return xml.parse(f"<all>{_without_declaration(read_text(path))}</all>", path)
+    except (PiprosError, OSError):
+        return None
+
+
+def _without_declaration(text: str) -> str:
+    start, end, rest = text.partition("?>")
+    return rest if end and start.lstrip().startswith("<?xml") else text
+
+
+def _descriptions(folder: str) -> Iterator[str]:
+    manifest = _root(os.path.join(folder, "package.xml"))
+    package = manifest.first("package") if manifest else None
+    for export in package.all("export") if package else ():
+        for each in export.all("nodelet"):
+            if plugin := each.attributes.get("plugin"):
+                yield plugin.replace("${prefix}", folder)
+
+
+def _names(description: str) -> Iterator[str]:
+    root = _root(description)
+    libraries = [] if root is None else [*root.all("library")]
+    for group in root.all("class_libraries") if root else ():
+        libraries += group.all("library")
+    for library in libraries:
+        for each in library.all("class"):
+            yield each.attributes.get("name") or each.attributes.get("type", "")

@@ -1,0 +1,214 @@
+"""Nodelets in Python: managers, loaders, bonds, names, and messages within one process."""
+
+from __future__ import annotations
+
+import signal
+from typing import Any
+
+import pytest
+
+from pipros.basics.env import Environment
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+from pipros.node.hosted_node import HostedNode
+from tests.support.nodes import Inbox, wait_until_connected
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+String: Any = load_message_class("std_msgs/String")
+Image: Any = load_message_class("sensor_msgs/Image")
+
+PLUGINS = """
+from pipros.msg import load_message_class
+
+String = load_message_class("std_msgs/String")
+
+class Relay:
+    def __init__(self, node):
+        self.node = node
+        self.suffix = str(node.params.get("~suffix"))
+        self.output = node.advertise("~out", String, queue_size=10)
+        node.subscribe("in", String, self.relay, queue_size=10)
+        node.log.info("words %s", node.arguments)
+
+    def relay(self, message):
+        self.output.publish(String(f"{message.data} {self.suffix}"))
+
+    def close(self):
+        self.node.log.info("closed %s", self.node.name)
+
+class Broken:
+    def __init__(self, node):
+        node.advertise("never", String)
+        raise ValueError("no luck")
+"""
+
+LAUNCH = """<launch>
+  <node name="mgr" pkg="nodelet" type="nodelet" args="manager" output="screen"/>
+  <group ns="robot">
+    <node name="one" pkg="nodelet" type="nodelet" args="load demo/Relay /mgr a b" output="screen">
+      <param name="suffix" value="1"/><remap from="in" to="/words"/>
+    </node>
+    <node name="two" pkg="nodelet" type="nodelet" args="load demo/Relay /mgr" output="screen">
+      <param name="suffix" value="2"/><remap from="in" to="one/out"/>
+    </node>
+  </group>
+</launch>
+"""
+
+
+@pytest.fixture
+def demo(ros: RosSystem) -> RosSystem:
+    """A system with a package that offers nodelets by entry points."""
+    folder = ros.home / "site" / "demo-1.0.dist-info"
+    folder.mkdir(parents=True)
+    (folder.parent / "demo_nodelets.py").write_text(PLUGINS)
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: demo\nVersion: 1.0\n")
+    (folder / "entry_points.txt").write_text(
+        "[pipros.nodelets]\ndemo/Relay = demo_nodelets:Relay\ndemo/Broken = demo_nodelets:Broken\n"
+    )
+    ros.pipros.environment["PYTHONPATH"] = str(folder.parent)
+    return ros
+
+
+def test_a_launch_file_loads_nodelets_that_share_a_process(demo: RosSystem) -> None:
+    (demo.home / "chain.launch").write_text(LAUNCH)
+    launch = demo.pipros.start("roslaunch", "-p", str(demo.port), "chain.launch")
+    launch.wait_for(r"nodelet /robot/two \(demo/Relay\) runs in Python")
+    launch.wait_for(r"words \('a', 'b'\)")
+    inbox = Inbox()
+    listing, words = load_service_class("nodelet/NodeletList"), load_service_class("std_srvs/Trigger")
+    with Node("robot", environment=Environment(master_uri=demo.master_uri)) as node:
+        listed = node.client("/mgr/list", listing)
+        demo.wait_for_publisher("/robot/two/out")
+        assert listed.call(listing._request_class()).nodelets == ["/robot/one", "/robot/two"]
+        assert demo.publishers("/robot/two/out") == ["/mgr"]
+        node.subscribe("/robot/two/out", String, inbox)
+        source = node.advertise("/words", String)
+        wait_until_connected(source)
+
+        def send() -> bool:
+            source.publish(String("hello"))
+            return bool(inbox.messages)
+
+        wait_until(send)
+        assert inbox.messages[0].data == "hello 1 2"
+        inputs = node.client("/mgr/inputs", words).call(words._request_class()).message.splitlines()
+        assert inputs[0].startswith("/robot/one (demo/Relay): /words ")
+        assert inputs[1].startswith("/robot/two (demo/Relay): /robot/one/out ")
+        info = demo.pipros.run("rosnode", "info", "/mgr").stdout
+        assert "    * transport: INTRAPROCESS" in info
+
+        demo.pipros.run("rosrun", "nodelet", "nodelet", "unload", "/robot/one", "mgr")
+        launch.wait_for("closed /robot/one")
+        launch.wait_for(r"\[robot/one-\d+\] process has finished cleanly")
+        assert listed.call(listing._request_class()).nodelets == ["/robot/two"]
+        assert not demo.publishers("/robot/one/out")
+    launch.press_ctrl_c()
+    launch.wait()
+    assert "closed /robot/two" in launch.output
+
+
+def test_the_end_of_a_loader_unloads_its_nodelet(demo: RosSystem) -> None:
+    demo.pipros.start_master()
+    manager = demo.pipros.start("rosrun", "nodelet", "nodelet", "manager", "__name:=mgr")
+    load = ("rosrun", "nodelet", "nodelet", "load", "demo/Relay", "mgr", "_suffix:=1")
+    polite = demo.pipros.start(*load, "__name:=polite")
+    killed = demo.pipros.start(*load, "__name:=killed")
+    manager.wait_for("nodelet /polite")
+    manager.wait_for("nodelet /killed")
+    polite.press_ctrl_c()
+    assert polite.wait() == 0
+    manager.wait_for("closed /polite")
+    demo.wait_for_subscriber("/mgr/bond")
+    killed.send_signal(signal.SIGKILL)
+    manager.wait_for("the bond of nodelet /killed is broken, so it is unloaded", timeout_s=60)
+    manager.wait_for("closed /killed")
+
+
+def test_nodelets_that_cannot_be_loaded_are_reported(demo: RosSystem) -> None:
+    demo.pipros.start_master()
+    manager = demo.pipros.start("rosrun", "nodelet", "nodelet", "manager", "__name:=mgr")
+    for plugin, reason in (
+        ("demo/Broken", "demo/Broken failed to start: no luck"),
+        ("demo/Nothing", "The nodelet demo/Nothing is a "),
+    ):
+        ended = demo.pipros.run("rosrun", "nodelet", "nodelet", "load", plugin, "mgr")
+        assert ended.returncode == 255
+        manager.wait_for(reason)
+        alone = demo.pipros.run("rosrun", "nodelet", "nodelet", "standalone", plugin, PIPROS_NODELETS="ours")
+        assert alone.returncode == 255
+        assert reason in alone.output
+    assert demo.publishers("/never") == []
+    unknown = demo.pipros.run("rosrun", "nodelet", "nodelet", "unload", "/nothing", "mgr")
+    assert unknown.returncode == 255
+    usage = demo.pipros.run("rosrun", "nodelet", "nodelet", "load", "demo/Relay")
+    assert usage.returncode == 255
+    assert "nodelet usage:" in usage.output
+    wrong = demo.pipros.run("rosrun", "nodelet", "nodelet", "manager", PIPROS_NODELETS="both")
+    assert "PIPROS_NODELETS must be ours or genuine, got [both]" in wrong.output
+
+
+@pytest.fixture
+def host(ros: RosSystem) -> Any:
+    ros.serve_master()
+    with Node("host", environment=Environment(master_uri=ros.master_uri)) as node:
+        yield node
+
+
+def test_hosted_nodes_hand_messages_over_as_objects(host: Node) -> None:
+    one, two = HostedNode(host, "/a/one"), HostedNode(host, "/b/two", remappings={"/b/in": "/a/one/out"})
+    early, late, plain = Inbox(), Inbox(), Inbox()
+    two.subscribe("in", Image, early, zero_copy=True)
+    output = one.advertise("~out", Image, latch=True)
+    assert (output.topic, output.connection_count) == ("/a/one/out", 1)
+    sent = Image(width=3, data=b"abc")
+    output.publish(sent)
+    (got,) = early.wait()
+    assert got.data.tolist() == [97, 98, 99]
+    assert not got.data.flags.writeable
+    two.subscribe("in", Image, plain)
+    assert plain.wait()[0].data == b"abc"
+    assert plain.messages[0] is sent
+    two.shutdown()
+    assert output.connection_count == 0
+    three = HostedNode(host, "/c/three")
+    three.subscribe("/a/one/out", Image, late)
+    assert late.wait()[0] is sent
+
+
+def test_a_slow_nodelet_gets_the_newest_messages(host: Node) -> None:
+    one, two = HostedNode(host, "/one"), HostedNode(host, "/two")
+    got: list[str] = []
+    output = one.advertise("/words", String)
+
+    def slow(message: Any) -> None:
+        if not got:
+            got.append(message.data)
+            wait_until(lambda: subscriber.statistics()["dropped"] == 7)
+        else:
+            got.append(message.data)
+
+    subscriber = two.subscribe("/words", String, slow, queue_size=2)
+    output.publish(String("0"))
+    wait_until(lambda: bool(got))
+    for number in range(1, 10):
+        output.publish(String(str(number)))
+    wait_until(lambda: len(got) == 3)
+    assert got == ["0", "8", "9"]
+
+
+def test_hosted_nodes_and_other_nodes_share_topics(host: Node, ros: RosSystem) -> None:
+    one, inside, outside = HostedNode(host, "/one"), Inbox(), Inbox()
+    one.subscribe("/words", String, inside)
+    output = one.advertise("/words", String)
+    with Node("other", environment=Environment(master_uri=ros.master_uri)) as other:
+        other.subscribe("/words", String, outside)
+        own = other.advertise("/words", String)
+        wait_until_connected(output, 2)
+        wait_until_connected(own, 2)
+        output.publish(String("from inside"))
+        outside.wait(1)
+        own.publish(String("from outside"))
+        inside.wait(2)
+    assert sorted(each.data for each in inside.messages) == ["from inside", "from outside"]

@@ -1,0 +1,26 @@
+from __future__ import annotations
+
+import pytest
+
+from pipros.libraries.nodelets.hosting import CannotLoad, class_of
+from pipros.packages.nodelets import PLUGINS, package_of, python_nodelet, python_nodelets
+
+
+@pytest.mark.parametrize("plugin", PLUGINS)
+def test_every_nodelet_can_be_imported(plugin: str) -> None:
+    assert callable(class_of(plugin))
+    assert plugin in python_nodelets()
+
+
+def test_nodelets_that_cannot_be_imported_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert python_nodelet("my_package/Nothing") is None
+    monkeypatch.setattr(
+        "pipros.packages.nodelets.PLUGINS", {"a/A": "nodelets.nothing:A", "a/B": "nodelets.hosting:Nothing"}
+    )
+    for plugin in ("a/A", "a/B"):
+        with pytest.raises(CannotLoad, match=f"of {plugin} cannot be imported"):
+            class_of(plugin)
+
+
+def test_prefixes_name_packages() -> None:
+    assert [package_of(each) for each in ("pcl/VoxelGrid", "image_proc/rectify")] == ["pcl_ros", "image_proc"]
