@@ -48,7 +48,7 @@ class Command:
     """
 
     def __init__(self, node: Node, source: SignalSource, end_s: float) -> None:
-        """Advertise the topic. The type is that in the description, or the one that the master has by `end_s`.
+        """Advertise the topic. The type is that in the description, or the one of the master by `end_s`.
 
         Raises `BadSettings` if the description does not fit the type, or does not say how to stop, `NotFound`
         if the type is not installed, and `RobotSilent` if it is unknown.
