@@ -8,6 +8,7 @@ process is measured, in one thread.
 """
 
 import argparse
+import itertools
 import os
 import statistics
 import time
@@ -16,6 +17,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+from pipros.navigation.amcl.beams import read_beams
+from pipros.navigation.amcl.grid import GridMap
+from pipros.navigation.amcl.localizer import Localizer
+from pipros.navigation.amcl.settings import Belief, Settings
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
 from pipros.navigation.filter.state import SIZE, Measurement
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
@@ -57,12 +62,54 @@ def filter_products():
     return step
 
 
+def amcl_update(laser_model):
+    """Return a function that moves, weighs and resamples 2,000 particles with 60 beams, and clusters them."""
+    rng = np.random.default_rng(1)
+    cells = np.where(rng.random((400, 400)) < 0.01, 100, 0).astype(np.int8)
+    settings = Settings(
+        min_particles=2000,
+        max_particles=2000,
+        laser_max_beams=60,
+        resample_interval=1,
+        update_min_d=0.0,
+        laser_model_type=laser_model,
+    )
+    localizer = Localizer(GridMap(cells, 0.05, (-10.0, -10.0)), settings, Belief(), rng)
+    beams = read_beams(rng.uniform(0.5, 8.0, 60), np.linspace(-2.0, 2.0, 60), (0.1, 0.0), 0.1, 10.0)
+    steps = itertools.count()
+
+    def step():
+        x = 0.01 * (next(steps) % 100 + 1)
+        localizer.scan("laser", (x, 0.0, 0.0), beams)
+
+    return step
+
+
+def amcl_look_up():
+    """The end points of all beams, and their values in a table, without anything around them."""
+    rng = np.random.default_rng(1)
+    poses, ends, table = rng.random((2000, 3)), rng.random((2, 60)), rng.random(160_000)
+
+    def step():
+        cosine, sine = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
+        x = poses[:, :1] + cosine * ends[0] - sine * ends[1]
+        y = poses[:, 1:2] + sine * ends[0] + cosine * ends[1]
+        table.take((y * 100.0).astype(np.int64) * 400 + (x * 100.0).astype(np.int64), mode="wrap").sum(axis=1)
+
+    return step
+
+
 OPERATIONS = {
     "EKF, one step with 12 variables": (lambda: filter_step(ExtendedKalmanFilter()), filter_products),
     "UKF, one step with 12 variables": (
         lambda: filter_step(UnscentedKalmanFilter(alpha=1.0)),
         filter_products,
     ),
+    "AMCL, 2,000 particles, 60 beams, likelihood field": (
+        lambda: amcl_update("likelihood_field"),
+        amcl_look_up,
+    ),
+    "AMCL, 2,000 particles, 60 beams, beam model": (lambda: amcl_update("beam"), amcl_look_up),
 }
 
 

@@ -5,6 +5,6 @@ from pipros.basics.rooms import Room
 ROOM = Room(
     "navigation",
     "navigation for mobile robots",
-    share=("robot_localization",),
+    share=("amcl", "robot_localization"),
     extras={"navigation": ("pipros[vision]",)},
 )

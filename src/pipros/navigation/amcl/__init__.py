@@ -1,0 +1,15 @@
+"""Monte Carlo localisation on a known map, as amcl offers it. Needs numpy and OpenCV.
+
+`motion.py`, `field.py`, `beam.py` and `particles.py` are the models and the particle filter, `localizer.py`
+decides when they are used; all of them perform no I/O. `amcl_node.py` connects them to topics, services and
+transforms. Poses are x, y in metres and yaw in radians. The book that the modules cite is Thrun, Burgard and
+Fox, Probabilistic Robotics (2005).
+"""
+
+from pipros.navigation.extras import missing_extra
+
+try:
+    import cv2 as cv2  # the import error is raised here for all modules in the package
+    import numpy as numpy
+except ImportError as error:
+    raise missing_extra(error) from error

@@ -1,0 +1,198 @@
+"""The particle filter: weights, clusters, and resampling with an adaptive number of particles.
+
+- Augmented Monte Carlo localisation (random particles when the measurements get worse): Probabilistic
+  Robotics, table 8.3.
+- KLD sampling: D. Fox, Adapting the Sample Size in Particle Filters Through KLD-Sampling, International
+  Journal of Robotics Research 22 (2003), equation 7; Probabilistic Robotics, table 8.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Labels = NDArray[np.int64]
+
+BIN: Final = np.array((0.5, 0.5, np.radians(10.0)))
+"""Size of a bin of the histogram: metres, metres, radians."""
+CONVERGED_M: Final = 0.5
+"""The filter has converged if no particle is further from the mean, in x and in y."""
+
+_NEIGHBOURS: Final = [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]
+"""Half of the 26 steps to a neighbour; the others are their opposites."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """Parameters of resampling: limits of the number of particles, KLD sampling, and recovery rates.
+
+    Attributes:
+        error: greatest error between true and estimated distribution.
+        z: the quantile of the normal distribution for the confidence that it is not exceeded. Users set
+            `kld_z` to 0.99, which amcl uses as the quantile itself.
+        slow, fast: decay rates of the averages of the measurement's likelihood; 0 turns recovery off.
+        is_selective: resample only if the effective number of particles is at most half of all.
+    """
+
+    least: int
+    most: int
+    error: float
+    z: float
+    slow: float
+    fast: float
+    is_selective: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """A connected group of particles: the sum of their weights, and their mean pose."""
+
+    weight: float
+    pose: tuple[float, float, float]
+
+
+class ParticleFilter:
+    """A set of weighted poses. Not thread-safe.
+
+    Attributes:
+        poses: shape (n, 3).
+        weights: shape (n,); their sum is 1.
+        has_converged: see `CONVERGED_M`; computed by `resample`.
+    """
+
+    def __init__(self, sampling: Sampling, rng: np.random.Generator) -> None:
+        self._sampling = sampling
+        self._rng = rng
+        self._slow = self._fast = 0.0
+        self.poses = np.zeros((1, 3))
+        self.weights = np.ones(1)
+        self.has_converged = False
+
+    def spread(self, poses: Array) -> None:
+        """Replace all particles; all weights are equal."""
+        self._set(poses)
+        self._slow = self._fast = 0.0
+        self.has_converged = False
+
+    def spread_normally(self, mean: Array, covariance: Array) -> None:
+        """Draw the greatest number of particles from a normal distribution, of shapes (3,) and (3, 3)."""
+        variances, axes = np.linalg.eigh(covariance)
+        deviations = np.sqrt(np.maximum(variances, 0.0))
+        drawn = self._rng.normal(size=(self._sampling.most, 3)) * deviations
+        self.spread(mean + drawn @ axes.T)
+
+    def weigh(self, factors: Array) -> None:
+        """Multiply the weights by the likelihoods of a measurement."""
+        weights = self.weights * factors
+        total = float(weights.sum())
+        if not total > 0.0:
+            self.weights = np.full(len(weights), 1.0 / len(weights))
+            return
+        self.weights = weights / total
+        average, sampling = total / len(weights), self._sampling
+        self._slow += sampling.slow * (average - self._slow) if self._slow else average
+        self._fast += sampling.fast * (average - self._fast) if self._fast else average
+
+    def resample(self, random_poses: Callable[[int, np.random.Generator], Array]) -> None:
+        """Draw new particles by weight, and some random ones if the measurements have become unlikely."""
+        sampling, count = self._sampling, self._sampling.most
+        if sampling.is_selective and 1.0 / float((self.weights**2).sum()) > 0.5 * len(self.weights):
+            return
+        share = max(0.0, 1.0 - self._fast / self._slow) if self._slow else 0.0
+        ends = np.cumsum(self.weights)
+        chosen = np.searchsorted(ends, self._rng.random(count) * ends[-1], side="right")
+        drawn = self.poses[np.minimum(chosen, len(ends) - 1)]
+        if share > 0.0:
+            is_random = self._rng.random(count) < share
+            drawn[is_random] = random_poses(int(is_random.sum()), self._rng)
+            self._slow = self._fast = 0.0
+        _, first = np.unique(_bins(drawn), axis=0, return_index=True)
+        is_new = np.zeros(count, np.int64)
+        is_new[first] = 1
+        limits = kld_limits(np.cumsum(is_new), sampling)
+        enough = np.flatnonzero(np.arange(1, count + 1) > limits)
+        self._set(drawn[: enough[0] + 1] if enough.size else drawn)
+        offsets = abs(self.poses[:, :2] - self.poses[:, :2].mean(axis=0))
+        self.has_converged = bool((offsets <= CONVERGED_M).all())
+
+    def _set(self, poses: Array) -> None:
+        self.poses = poses
+        self.weights = np.full(len(poses), 1.0 / len(poses))
+
+    def covariance(self) -> Array:
+        """Return the covariance of x and y, and the variance of yaw, of all particles; shape (3, 3).
+
+        The variance of the yaw is that of a wrapped normal distribution, -2 ln R, with the length R of the
+        mean of the unit vectors.
+        """
+        found = np.zeros((3, 3))
+        position = self.poses[:, :2]
+        mean = self.weights @ position
+        found[:2, :2] = (position * self.weights[:, None]).T @ position - np.outer(mean, mean)
+        length = abs(np.sum(self.weights * np.exp(1j * self.poses[:, 2])))
+        found[2, 2] = -2.0 * np.log(min(max(length, 1e-300), 1.0))
+        return found
+
+    def heaviest_cluster(self) -> Cluster:
+        """Return the cluster with the greatest weight. Particles in touching bins are connected."""
+        bins, member = np.unique(_bins(self.poses), axis=0, return_inverse=True)
+        label = _connected(bins)[member.ravel()]
+        totals = np.bincount(label, self.weights)
+        heaviest = int(totals.argmax())
+        inside = label == heaviest
+        weights, poses = self.weights[inside], self.poses[inside]
+        x, y = (weights @ poses[:, :2] / totals[heaviest]).tolist()
+        yaw = float(np.arctan2(weights @ np.sin(poses[:, 2]), weights @ np.cos(poses[:, 2])))
+        return Cluster(float(totals[heaviest]), (x, y, yaw))
+
+
+def kld_limits(occupied: Labels, sampling: Sampling) -> Array:
+    """Return the number of particles for each number of occupied bins, within the limits.
+
+    With k bins, the error e and the quantile z, it is
+    (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³.
+    """
+    if sampling.error <= 0.0:
+        return np.full(len(occupied), float(sampling.most))
+    free = np.maximum(occupied - 1, 1).astype(float)
+    part = 2.0 / (9.0 * free)
+    count = np.ceil(free / (2.0 * sampling.error) * (1.0 - part + np.sqrt(part) * sampling.z) ** 3)
+    limited: Array = np.clip(count, sampling.least, sampling.most)
+    return np.where(occupied <= 1, float(sampling.most), limited)
+
+
+def _bins(poses: Array) -> Labels:
+    # A yaw is not wrapped: particles that have turned past pi together stay together, as in amcl.
+    found: Labels = np.floor(poses / BIN).astype(np.int64)
+    return found
+
+
+def _connected(bins: Labels) -> Labels:
+    """Return the label of each bin (distinct rows): that of the connected component in which it is."""
+    low = bins.min(axis=0) - 1
+    _, width, depth = (bins.max(axis=0) + 2 - low).tolist()
+    codes = ((bins - low) @ np.array((width * depth, depth, 1))).astype(np.int64)
+    order = codes.argsort()
+    ordered = codes[order]
+    pairs = []
+    for step in _NEIGHBOURS:
+        wanted = codes + int(np.dot(step, (width * depth, depth, 1)))
+        place = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
+        hit = ordered[place] == wanted
+        pairs.append(np.stack((np.flatnonzero(hit), order[place[hit]])))
+    one, other = np.concatenate(pairs, axis=1)
+    label: Labels = np.arange(len(bins))
+    while True:  # each round spreads the smallest label to neighbours, then follows labels to their ends
+        smallest = np.minimum(label[one], label[other])
+        before = label.copy()
+        np.minimum.at(label, label[one], smallest)
+        np.minimum.at(label, label[other], smallest)
+        label = label[label]
+        if np.array_equal(before, label):
+            return label
