@@ -143,6 +143,7 @@ actionlib_tutorials fibonacci_server.py
 actionlib_tutorials gen_numbers.py
 diagnostic_aggregator add_analyzers
 diagnostic_aggregator aggregator_node
+costmap_2d costmap_2d_node
 diagnostic_common_diagnostics cpu_monitor.py
 diagnostic_common_diagnostics hd_monitor.py
 diagnostic_common_diagnostics ntp_monitor.py localhost

@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
 
-from pipros.basics.errors import PiprosError
+from pipros.basics.errors import NotFound, PiprosError
+from pipros.node import Node
 
 
 class InvalidParameter(PiprosError, ValueError):
@@ -73,3 +74,24 @@ class Parameters:
 
 def _is_number(value: Any) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def read_parameters(node: Node, namespace: str = "~") -> Parameters:
+    """Read the parameters in a namespace of a node: the private ones, or those of a part, as `~costmap`."""
+    try:
+        values = node.params.get(namespace)
+    except NotFound:
+        values = {}
+    return Parameters(values if isinstance(values, dict) else {}, f"{namespace}/".replace("~/", "~"))
+
+
+def search_upwards(node: Node, namespace: str, name: str) -> Any:
+    """Return a parameter of a namespace or, if it is not set, of the nearest one above; None without any."""
+    place = node.resolve(namespace)
+    while True:
+        try:
+            return node.params.get(f"{place}/{name}")
+        except NotFound:
+            if not place:
+                return None
+            place = place.rpartition("/")[0]

@@ -5,6 +5,7 @@ from pipros.basics.rooms import Room
 ROOM = Room(
     "navigation",
     "navigation for mobile robots",
-    share=("amcl", "robot_localization"),
+    limits="pipros.navigation.limits:NavigationLimits",
+    share=("amcl", "costmap_2d", "robot_localization"),
     extras={"navigation": ("pipros[vision]",)},
 )

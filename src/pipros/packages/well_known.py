@@ -11,7 +11,7 @@ from pipros.basics.rooms import all_offered, offered
 from pipros.packages.nodelets import package_of
 
 _NAMES = """
-    amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
+    amcl carrot_planner cartographer_ros controller_manager depth_image_proc
     depthimage_to_laserscan dwa_local_planner explore_lite filters freenect_launch gazebo gazebo_plugins
     gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hls_lfcd_lds_driver hokuyo_node
     image_proc image_publisher image_rotate laser_assembler laser_filters mavros move_base move_group

@@ -1,0 +1,85 @@
+"""The outline of a robot: read from text and parameters, padded, placed on a pose."""
+
+from __future__ import annotations
+
+import ast
+import math
+from typing import Any
+
+import numpy as np
+
+from pipros.navigation.costmap.grid import Points
+from pipros.navigation.parameters import InvalidParameter
+
+_CORNERS_OF_CIRCLE = 16
+_MOST_CORNERS = 1000
+
+
+def circle(radius: float) -> Points:
+    """Return the outline of a round robot: 16 corners, the first one ahead."""
+    angles = [2 * math.pi * at / _CORNERS_OF_CIRCLE for at in range(_CORNERS_OF_CIRCLE)]
+    return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+
+
+def from_parameter(value: Any, name: str) -> Points:
+    """Return the corners in a list of `[x, y]`, or in the text of one.
+
+    Raises:
+        InvalidParameter: it has no such form, or fewer than 3 corners.
+    """
+    corners = value
+    if isinstance(value, str):
+        try:
+            corners = ast.literal_eval(value.strip()) if len(value) < 60 * _MOST_CORNERS else None
+        except (ValueError, SyntaxError, MemoryError, RecursionError):
+            corners = None
+    if (
+        not isinstance(corners, list)
+        or not 3 <= len(corners) <= _MOST_CORNERS
+        or not all(isinstance(corner, list) and len(corner) == 2 for corner in corners)
+        or not all(_is_finite(number) for corner in corners for number in corner)
+    ):
+        shown = str(value)[:200]
+        raise InvalidParameter(
+            f"{name} must be a list of at least 3 corners such as [[1, 1], …], got {shown}"
+        )
+    return [(float(x), float(y)) for x, y in corners]
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def as_text(corners: Points) -> str:
+    """Return the text of a footprint, as costmap_2d writes it to the parameter server."""
+    return "[" + ",".join(f"[{x:g},{y:g}]" for x, y in corners) + "]"
+
+
+def padded(corners: Points, padding: float) -> Points:
+    """Move each corner outwards by the padding in x and, separately, in y. A coordinate of 0 stays."""
+    return [(x + _sign(x) * padding, y + _sign(y) * padding) for x, y in corners]
+
+
+def _sign(number: float) -> float:
+    return 0.0 if number == 0 else math.copysign(1.0, number)
+
+
+def radii(corners: Points) -> tuple[float, float]:
+    """Return the radii of the inscribed and the circumscribed circle around the robot's centre.
+
+    With fewer than 3 corners they are infinite and 0.
+    """
+    if len(corners) <= 2:
+        return math.inf, 0.0
+    starts = np.array(corners, float)
+    edges = np.roll(starts, -1, axis=0) - starts
+    lengths = (edges**2).sum(axis=1)
+    along = np.clip(-(starts * edges).sum(axis=1) / np.where(lengths > 0, lengths, 1), 0, 1)
+    nearest = starts + along[:, None] * edges
+    return float(np.hypot(*nearest.T).min()), float(np.hypot(*starts.T).max())
+
+
+def placed(corners: Points, x: float, y: float, yaw: float) -> Points:
+    """Return the corners of a robot at a pose."""
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    return [(x + a * cosine - b * sine, y + a * sine + b * cosine) for a, b in corners]

@@ -1,0 +1,161 @@
+"""A grid of costs, and the cells on straight lines and in convex polygons."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+FREE: Final = 0
+INSCRIBED: Final = 253
+LETHAL: Final = 254
+UNKNOWN: Final = 255
+
+Costs = npt.NDArray[np.uint8]
+Points = Sequence[tuple[float, float]]
+Numbers = npt.NDArray[Any]
+
+_PUBLISHED: Final = np.array(
+    [0, *(1 + 97 * (cost - 1) // 251 for cost in range(1, 253)), 99, 100, -1], np.int8
+)
+
+
+class CostGrid:
+    """Costs of square cells.
+
+    Attributes:
+        costs: the costs by row (y) and column (x), from the lower left corner.
+        resolution: metres per cell.
+        origin_x, origin_y: the lower left corner of the lower left cell.
+        default: the cost of cells of which nothing is known.
+    """
+
+    def __init__(self, default: int = FREE) -> None:
+        self.default = default
+        self.resize(0, 0, 1.0, 0.0, 0.0)
+
+    def resize(self, width: int, height: int, resolution: float, origin_x: float, origin_y: float) -> None:
+        """Set the size in cells and the place, and all cells to the default."""
+        self.costs: Costs = np.full((height, width), self.default, np.uint8)
+        self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
+
+    @property
+    def width(self) -> int:
+        return int(self.costs.shape[1])
+
+    @property
+    def height(self) -> int:
+        return int(self.costs.shape[0])
+
+    @property
+    def geometry(self) -> tuple[int, int, float, float, float]:
+        """The arguments of `resize`."""
+        return self.width, self.height, self.resolution, self.origin_x, self.origin_y
+
+    def world_to_cell(self, x: float, y: float) -> tuple[int, int] | None:
+        """Return the column and row of a position, or None outside the grid."""
+        if not (x >= self.origin_x and y >= self.origin_y):
+            return None
+        column, row = (x - self.origin_x) / self.resolution, (y - self.origin_y) / self.resolution
+        return (int(column), int(row)) if column < self.width and row < self.height else None
+
+    def world_to_cells(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """Return columns and rows of positions, and which are inside. Those outside have column and row 0."""
+        columns: Numbers = (x - self.origin_x) / self.resolution
+        rows: Numbers = (y - self.origin_y) / self.resolution
+        inside = (columns >= 0) & (rows >= 0) & (columns < self.width) & (rows < self.height)
+        whole = [np.where(inside, each, 0).astype(np.int64) for each in (columns, rows)]
+        return whole[0], whole[1], inside
+
+    def nearest_cell(self, x: float, y: float) -> tuple[int, int]:
+        """Return the column and row of the cell that is nearest to a position."""
+        column = min(max((x - self.origin_x) / self.resolution, 0), self.width - 1)
+        row = min(max((y - self.origin_y) / self.resolution, 0), self.height - 1)
+        return int(column), int(row)
+
+    def cell_to_world(self, column: float, row: float) -> tuple[float, float]:
+        """Return the centre of a cell."""
+        return (
+            self.origin_x + (column + 0.5) * self.resolution,
+            self.origin_y + (row + 0.5) * self.resolution,
+        )
+
+    def in_cells(self, distance: float) -> int:
+        """Return the number of cells that cover a distance."""
+        return max(0, math.ceil(distance / self.resolution))
+
+    def center_on(self, x: float, y: float) -> None:
+        """Move the grid by whole cells, so that the position is in the middle. Keep what overlaps.
+
+        As in costmap_2d, the middle is half a cell lower than the geometric one.
+        """
+        wide, high = ((size - 0.5) * self.resolution / 2 for size in (self.width, self.height))
+        right = int((x - wide - self.origin_x) / self.resolution)
+        up = int((y - high - self.origin_y) / self.resolution)
+        self.origin_x += right * self.resolution
+        self.origin_y += up * self.resolution
+        if right or up:
+            kept, self.costs = self.costs, np.full_like(self.costs, self.default)
+            to_y, from_y = _overlap(up, self.height)
+            to_x, from_x = _overlap(right, self.width)
+            self.costs[to_y, to_x] = kept[from_y, from_x]
+
+    def published(self, window: tuple[slice, slice] = (slice(None), slice(None))) -> bytes:
+        """Return the costs as the data of an OccupancyGrid: 0 to 98, 99 inscribed, 100 lethal, -1 unknown."""
+        return bytes(_PUBLISHED[self.costs[window]])
+
+    def fill_polygon(self, corners: Points, cost: int) -> bool:
+        """Set the cells in a convex polygon, its edge included. Return False if a corner is outside."""
+        cells = [self.world_to_cell(x, y) for x, y in corners]
+        inside = [cell for cell in cells if cell is not None]
+        if len(inside) < len(cells):
+            return False
+        if len(cells) >= 3:
+            columns, rows = polygon_outline(inside)
+            left = int(columns.min())
+            low = np.full(int(columns.max()) - left + 1, self.height)
+            high = np.full_like(low, -1)
+            np.minimum.at(low, columns - left, rows)
+            np.maximum.at(high, columns - left, rows)
+            for column, (first, last) in enumerate(zip(low, high, strict=True), left):
+                self.costs[first : last + 1, column] = cost
+        return True
+
+
+def _overlap(shift: int, size: int) -> tuple[slice, slice]:
+    """Return the new and the old indexes of the cells that stay when a grid moves by `shift`."""
+    kept = max(0, size - abs(shift))
+    low, high = slice(0, kept), slice(size - kept, size)
+    return (low, high) if shift >= 0 else (high, low)
+
+
+def polygon_outline(cells: Sequence[tuple[int, int]]) -> tuple[Numbers, Numbers]:
+    """Return columns and rows of the cells on a polygon's edges. Cells may occur more than once."""
+    x, y = np.array(cells, np.int64).T
+    return line_cells(x, y, np.roll(x, -1), np.roll(y, -1))
+
+
+def line_cells(
+    x0: Numbers | int, y0: Numbers | int, x1: Numbers, y1: Numbers, limit: float = math.inf
+) -> tuple[Numbers, Numbers]:
+    """Return columns and rows of the cells on straight lines, both ends included (Bresenham 1965).
+
+    A line is cut off where it is longer than `limit` cells.
+    """
+    dx, dy = x1 - x0, y1 - y0
+    lengths = np.hypot(dx, dy)
+    shares = np.minimum(1.0, limit / np.maximum(lengths, 1e-9))
+    is_steep = np.abs(dy) > np.abs(dx)
+    major = np.where(is_steep, np.abs(dy), np.abs(dx))
+    minor = np.where(is_steep, np.abs(dx), np.abs(dy))
+    counts = (shares * major).astype(np.int64) + 1
+    line = np.repeat(np.arange(len(counts)), counts)
+    step = np.arange(len(line)) - (np.cumsum(counts) - counts)[line]
+    aside = ((major // 2)[line] + step * minor[line]) // np.maximum(major, 1)[line]
+    steep = is_steep[line]
+    columns = np.broadcast_to(x0, dx.shape)[line] + np.sign(dx)[line] * np.where(steep, aside, step)
+    rows = np.broadcast_to(y0, dy.shape)[line] + np.sign(dy)[line] * np.where(steep, step, aside)
+    return columns, rows

@@ -1,0 +1,102 @@
+"""The inflation layer: costs that decrease with the distance to the nearest obstacle."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from pipros.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costs, Numbers
+from pipros.navigation.costmap.layered import Bounds, LayeredCostmap, Pose2D, Window
+
+
+class InflationLayer:
+    """Raises costs around cells of cost 254, up to a radius.
+
+    With d the distance in metres between the centres of a cell and of the nearest obstacle, r the inscribed
+    radius of the footprint, and k the scaling factor, the cost is 253 for d <= r, otherwise
+    252 exp(-k (d - r)), rounded down. The distances are exact (Felzenszwalb and Huttenlocher, "Distance
+    Transforms of Sampled Functions", in OpenCV); costmap_2d finds the nearest obstacle with a wave.
+    """
+
+    def __init__(self, name: str, costmap: LayeredCostmap) -> None:
+        self.name = name
+        self.is_enabled = True
+        self.is_current = True
+        self._costmap = costmap
+        self._radius, self._scaling, self._inflates_unknown = 0.0, 0.0, False
+        self._must_inflate_all = True
+        self._last = Bounds()
+        self.match_size()
+
+    def configure(self, *, radius: float, scaling: float, inflate_unknown: bool) -> None:
+        """Set the radius (metres), the scaling factor (1/metres), and whether unknown cells are raised."""
+        self._radius, self._scaling, self._inflates_unknown = radius, scaling, inflate_unknown
+        self.footprint_changed()
+
+    def match_size(self) -> None:
+        grid = self._costmap.grid
+        self._cells = min(grid.in_cells(self._radius), grid.width + grid.height)
+        self._table = self._costs(np.sqrt(np.arange(self._cells**2 + 1)) * grid.resolution)
+
+    def footprint_changed(self) -> None:
+        self.match_size()
+        self._must_inflate_all = True
+
+    def reset(self) -> None:
+        """Do nothing: the layer measures nothing."""
+
+    def _costs(self, distances: Numbers) -> Costs:
+        inscribed = self._costmap.inscribed_radius
+        far = (INSCRIBED - 1) * np.exp(-self._scaling * np.maximum(distances - inscribed, 0.0))
+        costs = np.where(distances <= inscribed, INSCRIBED, far).astype(np.uint8)
+        costs[0] = LETHAL
+        return costs
+
+    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:  # noqa: ARG002 # part of the interface
+        now = Bounds()
+        now.include(bounds)
+        if self._must_inflate_all:
+            limit = float(np.finfo(np.float32).max)
+            bounds.touch(-limit, -limit)
+            bounds.touch(limit, limit)
+            self._must_inflate_all = False
+        else:
+            bounds.include(self._last)
+            if bounds.min_x <= bounds.max_x:
+                bounds.touch(bounds.min_x - self._radius, bounds.min_y - self._radius)
+                bounds.touch(bounds.max_x + self._radius, bounds.max_y + self._radius)
+        self._last = now
+
+    def update_costs(self, window: Window) -> None:
+        if self._cells:
+            inflate(self._costmap.grid.costs, self._table, self._reached(window), self._inflates_unknown)
+
+    def _reached(self, window: Window) -> tuple[Window, Window]:
+        grid = self._costmap.grid
+        near = window.grown(self._cells, grid)
+        return near, near.grown(self._cells, grid)
+
+
+def inflate(costs: Costs, table: Costs, areas: tuple[Window, Window], inflates_unknown: bool) -> None:
+    """Raise costs around obstacles.
+
+    Args:
+        table: the cost by squared distance in cells.
+        areas: the rectangle of the obstacles that count, and the one in which costs are raised.
+    """
+    sources, reached = areas
+    part = costs[reached.slices]
+    open_cells = np.ones(part.shape, np.uint8)
+    inner = (
+        slice(sources.y0 - reached.y0, sources.yn - reached.y0),
+        slice(sources.x0 - reached.x0, sources.xn - reached.x0),
+    )
+    open_cells[inner] = part[inner] != LETHAL
+    if open_cells.all():
+        return
+    distances = cv2.distanceTransform(open_cells, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    squares = np.rint(np.minimum(distances * distances, len(table)))
+    found = np.append(table, np.uint8(FREE))[squares.astype(np.int32)]
+    least = FREE + 1 if inflates_unknown else INSCRIBED
+    raised = np.where(part == UNKNOWN, found >= least, found > part)
+    np.copyto(part, found, where=raised)

@@ -1,0 +1,214 @@
+"""A costmap made of layers: each widens the area to compute again, then writes its costs into it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from pipros.navigation.costmap.footprint import radii
+from pipros.navigation.costmap.grid import FREE, UNKNOWN, CostGrid, Costs, Numbers, Points
+
+
+class Pose2D(NamedTuple):
+    """A pose in the plane: metres and radians."""
+
+    x: float
+    y: float
+    yaw: float
+
+
+class Window(NamedTuple):
+    """A rectangle of cells: the first column and row, and those after the last."""
+
+    x0: int
+    y0: int
+    xn: int
+    yn: int
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """The indexes of the rectangle's rows and columns."""
+        return slice(self.y0, self.yn), slice(self.x0, self.xn)
+
+    def grown(self, cells: int, grid: CostGrid) -> Window:
+        """Return the rectangle with a border of so many cells, within the grid."""
+        return Window(
+            max(0, self.x0 - cells),
+            max(0, self.y0 - cells),
+            min(grid.width, self.xn + cells),
+            min(grid.height, self.yn + cells),
+        )
+
+
+class Bounds:
+    """A rectangle in metres that grows."""
+
+    def __init__(self) -> None:
+        self.clear()
+
+    def clear(self) -> None:
+        self.min_x = self.min_y = math.inf
+        self.max_x = self.max_y = -math.inf
+
+    def touch(self, x: float, y: float) -> None:
+        """Grow to include a position."""
+        self.min_x, self.max_x = min(self.min_x, x), max(self.max_x, x)
+        self.min_y, self.max_y = min(self.min_y, y), max(self.max_y, y)
+
+    def touch_all(self, x: Numbers, y: Numbers) -> None:
+        """Grow to include positions."""
+        if len(x):
+            self.touch(float(x.min()), float(y.min()))
+            self.touch(float(x.max()), float(y.max()))
+
+    def include(self, other: Bounds) -> None:
+        """Grow to include another rectangle, if it is not empty."""
+        if other.min_x <= other.max_x:
+            self.touch(other.min_x, other.min_y)
+            self.touch(other.max_x, other.max_y)
+
+
+class Layer(Protocol):
+    """A layer of a costmap.
+
+    Attributes:
+        is_current: whether the data is recent enough to drive by.
+    """
+
+    name: str
+    is_enabled: bool
+    is_current: bool
+
+    def match_size(self) -> None:
+        """Take over the size and place of the costmap."""
+
+    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
+        """Widen the bounds of what must be computed again."""
+
+    def update_costs(self, window: Window) -> None:
+        """Write the layer's costs into a part of the costmap's grid."""
+
+    def footprint_changed(self) -> None:
+        """React to another footprint."""
+
+    def reset(self) -> None:
+        """Forget what was measured."""
+
+
+class LayeredCostmap:
+    """The costs of all layers together.
+
+    Attributes:
+        grid: the combined costs.
+        is_rolling: whether the grid moves with the robot.
+        is_size_locked: whether a layer has set the size, so that parameters no longer do.
+        footprint: the padded outline of the robot, around its centre.
+        inscribed_radius, circumscribed_radius: of the footprint, in metres.
+        window: the cells that the last update computed; None before the first one.
+    """
+
+    def __init__(self, *, is_rolling: bool = False, tracks_unknown: bool = False) -> None:
+        self.grid = CostGrid(UNKNOWN if tracks_unknown else FREE)
+        self.is_rolling = is_rolling
+        self.tracks_unknown = tracks_unknown
+        self.is_size_locked = False
+        self.layers: list[Layer] = []
+        self.footprint: Points = []
+        self.inscribed_radius, self.circumscribed_radius = radii([])
+        self.window: Window | None = None
+
+    def resize(
+        self,
+        width: int,
+        height: int,
+        resolution: float,
+        origin_x: float,
+        origin_y: float,
+        *,
+        lock: bool = False,
+    ) -> None:
+        """Set the size in cells and the place; all layers follow."""
+        self.is_size_locked |= lock
+        self.grid.resize(width, height, resolution, origin_x, origin_y)
+        for layer in self.layers:
+            layer.match_size()
+
+    def set_footprint(self, padded: Points) -> None:
+        """Set the outline of the robot."""
+        self.footprint = padded
+        self.inscribed_radius, self.circumscribed_radius = radii(padded)
+        for layer in self.layers:
+            layer.footprint_changed()
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the data of all layers is recent enough."""
+        return all(layer.is_current for layer in self.layers if layer.is_enabled)
+
+    def update(self, robot: Pose2D) -> None:
+        """Compute the costs again where they may have changed."""
+        grid = self.grid
+        if self.is_rolling:
+            grid.center_on(robot.x, robot.y)
+        layers = [layer for layer in self.layers if layer.is_enabled]
+        bounds = Bounds()
+        for layer in layers:
+            layer.update_bounds(robot, bounds)
+        self.window = Window(0, 0, 0, 0)
+        if not layers or not grid.costs.size or bounds.min_x > bounds.max_x:
+            return
+        x0, y0 = grid.nearest_cell(bounds.min_x, bounds.min_y)
+        xn, yn = grid.nearest_cell(bounds.max_x, bounds.max_y)
+        self.window = Window(x0, y0, xn + 1, yn + 1)
+        grid.costs[self.window.slices] = grid.default
+        for layer in layers:
+            layer.update_costs(self.window)
+
+
+class CellLayer:
+    """A layer with its own grid. Base class of the static and the obstacle layer."""
+
+    def __init__(self, name: str, costmap: LayeredCostmap, default: int) -> None:
+        self.name = name
+        self.is_enabled = True
+        self.is_current = True
+        self.costmap = costmap
+        self.grid = CostGrid(default)
+        self._extra = Bounds()
+
+    def match_size(self) -> None:
+        self.grid.resize(*self.costmap.grid.geometry)
+
+    def footprint_changed(self) -> None:
+        """Do nothing: the footprint is read in each update."""
+
+    def clear_area(self, x0: int, y0: int, xn: int, yn: int, *, inside: bool = False) -> None:
+        """Set cells to unknown: those outside a rectangle of cells or, if `inside`, those in it.
+
+        The whole map is computed again in the next update.
+        """
+        costs = self.grid.costs
+        chosen = np.zeros(costs.shape, bool)
+        chosen[max(0, y0) : max(0, yn), max(0, x0) : max(0, xn)] = True
+        costs[chosen if inside else ~chosen] = UNKNOWN
+        self._extra.touch(self.grid.origin_x, self.grid.origin_y)
+        self._extra.touch(*self.grid.cell_to_world(self.grid.width, self.grid.height))
+
+    def use_extra_bounds(self, bounds: Bounds) -> None:
+        """Widen the bounds by areas that were cleared."""
+        bounds.include(self._extra)
+        self._extra.clear()
+
+    def write(self, window: Window, *, by_maximum: bool, with_unknown: bool = False) -> None:
+        """Write the layer's costs into the combined ones; unknown cells only if `with_unknown`."""
+        mine = self.grid.costs[window.slices]
+        combined: Costs = self.costmap.grid.costs[window.slices]
+        if with_unknown:
+            combined[...] = mine
+            return
+        chosen = mine != UNKNOWN
+        if by_maximum:
+            chosen &= combined + np.uint8(1) <= mine  # unknown + 1 wraps around to 0
+        np.copyto(combined, mine, where=chosen)

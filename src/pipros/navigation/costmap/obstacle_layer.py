@@ -1,0 +1,122 @@
+"""The obstacle layer: marks what sensors see, and clears what they see through."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pipros.navigation.costmap.footprint import placed
+from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Numbers, Points, line_cells
+from pipros.navigation.costmap.layered import Bounds, CellLayer, LayeredCostmap, Pose2D, Window
+from pipros.navigation.costmap.observations import Observation, Source, squared_distances
+
+OVERWRITE, MAXIMUM = 0, 1
+_RAYS_AT_ONCE = 4096
+_INSIDE_M = 0.001
+
+
+class ObstacleLayer(CellLayer):
+    """Costs of sensors' observations.
+
+    In each update, rays to all points of clearing sources are set free, then the points of marking sources
+    are set to 254; then the cells under the robot are set free.
+
+    Attributes:
+        sources: the sensors, in the order of the parameter `observation_sources`.
+        combination: 0 overwrites earlier layers, 1 takes the maximum; with other values nothing is written.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        costmap: LayeredCostmap,
+        now_ns: Callable[[], int],
+        *,
+        tracks_unknown: bool,
+        warn: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        super().__init__(name, costmap, UNKNOWN if tracks_unknown else FREE)
+        self.sources: list[Source] = []
+        self.combination = MAXIMUM
+        self.max_height = 2.0
+        self.clears_footprint = True
+        self.before_update: Callable[[], None] = lambda: None
+        self._now_ns = now_ns
+        self._warn = warn
+        self._footprint: Points = []
+        self.match_size()
+
+    def reset(self) -> None:
+        self.grid.costs[...] = self.grid.default
+        for source in self.sources:
+            source.clear()
+            source.touch(self._now_ns())
+        self.is_current = True
+
+    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
+        if self.costmap.is_rolling:
+            self.grid.center_on(robot.x, robot.y)
+        self.use_extra_bounds(bounds)
+        self.before_update()
+        now_ns = self._now_ns()
+        seen = [(source.settings, source.observations()) for source in self.sources]
+        self.is_current = all(source.is_current(now_ns) for source in self.sources)
+        for settings, observations in seen:
+            for each in observations if settings.is_clearing else ():
+                self._clear(each, settings.raytrace_range, bounds)
+        for settings, observations in seen:
+            for each in observations if settings.is_marking else ():
+                self._mark(each, settings.obstacle_range, bounds)
+        self._footprint = placed(self.costmap.footprint, *robot)
+        if self.clears_footprint:
+            for x, y in self._footprint:
+                bounds.touch(x, y)
+
+    def update_costs(self, window: Window) -> None:
+        if self.clears_footprint:
+            self.grid.fill_polygon(self._footprint, FREE)
+        if self.combination in (OVERWRITE, MAXIMUM):
+            self.write(window, by_maximum=self.combination == MAXIMUM)
+
+    def _mark(self, seen: Observation, limit: float, bounds: Bounds) -> None:
+        points = seen.points[seen.points[:, 2] <= self.max_height]
+        points = points[squared_distances(points, seen.origin) < limit * limit].astype(np.float64)
+        columns, rows, inside = self.grid.world_to_cells(points[:, 0], points[:, 1])
+        self.grid.costs[rows[inside], columns[inside]] = LETHAL
+        bounds.touch_all(points[inside, 0], points[inside, 1])
+
+    def _clear(self, seen: Observation, limit: float, bounds: Bounds) -> None:
+        grid = self.grid
+        x, y = seen.origin[:2]
+        start = grid.world_to_cell(x, y)
+        if start is None:
+            self._warn(f"the sensor at ({x:.2f}, {y:.2f}) is outside the costmap, which it cannot clear")
+            return
+        bounds.touch(x, y)
+        points = seen.points.astype(np.float64)
+        ends = self._within(x, y, points[:, 0], points[:, 1])
+        columns, rows, inside = grid.world_to_cells(*ends)
+        ends = ends[0][inside], ends[1][inside]
+        cells = np.unique(rows[inside] * grid.width + columns[inside])
+        for first in range(0, len(cells), _RAYS_AT_ONCE):
+            to_y, to_x = np.divmod(cells[first : first + _RAYS_AT_ONCE], grid.width)
+            ray_x, ray_y = line_cells(*start, to_x, to_y, grid.in_cells(limit))
+            grid.costs[ray_y, ray_x] = FREE
+        dx, dy = ends[0] - x, ends[1] - y
+        shares = np.minimum(1.0, limit / np.maximum(np.hypot(dx, dy), 1e-9))
+        bounds.touch_all(x + dx * shares, y + dy * shares)
+
+    def _within(self, x: float, y: float, to_x: Numbers, to_y: Numbers) -> tuple[Numbers, Numbers]:
+        """Shorten rays that end outside the grid, so that they end at its edge."""
+        grid, start, ends = self.grid, (x, y), (to_x.copy(), to_y.copy())
+        along = (to_x - x, to_y - y)
+        low = (grid.origin_x, grid.origin_y)
+        high = (low[0] + grid.width * grid.resolution, low[1] + grid.height * grid.resolution)
+        for edges, is_high, axis in ((low, False, 0), (low, False, 1), (high, True, 0), (high, True, 1)):
+            edge, across = edges[axis], 1 - axis
+            out = ends[axis] > edge if is_high else ends[axis] < edge
+            share = (edge - start[axis]) / along[axis][out]
+            ends[axis][out] = edge - _INSIDE_M if is_high else edge
+            ends[across][out] = start[across] + along[across][out] * share
+        return ends

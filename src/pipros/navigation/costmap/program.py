@@ -1,0 +1,28 @@
+"""The program `costmap_2d_node`: one costmap, in the namespace `~costmap`."""
+
+from __future__ import annotations
+
+from pipros.basics.errors import Interrupted
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.navigation.costmap.costmap import Costmap
+from pipros.navigation.frames import Frames
+from pipros.navigation.parameters import InvalidParameter
+from pipros.navigation.schedule import Schedule
+from pipros.node.roscpp_program import roscpp_program
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Run the node until it is shut down. Return 1 if a parameter is invalid."""
+    with roscpp_program("costmap_node", "costmap_2d") as (node, log):
+        schedule = Schedule(node)
+        try:
+            Costmap(node, log, Frames(node, log), schedule, "costmap")
+        except InvalidParameter as error:
+            log.critical("%s", error)
+            return 1
+        except Interrupted:
+            return 0
+        schedule.start()
+        node.wait_for_shutdown()
+    return 0

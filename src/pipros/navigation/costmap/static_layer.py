@@ -1,0 +1,143 @@
+"""The static layer: the costs of a map that was made before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pipros.libraries.transforms.pose import Pose, rotation_matrix
+from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Costs
+from pipros.navigation.costmap.layered import Bounds, CellLayer, LayeredCostmap, Pose2D, Window
+
+
+@dataclass(frozen=True, slots=True)
+class StaticSettings:
+    """How the cells of a map become costs, and how these are combined with those of earlier layers."""
+
+    tracks_unknown: bool = True
+    lethal_threshold: int = 100
+    unknown_value: int = -1
+    is_trinary: bool = True
+    uses_maximum: bool = False
+
+
+class StaticLayer(CellLayer):
+    """Costs of an occupancy grid. Its first map sets the size of the costmap, unless that is rolling."""
+
+    def __init__(
+        self,
+        name: str,
+        costmap: LayeredCostmap,
+        settings: StaticSettings,
+        find_map: Callable[[str], Pose | None] = lambda _: None,
+    ) -> None:
+        """`find_map` returns the pose of a rolling costmap's frame in the map's frame, or None."""
+        super().__init__(name, costmap, FREE)
+        self.map_frame: str | None = None
+        self._settings = settings
+        self._find_map = find_map
+        self._updated = Window(0, 0, 0, 0)
+        threshold = min(max(settings.lethal_threshold, 0), 100)
+        values = np.arange(256)
+        scaled = (values / max(threshold, 1) * LETHAL).astype(np.int64)
+        costs = np.where(
+            values >= threshold, LETHAL, 0 if settings.is_trinary else np.minimum(scaled, LETHAL)
+        )
+        costs[settings.unknown_value % 256] = UNKNOWN if settings.tracks_unknown else FREE
+        self._table: Costs = costs.astype(np.uint8)
+
+    def match_size(self) -> None:
+        if not self.costmap.is_rolling:
+            super().match_size()
+
+    def reset(self) -> None:
+        """Keep the map, which is not measured by this node."""
+
+    def set_map(self, message: Any) -> None:
+        """Take over a `nav_msgs/OccupancyGrid`.
+
+        Raises:
+            ValueError: its size or resolution is invalid.
+        """
+        info = message.info
+        geometry = (info.width, info.height, info.resolution, info.origin.position.x, info.origin.position.y)
+        if not info.resolution > 0 or not np.isfinite(geometry).all():
+            raise ValueError(f"a map must have a resolution > 0 and a finite origin, got {geometry[2:]}")
+        if len(message.data) != info.width * info.height:
+            raise ValueError(
+                f"a map of {info.width} X {info.height} must have as many cells, got {len(message.data)}"
+            )
+        costmap = self.costmap
+        if not costmap.is_rolling and (costmap.grid.geometry != geometry or not costmap.is_size_locked):
+            costmap.resize(*geometry, lock=True)
+        elif self.grid.geometry != geometry:
+            self.grid.resize(*geometry)
+        self.map_frame = message.header.frame_id
+        self._write(message.data, Window(0, 0, info.width, info.height))
+
+    def set_part(self, message: Any) -> None:
+        """Take over a `map_msgs/OccupancyGridUpdate`.
+
+        Raises:
+            ValueError: it is not inside the map.
+        """
+        part = Window(message.x, message.y, message.x + message.width, message.y + message.height)
+        is_inside = part.x0 >= 0 <= part.y0 and part.xn <= self.grid.width and part.yn <= self.grid.height
+        if not is_inside or len(message.data) != message.width * message.height:
+            size = f"{self.grid.width} X {self.grid.height}"
+            raise ValueError(f"an update must lie inside the map of {size}, got columns and rows {part}")
+        self._write(message.data, part)
+
+    def _write(self, data: Any, part: Window) -> None:
+        values = np.array(data, np.int8).view(np.uint8)
+        rows, columns = part.slices
+        self.grid.costs[rows, columns] = self._table[values].reshape(part.yn - part.y0, part.xn - part.x0)
+        if self._updated.x0 < self._updated.xn:
+            old = self._updated
+            part = Window(
+                min(old.x0, part.x0), min(old.y0, part.y0), max(old.xn, part.xn), max(old.yn, part.yn)
+            )
+        self._updated = part
+
+    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:  # noqa: ARG002 # part of the interface
+        if self.map_frame is None:
+            return
+        self.use_extra_bounds(bounds)
+        part = self._updated
+        if self.costmap.is_rolling:
+            part = Window(0, 0, self.grid.width, self.grid.height)
+        if part.x0 < part.xn:
+            bounds.touch(*self.grid.cell_to_world(part.x0, part.y0))
+            bounds.touch(*self.grid.cell_to_world(part.xn, part.yn))
+        self._updated = Window(0, 0, 0, 0)
+
+    def update_costs(self, window: Window) -> None:
+        if self.map_frame is None:
+            return
+        if not self.costmap.is_rolling:
+            self.write(
+                window, by_maximum=self._settings.uses_maximum, with_unknown=not self._settings.uses_maximum
+            )
+        elif (pose := self._find_map(self.map_frame)) is not None:
+            self._write_moved(window, pose)
+
+    def _write_moved(self, window: Window, pose: Pose) -> None:
+        """Look up the centre of each cell in the map, whose frame may be turned and moved."""
+        grid = self.costmap.grid
+        columns, rows = np.arange(window.x0, window.xn)[None, :], np.arange(window.y0, window.yn)[:, None]
+        x = grid.origin_x + (columns + 0.5) * grid.resolution
+        y = grid.origin_y + (rows + 0.5) * grid.resolution
+        turn = rotation_matrix(pose)
+        map_columns, map_rows, inside = self.grid.world_to_cells(
+            turn[0] * x + turn[1] * y + pose[0], turn[3] * x + turn[4] * y + pose[1]
+        )
+        if not self.grid.costs.size:
+            return
+        found = self.grid.costs[map_rows, map_columns]
+        part = grid.costs[window.slices]
+        if self._settings.uses_maximum:
+            found = np.maximum(found, part)
+        np.copyto(part, found, where=inside)

@@ -1,0 +1,297 @@
+"""The layers of a costmap, compared with plain loops and with the distances of scipy."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.ndimage import distance_transform_edt
+
+from pipros.libraries.transforms.pose import IDENTITY
+from pipros.msg import load_message_class
+from pipros.navigation.costmap.footprint import circle
+from pipros.navigation.costmap.grid import LETHAL
+from pipros.navigation.costmap.inflation_layer import InflationLayer
+from pipros.navigation.costmap.layered import Bounds, LayeredCostmap, Pose2D, Window
+from pipros.navigation.costmap.observations import Source, SourceSettings
+from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
+from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
+
+ROBOT = Pose2D(0.0, 0.0, 0.0)
+OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")
+OccupancyGridUpdate: Any = load_message_class("map_msgs/OccupancyGridUpdate")
+
+
+def map_message(cells: Any, resolution: float = 0.1, x: float = 0.0, y: float = 0.0) -> Any:
+    message = OccupancyGrid()
+    message.header.frame_id = "map"
+    message.info.height, message.info.width = np.shape(cells)
+    message.info.resolution = resolution
+    message.info.origin.position.x, message.info.origin.position.y = x, y
+    message.data = np.ravel(cells).tolist()
+    return message
+
+
+def static(cells: Any, **options: Any) -> tuple[LayeredCostmap, StaticLayer]:
+    costmap = LayeredCostmap(tracks_unknown=True)
+    layer = StaticLayer("static", costmap, StaticSettings(**options))
+    costmap.layers.append(layer)
+    layer.set_map(map_message(cells))
+    costmap.update(ROBOT)
+    return costmap, layer
+
+
+@pytest.mark.parametrize(
+    ("options", "costs"),
+    [
+        ({}, [255, 0, 0, 0, 254]),
+        ({"tracks_unknown": False}, [0, 0, 0, 0, 254]),
+        ({"is_trinary": False}, [255, 0, 127, 251, 254]),
+        ({"is_trinary": False, "lethal_threshold": 50}, [255, 0, 254, 254, 254]),
+        ({"unknown_value": 50}, [254, 0, 255, 0, 254]),
+        ({"lethal_threshold": -3}, [255, 254, 254, 254, 254]),
+    ],
+)
+def test_cells_of_a_map_become_costs(options: dict[str, Any], costs: list[int]) -> None:
+    costmap, _ = static([[-1, 0, 50, 99, 100]], **options)
+    assert costmap.grid.costs.tolist() == [costs]
+
+
+def test_a_part_of_a_map_is_replaced() -> None:
+    costmap, layer = static(np.zeros((6, 5)))
+    layer.set_part(OccupancyGridUpdate(x=3, y=4, width=2, height=2, data=[100, 0, -1, 100]))
+    costmap.update(ROBOT)
+
+    assert costmap.grid.costs[4:, 3:].tolist() == [[254, 0], [255, 254]]
+    assert costmap.window == (3, 4, 5, 6)
+    for x, y, width, height, count in (
+        (4, 0, 2, 1, 2),
+        (-1, 0, 1, 1, 1),
+        (0, 0, 1, 2**32 - 1, 0),
+        (0, 0, 2, 2, 3),
+    ):
+        with pytest.raises(ValueError, match="an update must lie inside the map of 5 X 6"):
+            layer.set_part(OccupancyGridUpdate(x=x, y=y, width=width, height=height, data=[0] * count))
+
+
+@pytest.mark.parametrize(
+    ("width", "resolution", "x"), [(3, 0.1, 0.0), (4, 0.0, 0.0), (4, math.nan, 0.0), (4, 0.1, math.inf)]
+)
+def test_an_invalid_map_is_refused(width: int, resolution: float, x: float) -> None:
+    message = map_message([[0, 0, 0, 0]], resolution, x)
+    message.info.width = width
+    with pytest.raises(ValueError, match="a map"):
+        StaticLayer("static", LayeredCostmap(), StaticSettings()).set_map(message)
+
+
+def test_a_rolling_costmap_looks_into_a_turned_map() -> None:
+    costmap = LayeredCostmap(is_rolling=True)
+    costmap.resize(10, 10, 0.1, 0.0, 0.0)
+    turned = (0.0, 0.0, 0.0, 0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
+    layer = StaticLayer("static", costmap, StaticSettings(), lambda _: turned)
+    costmap.layers.append(layer)
+    cells = np.zeros((20, 20))
+    cells[12, 3] = 100  # at x 0.3 to 0.4, y 1.2 to 1.3 of a map whose lower left corner is at (-1, -1)
+    layer.set_map(map_message(cells, x=-1.0, y=-1.0))
+    costmap.update(Pose2D(0.2, 0.6, 0.0))
+
+    found = [costmap.grid.cell_to_world(x, y) for y, x in np.argwhere(costmap.grid.costs == LETHAL)]
+    # A point (x, y) of the costmap is (-y, x) in the map, where the obstacle's centre is (-0.65, 0.25).
+    assert found == [pytest.approx((0.25, 0.65))]
+
+
+def obstacles(
+    *sources: SourceSettings, clears_footprint: bool = False
+) -> tuple[LayeredCostmap, ObstacleLayer]:
+    costmap = LayeredCostmap()
+    costmap.resize(60, 60, 0.1, -3.0, -3.0)
+    layer = ObstacleLayer("obstacles", costmap, lambda: 0, tracks_unknown=False)
+    layer.clears_footprint = clears_footprint
+    layer.sources += map(Source, sources)
+    costmap.layers.append(layer)
+    return costmap, layer
+
+
+def see(layer: ObstacleLayer, points: Any, source: int = 0, now_ns: int = 1, stamp_ns: int = 1) -> None:
+    rows = np.array(points, np.float32).reshape(-1, 3)
+    layer.sources[source].add(rows, IDENTITY, IDENTITY, stamp_ns, now_ns, 1000)
+
+
+SCANNER = SourceSettings("scan", "scan", "LaserScan", is_clearing=True)
+
+
+def test_what_a_sensor_sees_is_marked_and_what_it_sees_through_is_cleared() -> None:
+    costmap, layer = obstacles(SCANNER)
+    see(layer, [(1.05, 0.05, 0.3), (0.05, 2.05, 2.1), (0.05, -2.62, 0.0)])
+    costmap.update(ROBOT)
+    marked = np.argwhere(costmap.grid.costs == LETHAL).tolist()
+    assert marked == [[30, 40]]  # 2.1 m is too high, 2.62 m too far
+
+    see(layer, [(2.05, 0.05, 0.0)])
+    costmap.update(ROBOT)
+    assert np.argwhere(costmap.grid.costs == LETHAL).tolist() == [[30, 50]]
+
+
+def test_rays_are_cut_at_the_edge_of_the_map_and_at_their_range() -> None:
+    costmap, layer = obstacles(SCANNER)
+    layer.grid.costs[...] = LETHAL
+    see(layer, [(9.0, 0.05, 0.0), (0.05, 9.0, 0.0), (-9.0, -9.0, 0.0)])
+    costmap.update(ROBOT)
+
+    freed = np.argwhere(layer.grid.costs == 0)
+    assert {(30, x) for x in range(30, 60)} | {(y, 30) for y in range(30, 60)} <= {
+        tuple(cell) for cell in freed
+    }
+    assert min(30 - y for y, _ in freed if y < 30) >= 1
+    assert len(freed) == 30 + 29 + 21  # 3 m are 21 cells on the diagonal
+
+
+def test_a_sensor_outside_the_map_does_not_clear() -> None:
+    warnings: list[str] = []
+    costmap, layer = obstacles(SCANNER)
+    layer._warn = warnings.append
+    far = (9.0, 0.0, 0.0, *IDENTITY[3:])
+    layer.sources[0].add(np.zeros((1, 3), np.float32), far, far, 1, 1, 10)
+    costmap.update(ROBOT)
+    assert "the sensor at (9.00, 0.00) is outside the costmap" in warnings[0]
+
+
+def test_points_that_are_not_finite_are_ignored() -> None:
+    costmap, layer = obstacles(SCANNER)
+    see(layer, [(math.nan, 0.0, 0.0), (math.inf, 0.0, 0.0), (1.0, -math.inf, 0.0), (1.05, 0.05, math.nan)])
+    costmap.update(ROBOT)
+    assert not np.any(costmap.grid.costs)
+
+
+def test_observations_are_kept_for_their_time_and_within_the_limit() -> None:
+    source = Source(SourceSettings("cloud", "cloud", persistence_s=2.0, expected_period_s=1.0))
+    for at in range(5):
+        source.add(np.zeros((10, 3), np.float32), IDENTITY, IDENTITY, at * 10**9, at * 10**9, 25)
+    assert [each.stamp_ns for each in source.observations()] == [4 * 10**9, 3 * 10**9]
+    assert source.is_current(5 * 10**9)
+    assert not source.is_current(5 * 10**9 + 1)
+
+    only_last = Source(SourceSettings("cloud", "cloud"))
+    for at in range(3):
+        only_last.add(np.zeros((1, 3), np.float32), IDENTITY, IDENTITY, at, at, 100)
+    assert [each.stamp_ns for each in only_last.observations()] == [2]
+
+
+class Filled:
+    """A layer that sets all cells to a cost."""
+
+    name, is_enabled, is_current = "filled", True, True
+
+    def __init__(self, costmap: LayeredCostmap, cost: int) -> None:
+        self._costmap, self._cost = costmap, cost
+
+    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
+        bounds.touch(robot.x - 99.0, robot.y - 99.0)
+        bounds.touch(robot.x + 99.0, robot.y + 99.0)
+
+    def update_costs(self, window: Window) -> None:
+        self._costmap.grid.costs[window.slices] = self._cost
+
+    def footprint_changed(self) -> None: ...
+
+    def match_size(self) -> None: ...
+
+    def reset(self) -> None: ...
+
+
+@pytest.mark.parametrize(("combination", "expected"), [(0, 0), (1, 200), (99, 200)])
+def test_costs_are_combined_with_those_of_earlier_layers(combination: int, expected: int) -> None:
+    costmap, layer = obstacles(SCANNER, clears_footprint=True)
+    costmap.set_footprint(circle(0.5))
+    costmap.layers.insert(0, Filled(costmap, 200))
+    layer.combination = combination
+    layer.grid.costs[29:32, 29:32] = LETHAL
+    see(layer, [(1.05, 0.05, 0.0)])
+    costmap.update(ROBOT)
+
+    assert costmap.grid.costs[30, 30] == expected
+    assert costmap.grid.costs[30, 40] == (LETHAL if combination in (0, 1) else 200)
+
+
+def test_a_cleared_area_is_computed_again() -> None:
+    costmap, layer = obstacles(SCANNER)
+    see(layer, [(1.05, 0.05, 0.0), (-1.05, 0.05, 0.0)])
+    costmap.update(ROBOT)
+    layer.sources[0].clear()
+    layer.clear_area(0, 0, 30, 60)
+    costmap.update(ROBOT)
+    assert np.argwhere(costmap.grid.costs == LETHAL).tolist() == [[30, 19]]
+    layer.clear_area(0, 0, 30, 60, inside=True)
+    costmap.update(ROBOT)
+    assert not np.any(costmap.grid.costs == LETHAL)
+    layer.reset()
+    assert not np.any(layer.grid.costs)
+
+
+def inflated(cells: Any, inflate_unknown: bool = False) -> tuple[LayeredCostmap, StaticLayer]:
+    costmap, layer = static(cells)
+    costmap.set_footprint(circle(0.25))
+    inflation = InflationLayer("inflation", costmap)
+    costmap.layers.append(inflation)
+    inflation.configure(radius=0.75, scaling=4.0, inflate_unknown=inflate_unknown)
+    costmap.update(ROBOT)
+    return costmap, layer
+
+
+def expected_costs(cells: Any, inscribed: float, inflate_unknown: bool) -> Any:
+    """Return costs from the distances of scipy, cell by cell."""
+    distances = distance_transform_edt(cells != 100) * np.float32(0.1)
+    costs = np.where(cells == 100, 254, np.where(cells == -1, 255, 0))
+    for (y, x), distance in np.ndenumerate(distances):
+        if 0 < distance <= 0.8 + 1e-6:
+            cost = 253 if distance <= inscribed else int(252 * math.exp(-4.0 * (distance - inscribed)))
+            if costs[y, x] == 255:
+                if cost >= 253 or (inflate_unknown and cost > 0):
+                    costs[y, x] = cost
+            else:
+                costs[y, x] = max(costs[y, x], cost)
+    return costs
+
+
+@pytest.mark.parametrize("inflate_unknown", [False, True])
+def test_costs_decrease_with_the_distance_from_obstacles(inflate_unknown: bool) -> None:
+    numbers = np.random.default_rng(5)
+    cells = np.where(numbers.random((50, 70)) < 0.01, 100, 0)
+    cells[20:30, 10:40] = -1
+    cells[25, 20] = 100
+    costmap, _ = inflated(cells, inflate_unknown)
+
+    expected = expected_costs(cells, costmap.inscribed_radius, inflate_unknown)
+    assert (
+        np.abs(costmap.grid.costs.astype(int) - expected).max() <= 1
+    )  # a rounding error may cross an integer
+    assert np.count_nonzero(costmap.grid.costs != expected) <= 5
+
+
+def test_an_update_of_a_part_gives_the_same_as_one_of_all() -> None:
+    numbers = np.random.default_rng(6)
+    cells = np.where(numbers.random((60, 60)) < 0.01, 100, 0)
+    costmap, layer = inflated(cells)
+    for _ in range(10):
+        x, y = (int(number) for number in numbers.integers(0, 55, 2))
+        part = np.where(numbers.random((5, 5)) < 0.1, 100, 0)
+        cells[y : y + 5, x : x + 5] = part
+        layer.set_part(OccupancyGridUpdate(x=x, y=y, width=5, height=5, data=part.ravel().tolist()))
+        costmap.update(ROBOT)
+        assert costmap.window is not None
+        assert costmap.window[2] - costmap.window[0] < 60
+    costmap.update(ROBOT)
+    assert np.array_equal(costmap.grid.costs, inflated(cells)[0].grid.costs)
+
+
+def test_the_costs_of_the_documentation() -> None:
+    costmap = LayeredCostmap()
+    costmap.resize(31, 1, 0.05, 0.0, 0.0)
+    costmap.inscribed_radius = 0.325
+    inflation = InflationLayer("inflation", costmap)
+    inflation.configure(radius=0.55, scaling=10.0, inflate_unknown=False)
+    costmap.grid.costs[0, 0] = LETHAL
+    inflation.update_costs(Window(0, 0, 31, 1))
+    assert [int(costmap.grid.costs[0, at]) for at in (6, 7, 10, 11, 12)] == [253, 196, 43, 26, 0]
