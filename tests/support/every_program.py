@@ -141,6 +141,7 @@ actionlib_tutorials fibonacci_client.py
 actionlib_tutorials fibonacci_server
 actionlib_tutorials fibonacci_server.py
 actionlib_tutorials gen_numbers.py
+depthimage_to_laserscan depthimage_to_laserscan
 diagnostic_aggregator add_analyzers
 diagnostic_aggregator aggregator_node
 costmap_2d costmap_2d_node
@@ -163,6 +164,7 @@ joy joy_node
 map_server map_saver
 map_server map_server map.yaml
 pipros_sim sim
+pointcloud_to_laserscan pointcloud_to_laserscan_node
 robot_localization ekf_localization_node
 robot_localization ukf_localization_node
 robot_state_publisher robot_state_publisher

@@ -40,6 +40,8 @@ LAYERS: list[list[set[str]]] = [
             "markers",
         },
         {"maps", "nodelets", "reconfiguring", "robot_model", "teleoperation", "topic_tools", "policy"},
+        {"clouds"},
+        {"laser"},
         {"server"},
     ],
     [

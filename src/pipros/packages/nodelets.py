@@ -26,7 +26,10 @@ CHOICE_VARIABLE: Final = "PIPROS_NODELETS"
 OURS: Final = "ours"
 GENUINE: Final = "genuine"
 
-PLUGINS: Final[Mapping[str, str]] = {}
+PLUGINS: Final[Mapping[str, str]] = {
+    "depthimage_to_laserscan/DepthImageToLaserScanNodelet": "laser.depth_to_scan_node:DepthToScanNode",
+    "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": "laser.cloud_to_scan_node:CloudToScanNode",
+}
 """The nodelets of pipros. Their modules are relative to `pipros.libraries`."""
 
 _PACKAGE_OF_PREFIX = {"pcl": "pcl_ros"}

@@ -1,0 +1,136 @@
+"""Laser scans from the middle rows of a depth image, as in depthimage_to_laserscan 1.0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.clouds.extras import numpy as np
+from pipros.libraries.vision.distortion import undistorted
+
+_METRES: Final = {"16UC1": np.float32(0.001), "32FC1": np.float32(1.0)}
+
+
+class InvalidDepthImage(PiprosError, ValueError):
+    """A depth image or its camera does not allow a scan. The text says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """What a camera sees: the focal length and centre of the rectified image, and the angles of its edges."""
+
+    focal_length: float
+    center_x: float
+    center_y: float
+    angle_min: float
+    angle_max: float
+
+    def increment(self, width: int) -> Any:
+        """Return the angle between the beams of an image of this width, in float32."""
+        with np.errstate(all="ignore"):
+            return (np.float32(self.angle_max) - np.float32(self.angle_min)) / np.float32(width - 1)
+
+
+def view_of(info: Any, width: int) -> View:
+    """Return the view of a camera from its `sensor_msgs/CameraInfo`.
+
+    Raises:
+        InvalidDepthImage: the camera is not calibrated, or its number of coefficients is invalid.
+    """
+    camera, projection = np.array(info.K).reshape(3, 3), np.array(info.P).reshape(3, 4)
+    for matrix in (camera, projection):
+        matrix[:2, 2] -= info.roi.x_offset, info.roi.y_offset
+        matrix[:2] /= np.array([[max(info.binning_x, 1)], [max(info.binning_y, 1)]])
+    fx, fy, cx, cy = projection[0, 0], projection[1, 1], projection[0, 2], projection[1, 2]
+    if not fx > 0 or not fy > 0 or not camera[0, 0] > 0:
+        raise InvalidDepthImage("the camera is not calibrated: its focal lengths must be greater than 0")
+    coefficients = info.D if any(info.D) else None
+
+    def ray(u: float) -> Any:
+        pixel = np.array([u, cy])
+        if coefficients is not None:
+            raw = pixel.astype(np.float32).astype(np.float64)
+            rotation = np.array(info.R).reshape(3, 3)
+            try:
+                pixel = undistorted(list(raw), camera, coefficients, rotation, projection)
+            except ValueError as error:
+                raise InvalidDepthImage(str(error)) from error
+            pixel = pixel.astype(np.float32).astype(np.float64)
+        return np.array(
+            [(pixel[0] - cx - projection[0, 3]) / fx, (pixel[1] - cy - projection[1, 3]) / fy, 1.0]
+        )
+
+    left, center, right = ray(0), ray(cx), ray(width - 1)
+    return View(fx, cx, cy, -_angle(center, right), _angle(left, center))
+
+
+def _angle(one: Any, other: Any) -> float:
+    return float(np.arccos(one @ other / (np.sqrt(one @ one) * np.sqrt(other @ other))))
+
+
+@dataclass(frozen=True, slots=True)
+class DepthToScan:
+    """The settings: the number of rows in the middle of the image, and the limits of ranges."""
+
+    scan_height: int = 1
+    range_min: float = 0.45
+    range_max: float = 10.0
+
+    def ranges(self, image: Any, view: View) -> Any:
+        """Return the nearest distance in each column in float32; NaN without a point.
+
+        Args:
+            image: a `sensor_msgs/Image` with depths.
+
+        Raises:
+            InvalidDepthImage: its encoding or size is invalid, or it has too few rows.
+        """
+        half = self.scan_height // 2
+        if half > view.center_y or half > image.height - view.center_y:
+            raise InvalidDepthImage(
+                f"scan_height ({self.scan_height} pixels) is too large for the image height ({image.height})"
+            )
+        metres = _METRES.get(image.encoding)
+        if metres is None:
+            raise InvalidDepthImage(f"encoding of a depth image must be 16UC1 or 32FC1, got {image.encoding}")
+        first = int(np.float32(view.center_y) - np.float32(half))
+        depths = _pixels(image)[first : first + self.scan_height]
+        offsets = np.arange(image.width, dtype=np.float32) - np.float32(view.center_x)
+        constant = np.float32(np.float64(metres) / view.focal_length)
+        with np.errstate(all="ignore"):
+            angles = -np.arctan2(offsets.astype(np.float64) * constant, np.float64(metres))
+            beams = (angles - np.float32(view.angle_min)) / view.increment(image.width)
+            values = depths.astype(np.float32)
+            valid = depths != 0 if image.encoding == "16UC1" else np.isfinite(values)
+            x = offsets * values * constant
+            distances = np.where(
+                valid, np.hypot(x.astype(np.float64), (values * metres).astype(np.float64)), values
+            ).astype(np.float32)
+        beams = np.where(np.isfinite(beams), np.clip(beams, -1, image.width), image.width).astype(np.int64)
+        return self._nearest(distances, np.broadcast_to(beams, distances.shape), image.width)
+
+    def _nearest(self, distances: Any, beams: Any, count: int) -> Any:
+        """Return the smallest distance within the limits per beam; infinities only where there is none."""
+        ranges = np.full(count, np.nan, np.float32)
+        inside = (beams >= 0) & (beams < count)
+        infinite = inside & np.isinf(distances)
+        ranges[beams[infinite]] = distances[infinite]
+        kept = inside & (distances >= np.float32(self.range_min)) & (distances <= np.float32(self.range_max))
+        kept &= np.isfinite(distances)
+        nearest = np.full(count, np.inf, np.float32)
+        np.minimum.at(nearest, beams[kept], distances[kept])
+        return np.where(np.isfinite(nearest), nearest, ranges)
+
+
+def _pixels(image: Any) -> Any:
+    """Return the depths of an image, an array of shape (height, width)."""
+    kind = np.dtype("u2" if image.encoding == "16UC1" else "f4")
+    kind = kind.newbyteorder(">" if image.is_bigendian else "<")
+    if image.step < image.width * kind.itemsize or len(image.data) < image.step * image.height:
+        raise InvalidDepthImage(
+            f"an image of {image.width} x {image.height} must have {image.step} * {image.height} bytes, in "
+            f"rows of at least {image.width * kind.itemsize}, got {len(image.data)}"
+        )
+    rows = np.frombuffer(image.data, np.uint8)[: image.step * image.height].reshape(image.height, image.step)
+    return rows[:, : image.width * kind.itemsize].copy().view(kind)

@@ -1,0 +1,89 @@
+"""`depthimage_to_laserscan` and the nodelet `depthimage_to_laserscan/DepthImageToLaserScanNodelet`."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import Any, Final
+
+from pipros.basics.throttle import Throttle
+from pipros.libraries.filters.synchronizer import ExactSynchronizer
+from pipros.libraries.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
+from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.transforms.messages import in_ns
+from pipros.msg import load_message_class
+from pipros.node import Node
+
+QUEUE_SIZE: Final = 10
+SETTINGS: Final = (
+    Setting("scan_height", 1, 1, 500, "Height of the laser band in pixels."),
+    Setting("scan_time", 0.033, 0.0, 1.0, "Time between scans in seconds."),
+    Setting("range_min", 0.45, 0.0, 10.0, "Minimum distance in metres."),
+    Setting("range_max", 10.0, 0.0, 10.0, "Maximum distance in metres."),
+    Setting("output_frame_id", "camera_depth_frame", description="Frame of the scans."),
+)
+
+
+class DepthToScanNode:
+    """Publishes `scan` from `image` and its `camera_info`, subscribed to while `scan` has subscribers."""
+
+    def __init__(self, node: Node) -> None:
+        """Advertise, and serve the settings. Blocks until the master answers."""
+        self._node, self._warnings = node, Throttle(node.log, 1.0)
+        self._lock = threading.Lock()
+        self._scan_class: Any = load_message_class("sensor_msgs/LaserScan")
+        self._settings: Mapping[str, Any] = {}
+        self._server = Reconfigurable(node, "~", SETTINGS, self._configure)
+        self._pairs = ExactSynchronizer(2, QUEUE_SIZE)
+        self._output = node.advertise("scan", self._scan_class, queue_size=QUEUE_SIZE)
+        self._inputs = LazyInputs([self._output], self._subscribe)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._inputs.close()
+
+    def _configure(self, values: Mapping[str, Value], _: int) -> None:
+        self._settings = values
+
+    def _subscribe(self) -> list[Any]:
+        image_class: Any = load_message_class("sensor_msgs/Image")
+        info_class: Any = load_message_class("sensor_msgs/CameraInfo")
+        self._pairs = ExactSynchronizer(2, QUEUE_SIZE)
+        image = self._node.resolve("image")
+        info = f"{image.rpartition('/')[0]}/camera_info"
+        return [
+            self._node.subscribe(
+                image, image_class, lambda each: self._add(each, 0), queue_size=QUEUE_SIZE, zero_copy=True
+            ),
+            self._node.subscribe(info, info_class, lambda each: self._add(each, 1), queue_size=QUEUE_SIZE),
+        ]
+
+    def _add(self, message: Any, index: int) -> None:
+        with self._lock:
+            pairs = self._pairs
+            stamp_ns = in_ns(message.header.stamp)
+            for image, info in pairs.add(message, stamp_ns, pairs.queues[index], index, None):
+                self._on_image(image, info)
+
+    def _on_image(self, image: Any, info: Any) -> None:
+        given = self._settings
+        one = DepthToScan(given["scan_height"], given["range_min"], given["range_max"])
+        try:
+            view = view_of(info, image.width)
+            ranges = one.ranges(image, view)
+        except InvalidDepthImage as error:
+            self._warnings.error("Could not convert depth image to laserscan: %s", error)
+            return
+        scan = self._scan_class(
+            angle_min=view.angle_min,
+            angle_max=view.angle_max,
+            angle_increment=float(view.increment(image.width)),
+            scan_time=given["scan_time"],
+            range_min=one.range_min,
+            range_max=one.range_max,
+            ranges=ranges,
+        )
+        scan.header.stamp = image.header.stamp
+        scan.header.frame_id = given["output_frame_id"] or image.header.frame_id
+        self._output.publish(scan)

@@ -1,0 +1,146 @@
+"""Receive the transforms of a node's topics, look them up, and hold messages back until theirs are known."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from pipros.basics.errors import Interrupted
+from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
+from pipros.libraries.transforms.errors import TransformException
+from pipros.libraries.transforms.messages import in_ns, pose_of_transform
+from pipros.libraries.transforms.pose import Pose
+from pipros.msg import load_message_class
+from pipros.node import Node
+
+Deliver = Callable[[Any], object]
+
+
+class TransformListener:
+    """Fills a buffer from `/tf` and `/tf_static`. Callbacks and lookups may run in several threads.
+
+    Attributes:
+        problems: called with the reason for each transform that the buffer rejects.
+    """
+
+    def __init__(self, node: Node, length_ns: int = DEFAULT_LENGTH) -> None:
+        """Subscribe. Blocks until the master answers."""
+        self.buffer = TransformBuffer(length_ns, limits=node.limits)
+        self.problems: Callable[[str], object] = node.log.debug
+        self._node = node
+        self._observers: tuple[Callable[[], object], ...] = ()
+        message_class: Any = load_message_class("tf2_msgs/TFMessage")
+        self._subscribers = [
+            node.subscribe("/tf", message_class, self._on_moving, queue_size=100),
+            node.subscribe("/tf_static", message_class, self._on_static, queue_size=100),
+        ]
+
+    def at(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose:
+        """Return the pose of `source` in `target` at a time; 0 is the latest. Wait up to `timeout_s`.
+
+        Raises:
+            TransformException: it is not known.
+            Interrupted: the node was shut down meanwhile.
+        """
+
+        def ask() -> tuple[int, str]:
+            reason = self.buffer.can_transform(target, source, stamp_ns)
+            return (1, "") if reason is None else (0, reason)
+
+        if timeout_s > 0:
+            self.buffer.waiter.wait(ask, round(timeout_s * 1e9), lambda: self._node.clock, self._check)
+        return self.buffer.lookup(target, source, stamp_ns)[1]
+
+    def observe(self, observer: Callable[[], object]) -> None:
+        """Call `observer` after each message with transforms, in the thread that received it."""
+        self._observers = (*self._observers, observer)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        for each in self._subscribers:
+            each.unregister()
+
+    def _check(self) -> None:
+        if self._node.is_ending:
+            raise Interrupted("the node was shut down while it waited for a transform")
+
+    def _on_moving(self, message: Any) -> None:
+        self._insert(message, is_static=False)
+
+    def _on_static(self, message: Any) -> None:
+        self._insert(message, is_static=True)
+
+    def _insert(self, message: Any, *, is_static: bool) -> None:
+        for each in message.transforms:
+            for problem in self.buffer.insert(
+                each.header.frame_id,
+                each.child_frame_id,
+                in_ns(each.header.stamp),
+                pose_of_transform(each.transform),
+                "",
+                is_static=is_static,
+            ):
+                self.problems(problem)
+        for observer in self._observers:
+            observer()
+
+
+class TransformGate:
+    """Holds messages with headers back until their transform to a frame is known, like tf's message filter.
+
+    Of more than `queue_size` waiting messages, the oldest is dropped.
+
+    Attributes:
+        tolerance_ns: the transform must also be known this long after a message's timestamp.
+    """
+
+    def __init__(
+        self,
+        listener: TransformListener,
+        target: str,
+        queue_size: int,
+        deliver: Deliver,
+        on_dropped: Deliver | None = None,
+        tolerance_ns: int = 0,
+    ) -> None:
+        self.tolerance_ns = tolerance_ns
+        self._buffer, self._target = listener.buffer, target.removeprefix("/")
+        self._deliver, self._on_dropped = deliver, on_dropped
+        self._waiting: deque[Any] = deque()
+        self._queue_size = max(queue_size, 1)
+        self._lock = threading.Lock()
+        listener.observe(self.check)
+
+    def add(self, message: Any) -> None:
+        """Deliver a message now, or when its transform is known."""
+        dropped = None
+        with self._lock:
+            if len(self._waiting) >= self._queue_size:
+                dropped = self._waiting.popleft()
+            self._waiting.append(message)
+        if dropped is not None and self._on_dropped is not None:
+            self._on_dropped(dropped)
+        self.check()
+
+    def check(self) -> None:
+        """Deliver the waiting messages whose transforms are known."""
+        with self._lock:
+            ready = [each for each in self._waiting if self._is_ready(each)]
+            if not ready:
+                return
+            delivered = {id(each) for each in ready}
+            self._waiting = deque(each for each in self._waiting if id(each) not in delivered)
+        for each in ready:
+            self._deliver(each)
+
+    def _is_ready(self, message: Any) -> bool:
+        source, stamp_ns = message.header.frame_id.removeprefix("/"), in_ns(message.header.stamp)
+        try:
+            return all(
+                self._buffer.can_transform(self._target, source, at_ns) is None
+                for at_ns in {stamp_ns, stamp_ns + self.tolerance_ns}
+            )
+        except TransformException:
+            return False

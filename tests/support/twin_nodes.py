@@ -1,0 +1,155 @@
+"""Pairs of nodes with the same inputs: one of pipros, in the test's process, and a genuine one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipros.basics.env import Environment
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.node import Node
+from tests.support.nodes import Inbox
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+SIDES = ("pipros", "genuine")
+
+
+class Twins:
+    """Nodes `/pipros/NAME` and `/genuine/NAME`, whose other relative names are in these namespaces."""
+
+    def __init__(self, ros: RosSystem, node: Node) -> None:
+        self.node = node
+        self._ros = ros
+        self._nodes: list[Node] = []
+        self._publishers: dict[str, Any] = {}
+        self._inboxes: dict[tuple[str, str], Inbox] = {}
+        self._readers: dict[str, int] = {}
+        self.clock_ns = 1000 * 10**9
+
+    def add(
+        self,
+        name: str,
+        make: Callable[[Node], Any],
+        genuine: Sequence[str | Path],
+        parameters: Mapping[str, Any],
+        inputs: Mapping[str, str],
+        outputs: Mapping[str, str],
+    ) -> Any:
+        """Start both nodes, and subscribe to their outputs. Return the node of pipros.
+
+        Args:
+            make: creates the node of pipros.
+            genuine: the command line of the genuine node.
+            inputs: topics of the test by names in the node.
+            outputs: types by topics of the node, such as `scan` or `~output`.
+        """
+        made = None
+        for side in SIDES:
+            remappings = [f"{old}:={new}" for old, new in inputs.items()]
+            arguments = [f"__name:={name}", f"__ns:=/{side}", *remappings]
+            if parameters:
+                self.node.params.set(f"/{side}/{name}", dict(parameters))
+            for topic, type_name in outputs.items():
+                inbox = self._inboxes[side, f"{name} {topic}"] = Inbox()
+                place = f"{name}/{topic[1:]}" if topic[0] == "~" else topic
+                if topic[0] != "~":
+                    place = f"{name}_{topic}"
+                    arguments.append(f"{topic}:=/{side}/{place}")
+                self.node.subscribe(f"/{side}/{place}", load_message_class(type_name), inbox)
+            if side == "pipros":
+                node = Node(name, argv=arguments, environment=self.node.environment)
+                node.start()
+                self._nodes.append(node)
+                made = make(node)
+            else:
+                self._ros.genuine.start(*genuine, *arguments)
+        for topic in inputs.values():
+            self._readers[topic] = self._readers.get(topic, 0) + 2
+        return made
+
+    def expect(self, topic: str, count: int) -> None:
+        """Make `publish` wait for this number of subscribers of a topic."""
+        self._readers[topic] = count
+
+    def publish(self, topic: str, message: Any, *, latch: bool = False) -> None:
+        """Publish a message when both nodes of each pair with this input have subscribed to it."""
+        if topic not in self._publishers:
+            self._publishers[topic] = self.node.advertise(topic, type(message), queue_size=100, latch=latch)
+        publisher, count = self._publishers[topic], self._readers.get(topic, 0)
+        wait_until(lambda: publisher.connection_count >= count, 60, f"{count} subscribers of {topic}")
+        publisher.publish(message)
+
+    def transforms(self, *frames: tuple[str, str, Sequence[float], Sequence[float]]) -> None:
+        """Publish static transforms: parent, child, position and quaternion of each."""
+        made = []
+        for parent, child, position, quaternion in frames:
+            transform: Any = load_message_class("geometry_msgs/TransformStamped")(child_frame_id=child)
+            transform.header.frame_id = parent
+            at, turn = transform.transform.translation, transform.transform.rotation
+            at.x, at.y, at.z = map(float, position)
+            turn.x, turn.y, turn.z, turn.w = map(float, np.array(quaternion) / np.linalg.norm(quaternion))
+            made.append(transform)
+        tf_class: Any = load_message_class("tf2_msgs/TFMessage")
+        self.publish("/tf_static", tf_class(made), latch=True)
+
+    def next_header(self, frame: str) -> Any:
+        """Return a header with a new timestamp."""
+        self.clock_ns += 10**8
+        header: Any = load_message_class("std_msgs/Header")(frame_id=frame)
+        header.stamp = Time(*divmod(self.clock_ns, 10**9))
+        return header
+
+    def outputs(self, name: str, topic: str, count: int = 1) -> tuple[list[Any], list[Any]]:
+        """Wait until both nodes have published `count` messages; return those of either side."""
+        inboxes = [self._inboxes[side, f"{name} {topic}"] for side in SIDES]
+        wait_until(
+            lambda: all(len(each.messages) >= count for each in inboxes),
+            60,
+            lambda: f"{name} {topic}: {[len(each.messages) for each in inboxes]} of {count} messages",
+        )
+        ours, genuine = (list(each.messages) for each in inboxes)
+        return ours, genuine
+
+    def close(self) -> None:
+        for node in self._nodes:
+            node.shutdown()
+
+
+@contextmanager
+def twins(ros: RosSystem) -> Iterator[Twins]:
+    """Run a master, and end all nodes afterwards."""
+    ros.serve_master()
+    with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
+        both = Twins(ros, node)
+        try:
+            yield both
+        finally:
+            both.close()
+
+
+def differences(one: Any, other: Any) -> list[str]:
+    """Return the paths of all fields in which two messages differ. NaN equals NaN. Ignores `seq`."""
+    found: list[str] = []
+    _compare(one, other, "", found)
+    return found
+
+
+def _compare(one: Any, other: Any, path: str, found: list[str]) -> None:
+    if hasattr(one, "__slots__") and not isinstance(one, Time):
+        for name in one.__slots__:
+            if name != "seq":
+                _compare(getattr(one, name), getattr(other, name), f"{path}.{name}", found)
+    elif isinstance(one, bytes | str | bool) or not hasattr(one, "__len__"):
+        if one != other and not (one != one and other != other):  # NaN
+            found.append(f"{path}: {one!r} {other!r}"[:300])
+    elif len(one) != len(other):
+        found.append(f"{path}: {len(one)} and {len(other)} elements")
+    else:
+        for index, (first, second) in enumerate(zip(one, other, strict=True)):
+            _compare(first, second, f"{path}[{index}]", found)
