@@ -80,9 +80,10 @@ class Schedule:
             for lost in wait_until_handled(self._node, sent, _DELIVERY_S):
                 self._node.log.warning("messages of [%s] on [%s] did not arrive", lost.publisher, lost.topic)
             self._run(in_ns(request.now))
-            mine = sent_by(self._node)
+        holds = self._hold()
+        mine = sent_by(self._node)
         return self._service._response_class(
-            self._hold(),
+            holds,
             [each.topic for each in mine],
             [each.subscriber for each in mine],
             [each.messages for each in mine],

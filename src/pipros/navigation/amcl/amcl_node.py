@@ -30,6 +30,7 @@ from pipros.navigation.amcl.settings import (
 )
 from pipros.navigation.frames import Frames
 from pipros.navigation.parameters import Parameters
+from pipros.navigation.schedule import Schedule
 from pipros.node import Node
 from pipros.node.rate import Timer
 from pipros.node.service_link import ServiceFailed
@@ -84,6 +85,7 @@ class AmclNode:
         if self._node.is_ending:
             return
         Reconfigurable(self._node, "~", changeable_settings(), self._reconfigure)
+        Schedule(self._node).start()
         Timer(self._node.clock, round(NO_SCAN_S * 1e9), lambda _: self._check_scans(), reset=True)
         self._node.wait_for_shutdown()
 

@@ -7,8 +7,7 @@ and answers with the numbers of messages that it has sent itself. At the end, th
 the members have sent to it. So each step is a fixed sequence, whatever the speed of the machine, and the
 whole system repeats its trace if its members are deterministic.
 
-Until all members offer the service, the time stands still, and the simulator repeats its messages. A member
-that fails or does not answer in time is left out from then on.
+A member that fails or does not answer in time is left out from then on.
 """
 
 from __future__ import annotations

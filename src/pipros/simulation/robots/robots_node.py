@@ -21,10 +21,10 @@ SCAN_STEPS: Final = 5
 """Steps between two scans: 10 Hz."""
 BATTERY_STEPS: Final = 50
 """Steps between two battery messages: 1 Hz."""
-STILL_S: Final = 0.1
-"""Interval at which the messages are repeated while members of the lockstep are missing."""
-STILL_ROUNDS: Final = 5
-"""How often they are repeated once all members are there."""
+START_STEPS: Final = 200
+"""Steps to a time at which a lockstep may begin: 4 s."""
+SLOW_S: Final = 0.5
+"""Real time of a step in the last second before that, while members are missing."""
 LATE_S: Final = 0.1
 """If the simulation is behind by more than this, it skips the missed steps."""
 
@@ -75,7 +75,7 @@ class RobotsNode:
             for name in simulation.robots
         }
         static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)
-        stamp = self._stamp()
+        stamp = self.stamp()
         fixed = [each for endpoints in self._endpoints.values() for each in endpoints.fixed_transforms(stamp)]
         static.publish(self._tf_class(fixed))
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
@@ -94,21 +94,36 @@ class RobotsNode:
     def _run_in_lockstep(self) -> None:
         """Run as fast as the members answer, until the node is shut down or no member is left."""
         lockstep = self._lockstep
-        for _ in range(SCAN_STEPS):
-            self.simulation.step()
-        while missing := lockstep.missing():
-            self._node.log.info("the time stands still until there is %s", " and ".join(missing))
-            self._publish()
-            if self._node.wait_for_shutdown(STILL_S):
-                return
-        for _ in range(STILL_ROUNDS):  # for subscriptions that are not connected yet
-            self._publish()
-            lockstep.settle(self._stamp())
+        if not self._wait_for_members():
+            return
         while lockstep.has_members and not self._node.is_ending:
-            if not lockstep.settle(self._stamp()):
+            if not lockstep.settle(self.stamp()):
                 self.step()
                 lockstep.count(STEP_S)
         lockstep.report()
+
+    def _wait_for_members(self) -> bool:
+        """Let time pass, but nothing move, until all members are there. Return False at a shutdown.
+
+        Nodes need some time to start, because they wait for transforms. The lockstep begins at a multiple of
+        `START_STEPS`, which is the first one unless the members need very long, so that all timestamps are
+        repeatable, too.
+        """
+        missing = [""]
+        while missing or self.simulation.steps % START_STEPS:
+            phase = self.simulation.steps % START_STEPS
+            if missing and phase % SCAN_STEPS == 0:
+                before, missing = missing, self._lockstep.missing()
+                if missing and missing != before:
+                    self._node.log.info("the lockstep begins when there is %s", " and ".join(missing))
+            pause_s = 0.0 if not missing else STEP_S if phase < START_STEPS - 50 else SLOW_S
+            if self._node.wait_for_shutdown(pause_s):
+                return False
+            with self.lock:
+                self.simulation.step()
+                self.simulation.reset()
+            self._publish()
+        return True
 
     def step(self) -> None:
         """Move the robots and publish their measurements."""
@@ -121,7 +136,7 @@ class RobotsNode:
             steps = self.simulation.steps
             wanted = [name for name, endpoints in self._endpoints.items() if endpoints.wants_scan]
             scans = self.simulation.scans(wanted if steps % SCAN_STEPS == 0 else ())
-            stamp = self._stamp()
+            stamp = self.stamp()
             if self._has_clock:
                 self._clock.publish(self._clock_class(stamp))
             if self._tf.connection_count:
@@ -135,7 +150,8 @@ class RobotsNode:
                 if steps % BATTERY_STEPS == 0:
                     endpoints.publish_battery(stamp)
 
-    def _stamp(self) -> Time:
+    def stamp(self) -> Time:
+        """Return the time for timestamps."""
         if not self._has_clock:
             return Time(*divmod(time.time_ns(), 1_000_000_000))
         return Time(*divmod(self.simulation.steps * _STEP_NS, 1_000_000_000))
