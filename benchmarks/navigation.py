@@ -21,9 +21,14 @@ from pipros.navigation.amcl.beams import read_beams
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.localizer import Localizer
 from pipros.navigation.amcl.settings import Belief, Settings
+from pipros.navigation.costmap.grid import CostGrid
+from pipros.navigation.dwa.planner import DwaPlanner
+from pipros.navigation.dwa.settings import DwaSettings
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
 from pipros.navigation.filter.state import SIZE, Measurement
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
+
+FOOTPRINT = [(-0.105, -0.105), (-0.105, 0.105), (0.041, 0.105), (0.041, -0.105)]
 
 
 def median_ms(work, repetitions):
@@ -99,6 +104,31 @@ def amcl_look_up():
     return step
 
 
+def window_of_velocities():
+    """Return a function that chooses among 20 x 20 velocities, in a local costmap of 60 x 60 cells."""
+    grid = CostGrid()
+    grid.resize(60, 60, 0.05, -1.5, -1.5)
+    grid.costs[45:50], grid.costs[50:] = 120, 254
+    settings = DwaSettings(
+        min_vel_x=-0.1, max_vel_y=0.0, min_vel_y=0.0, max_vel_theta=1.8, sim_period=0.1,
+        vx_samples=20, vy_samples=1, vth_samples=20,
+    )  # fmt: skip
+    planner = DwaPlanner(settings)
+    plan = [(x / 20, 0.3 * np.sin(x / 10)) for x in range(30)]
+
+    def choose():
+        planner.look_at(grid, FOOTPRINT, (0.0, 0.0, 0.1), plan)
+        planner.choose((0.0, 0.0, 0.1), (0.2, 0.0, 0.1))
+
+    return choose
+
+
+def outlines_of_poses():
+    """Return a function that looks up outlines of 44 cells for as many poses as these velocities have."""
+    costs, cells = np.zeros(3600, np.uint8), np.random.default_rng(1).integers(0, 3600, (44, 9000))
+    return lambda: costs[cells].max(axis=0)
+
+
 OPERATIONS = {
     "EKF, one step with 12 variables": (lambda: filter_step(ExtendedKalmanFilter()), filter_products),
     "UKF, one step with 12 variables": (
@@ -110,6 +140,7 @@ OPERATIONS = {
         amcl_look_up,
     ),
     "AMCL, 2,000 particles, 60 beams, beam model": (lambda: amcl_update("beam"), amcl_look_up),
+    "DWA, 20 x 20 velocities": (window_of_velocities, outlines_of_poses),
 }
 
 

@@ -1,0 +1,8 @@
+"""The dynamic window approach of `dwa_local_planner`: choose the next velocity by simulating many.
+
+D. Fox, W. Burgard and S. Thrun, "The dynamic window approach to collision avoidance", IEEE Robotics &
+Automation Magazine, 1997.
+
+Poses are (x, y, yaw) in metres and radians in the frame of the local costmap, velocities (x, y, turn) in m/s
+and rad/s in the robot's frame. `planner.py` is the entry; only `dwa_node.py` uses topics.
+"""

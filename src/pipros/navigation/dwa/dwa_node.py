@@ -1,0 +1,205 @@
+"""The planner with its topics and parameters, as a part of a node: DWAPlannerROS of dwa_local_planner."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from pipros.libraries.reconfiguring.server import Reconfigurable
+from pipros.libraries.transforms.errors import TransformException
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.navigation import plane
+from pipros.navigation.costmap.costmap import Costmap
+from pipros.navigation.costmap.grid import INSCRIBED
+from pipros.navigation.dwa.goal_rotation import STILL, GoalRotation
+from pipros.navigation.dwa.planner import Choice, DwaPlanner
+from pipros.navigation.dwa.settings import SETTINGS, DwaSettings
+from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
+from pipros.navigation.plane import Poses, Triple
+from pipros.node import Node
+
+_NEAR_M: Final = 1.0
+"""With `prune_plan`, poses at the beginning of the plan that are farther from the robot are dropped."""
+_RENAMED: Final = {
+    "max_trans_vel": "max_vel_trans", "min_trans_vel": "min_vel_trans", "max_rot_vel": "max_vel_theta",
+    "min_rot_vel": "min_vel_theta", "acc_limit_trans": "acc_lim_trans",
+    "rot_stopped_vel": "theta_stopped_vel",
+}  # fmt: skip
+
+
+class DwaLocalPlanner:
+    """Follows plans in the local costmap. Not thread-safe, except for changes of the settings."""
+
+    def __init__(self, node: Node, log: logging.Logger, costmap: Costmap) -> None:
+        """Register the topics and the settings in the namespace `~DWAPlannerROS`."""
+        self._node, self._log, self._costmap, namespace = node, log, costmap, "~DWAPlannerROS"
+        given = read_parameters(node, namespace)
+        for old, new in _RENAMED.items():
+            if given.has(old):
+                log.warning("%s/%s has no effect: its name is %s now", namespace, old, new)
+        frequency = search_upwards(node, namespace, "controller_frequency")
+        period_s = 1.0 / frequency if isinstance(frequency, int | float) and frequency > 0 else 0.05
+        self._fixed: dict[str, Any] = {
+            "sim_period": period_s,
+            "sum_scores": given.boolean("sum_scores", False),
+            "cheat_factor": given.number("cheat_factor", 1.0),
+        }
+        self._settings = DwaSettings(**self._fixed)
+        self._initial: Mapping[str, Any] = {}
+        self._planner = DwaPlanner(self._settings)
+        is_latching = read_parameters(node, "~").boolean("latch_xy_goal_tolerance", False)
+        self._rotation = GoalRotation(self._settings, is_latching=is_latching)
+        self._plan_frame, self._plan = costmap.global_frame, np.empty((0, 3))
+        self._velocity: Triple = STILL
+        self._advertise(namespace, given)
+        self._reconfigurable = Reconfigurable(node, namespace, SETTINGS, self._apply)
+        odometry: Any = load_message_class("nav_msgs/Odometry")
+        node.subscribe(given.text("odom_topic", "odom"), odometry, self._on_odometry, queue_size=1)
+
+    def _advertise(self, namespace: str, given: Parameters) -> None:
+        path: Any = load_message_class("nav_msgs/Path")
+        self._global_plan = self._node.advertise(f"{namespace}/global_plan", path, queue_size=1)
+        self._local_plan = self._node.advertise(f"{namespace}/local_plan", path, queue_size=1)
+        cloud: Any = load_message_class("sensor_msgs/PointCloud2")
+        self._tried = self._node.advertise(f"{namespace}/trajectory_cloud", cloud, queue_size=1)
+        self._costs = self._node.advertise(f"{namespace}/cost_cloud", cloud, queue_size=1)
+        self._shows_tried = given.boolean("publish_traj_pc", False)
+        self._shows_costs = given.boolean("publish_cost_grid_pc", False)
+        self._cloud_frame = given.text("global_frame_id", "odom")
+
+    def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
+        self._initial = self._initial or dict(values)
+        if values["restore_defaults"]:
+            values = {**self._initial, "restore_defaults": False}
+        try:
+            settings = DwaSettings.of(values, **self._fixed)
+        except InvalidParameter as error:
+            self._log.error("the settings of the local planner stay as they are: %s", error)
+            return {**values, **{name: getattr(self._settings, name, False) for name in values}}
+        self._settings = self._planner.settings = self._rotation.settings = settings
+        return values
+
+    def _on_odometry(self, message: Any) -> None:
+        rates = message.twist.twist
+        self._velocity = rates.linear.x, rates.linear.y, rates.angular.z
+
+    # -- what move_base asks -----------------------------------------------------
+
+    def set_plan(self, frame: str, poses: Poses) -> bool:
+        """Follow another plan, of shape (n, 3). Return False if it cannot be followed."""
+        self._plan_frame, self._plan = frame, poses
+        self._planner.start_plan()
+        self._rotation.start_plan()
+        return True
+
+    def is_goal_reached(self) -> bool:
+        """Return whether the robot stands at the end of the plan, in its direction."""
+        pose, goal = self._costmap.robot_pose(), self._goal()
+        if pose is None or goal is None:
+            return False
+        return self._rotation.has_reached(pose, self._velocity, goal)
+
+    def command(self) -> Triple | None:
+        """Return the velocity to drive with now, or None if there is no legal one."""
+        pose, goal = self._costmap.robot_pose(), self._goal()
+        local = None if pose is None else self._local(pose)
+        if pose is None or goal is None or local is None or not len(local):
+            return None
+        with self._costmap.lock:
+            points = [(float(x), float(y)) for x, y in local[:, :2]]
+            self._planner.look_at(self._costmap.grid, self._costmap.footprint, pose, points)
+            if self._rotation.is_there(pose, goal):
+                return self._turn(pose, goal)
+            choice = self._planner.choose(pose, self._velocity)
+            self._show(choice)
+        if choice.command is not None:
+            self._publish(self._global_plan, local)
+            self._publish(self._local_plan, choice.way)
+        return choice.command
+
+    def _turn(self, pose: Triple, goal: Triple) -> Triple | None:
+        velocity = self._velocity
+        return self._rotation.command(
+            pose, velocity, goal, lambda command: self._planner.is_legal(pose, velocity, command)
+        )
+
+    # -- the plan in the costmap -------------------------------------------------
+
+    def _frame(self) -> Triple | None:
+        """Return the pose of the plan's frame in the costmap's frame, the latest one."""
+        target = self._costmap.global_frame
+        if target == self._plan_frame:
+            return STILL
+        try:
+            return plane.flat(self._costmap.frames.at(target, self._plan_frame, 0))
+        except TransformException as error:
+            self._costmap.warn(f"the plan is not in the frame {target}: {error}")
+            return None
+
+    def _goal(self) -> Triple | None:
+        frame = self._frame() if len(self._plan) else None
+        if frame is None:
+            return None
+        x, y, yaw = map(float, plane.in_frame(frame, self._plan[-1:])[0])
+        return x, y, yaw
+
+    def _local(self, pose: Triple) -> Poses | None:
+        """Return the part of the plan within the costmap, up to the first pose beyond."""
+        frame = self._frame()
+        if frame is None:
+            return None
+        placed = plane.in_frame(frame, self._plan)
+        distance = np.hypot(placed[:, 0] - pose[0], placed[:, 1] - pose[1])
+        grid = self._costmap.grid
+        reach = max(grid.costs.shape) * grid.resolution / 2
+        near = np.flatnonzero(distance <= reach)
+        if not near.size:
+            return placed[:0]
+        beyond = np.flatnonzero(distance[near[0] :] > reach)
+        end = near[0] + int(beyond[0]) + 1 if beyond.size else len(placed)
+        first = int(near[0])
+        if self._settings.prune_plan:
+            close = np.flatnonzero(distance[first:end] < _NEAR_M)
+            first += int(close[0]) if close.size else end - first
+            self._plan = self._plan[first:]
+        return placed[first:end]
+
+    # -- what is shown -----------------------------------------------------------
+
+    def _publish(self, publisher: Any, poses: Poses) -> None:
+        if publisher.connection_count:
+            publisher.publish(plane.path(poses, self._costmap.global_frame, self._now()))
+
+    def _now(self) -> Time:
+        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
+
+    def _show(self, choice: Choice) -> None:
+        tried, scores = choice.tried, choice.scores
+        if self._shows_tried and self._tried.connection_count:
+            mask = (np.arange(tried.x.shape[1]) < tried.counts[:, None]) & (scores >= 0)[:, None]
+            rows = [tried.x[mask], tried.y[mask], np.zeros(int(mask.sum())), tried.yaw[mask]]
+            rows.append(np.broadcast_to(scores[:, None], mask.shape)[mask])
+            names = ("x", "y", "z", "theta", "cost")
+            self._tried.publish(plane.cloud(names, np.column_stack(rows), self._cloud_frame, self._now()))
+        if self._shows_costs and self._costs.connection_count:
+            self._costs.publish(self._cost_cloud())
+
+    def _cost_cloud(self) -> Any:
+        grid, settings = self._costmap.grid, self._settings
+        path, goal = self._planner.distances[:2]
+        row, column = np.nonzero((path < grid.costs.size) & (grid.costs < INSCRIBED))
+        costs = grid.costs[row, column].astype(float)
+        x = grid.origin_x + (column + 0.5) * grid.resolution
+        y = grid.origin_y + (row + 0.5) * grid.resolution
+        to_path, to_goal = path[row, column], goal[row, column]
+        total = grid.resolution * (
+            settings.path_distance_bias * to_path + settings.goal_distance_bias * to_goal
+        )
+        total += settings.occdist_scale * costs
+        values = np.column_stack((x, y, np.zeros(len(x)), to_path, to_goal, costs, total))
+        names = ("x", "y", "z", "path_cost", "goal_cost", "occ_cost", "total_cost")
+        return plane.cloud(names, values, self._costmap.global_frame, self._now())

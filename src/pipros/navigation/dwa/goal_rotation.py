@@ -1,0 +1,76 @@
+"""The end of a drive: stop at the goal's position, then turn to its direction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from pipros.navigation.dwa.settings import DwaSettings
+from pipros.navigation.plane import Triple
+
+STILL: Triple = (0.0, 0.0, 0.0)
+
+
+class GoalRotation:
+    """Decides whether the goal is reached, and how to turn at it. Not thread-safe.
+
+    Attributes:
+        settings: the settings.
+        is_latching: whether the robot only turns once it has been at the goal, until there is a new plan.
+    """
+
+    def __init__(self, settings: DwaSettings, *, is_latching: bool) -> None:
+        self.settings, self.is_latching = settings, is_latching
+        self._was_there = self._is_turning = False
+
+    def start_plan(self) -> None:
+        """Forget that the robot has been at the goal: there is a new plan."""
+        self._was_there = False
+
+    def is_there(self, pose: Triple, goal: Triple) -> bool:
+        """Return whether the robot is at the goal's position."""
+        distance = math.hypot(goal[0] - pose[0], goal[1] - pose[1])
+        if distance <= self.settings.xy_goal_tolerance:
+            self._was_there = True
+            return True
+        return self.is_latching and self._was_there
+
+    def has_reached(self, pose: Triple, velocity: Triple, goal: Triple) -> bool:
+        """Return whether the robot stands at the goal, in its direction."""
+        turn = abs(_difference(pose, goal))
+        return (
+            self.is_there(pose, goal) and turn <= self.settings.yaw_goal_tolerance and self._stands(velocity)
+        )
+
+    def command(
+        self, pose: Triple, velocity: Triple, goal: Triple, is_legal: Callable[[Triple], bool]
+    ) -> Triple | None:
+        """Return the velocity that brakes or turns to the goal's direction; None if it is not legal."""
+        settings, period_s = self.settings, self.settings.sim_period
+        turn = _difference(pose, goal)
+        if abs(turn) <= settings.yaw_goal_tolerance:
+            self._is_turning = False
+            return STILL
+        if not self._is_turning and not self._stands(velocity):
+            x, y, w = (
+                math.copysign(max(0.0, abs(now) - gain * period_s), now)
+                for now, gain in zip(velocity, settings.accelerations, strict=True)
+            )
+            return (x, y, w) if is_legal((x, y, w)) else None
+        self._is_turning = True
+        gain = settings.acc_lim_theta
+        low, high = settings.min_vel_theta, settings.max_vel_theta
+        speed = min(high, max(low, abs(turn)))
+        speed = min(max(speed, abs(velocity[2]) - gain * period_s), abs(velocity[2]) + gain * period_s)
+        speed = min(math.sqrt(2 * gain * abs(turn)), speed)
+        command = (0.0, 0.0, math.copysign(min(high, max(low, speed)), turn))
+        return command if is_legal(command) else None
+
+    def _stands(self, velocity: Triple) -> bool:
+        settings = self.settings
+        is_slow = max(abs(velocity[0]), abs(velocity[1])) <= settings.trans_stopped_vel
+        return is_slow and abs(velocity[2]) <= settings.theta_stopped_vel
+
+
+def _difference(pose: Triple, goal: Triple) -> float:
+    return math.remainder(goal[2] - pose[2], math.tau)

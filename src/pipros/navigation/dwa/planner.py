@@ -1,0 +1,163 @@
+"""Choose the velocity whose way has the lowest score."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipros.navigation.costmap.grid import CostGrid
+from pipros.navigation.dwa.distances import plan_cells, waves
+from pipros.navigation.dwa.footprint_costs import outline_costs
+from pipros.navigation.dwa.oscillation import Oscillation
+from pipros.navigation.dwa.settings import DwaSettings
+from pipros.navigation.dwa.trajectories import Array, Trajectories, simulated, window
+from pipros.navigation.plane import Triple
+
+Point = tuple[float, float]
+
+FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
+"""Scores of ways that swing, collide, leave the grid, lead into an obstacle, or away from the plan."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Choice:
+    """The result of a cycle.
+
+    Attributes:
+        command: the chosen velocity, or None if all ways were discarded.
+        way: the poses of the chosen way, shape (k, 3).
+        tried: all ways.
+        scores: their scores, shape (n,); negative if discarded.
+    """
+
+    command: Triple | None
+    way: Array
+    tried: Trajectories
+    scores: Array
+
+
+class DwaPlanner:
+    """Chooses velocities. Not thread-safe.
+
+    Attributes:
+        settings: the settings; may be replaced between two cycles.
+    """
+
+    def __init__(self, settings: DwaSettings) -> None:
+        self.settings = settings
+        self._oscillation = Oscillation()
+        self._alignment = 0.0
+
+    def start_plan(self) -> None:
+        """Forget the oscillation: there is a new plan."""
+        self._oscillation.reset()
+
+    def look_at(
+        self, grid: CostGrid, footprint: Sequence[Point], pose: Triple, plan: Sequence[Point]
+    ) -> None:
+        """Prepare for the ways from a pose along a plan, which ends at the local goal."""
+        settings, (goal_x, goal_y) = self.settings, plan[-1]
+        self._grid, self._footprint, self._goal = grid, footprint, plan[-1]
+        ahead, angle = settings.forward_point_distance, math.atan2(goal_y - pose[1], goal_x - pose[0])
+        nose = [*plan[:-1], (goal_x + ahead * math.cos(angle), goal_y + ahead * math.sin(angle))]
+        path = plan_cells(grid, plan)
+        self.distances = waves(grid, [path, path[-1:], plan_cells(grid, nose)[-1:]])
+        distance = math.hypot(goal_x - pose[0], goal_y - pose[1])
+        is_far = distance**2 > ahead**2 * settings.cheat_factor
+        self._alignment = settings.path_distance_bias if is_far else 0.0
+
+    def choose(self, pose: Triple, velocity: Triple) -> Choice:
+        """Return the best velocity from this pose and velocity. Call `look_at` first."""
+        samples = window(self.settings, pose, velocity, self._goal)
+        tried = simulated(self.settings, pose, velocity, samples)
+        scores = self.scores(tried)
+        legal = np.flatnonzero(scores >= 0)
+        if not legal.size:
+            return Choice(None, np.empty((0, 3)), tried, scores)
+        best = int(legal[np.argmin(scores[legal])])
+        x, y, turn = map(float, tried.commands[best])
+        self._oscillation.note((x, y, turn), pose, self.settings)
+        return Choice((x, y, turn), tried.way(best), tried, scores)
+
+    def is_legal(self, pose: Triple, velocity: Triple, command: Triple) -> bool:
+        """Return whether the way with one velocity is legal. This ends the bans for oscillation."""
+        self._oscillation.reset()
+        tried = simulated(self.settings, pose, velocity, np.array([command]))
+        return not len(tried) or bool(self.scores(tried)[0] >= 0)
+
+    def scores(self, tried: Trajectories) -> Array:
+        """Return the scores of ways, lowest best; negative for those that are discarded."""
+        settings, scale = self.settings, self._grid.resolution
+        scores = np.where(self._oscillation.forbids(tried.commands), FORBIDDEN, 0.0)
+        path, goal, nose = self.distances
+        for bias, distance, ahead in (
+            (settings.path_distance_bias, path, 0.0),
+            (settings.goal_distance_bias, goal, 0.0),
+            (self._alignment, path, settings.forward_point_distance),
+            (settings.goal_distance_bias, nose, settings.forward_point_distance),
+        ):
+            if bias:
+                found = self._distance_scores(tried, distance, ahead)
+                _add(scores, found, bias * scale)
+        if settings.twirling_scale:
+            _add(scores, np.abs(tried.commands[:, 2]), settings.twirling_scale)
+        if settings.occdist_scale:
+            left = np.flatnonzero(scores >= 0)
+            found = np.full(len(tried), HITS)
+            found[left] = self._obstacle_scores(tried, left)
+            _add(scores, found, settings.occdist_scale)
+        return scores
+
+    def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
+        """Return the distance at the end of each way, or at a point ahead of it.
+
+        Ways that leave the grid are discarded; if the point is not ahead, also those through obstacles.
+        """
+        x, y = tried.x, tried.y
+        if ahead:
+            x, y = x + ahead * np.cos(tried.yaw), y + ahead * np.sin(tried.yaw)
+        is_part = np.arange(x.shape[1]) < tried.counts[:, None]
+        columns, rows, inside = self._grid.world_to_cells(x, y)
+        found = distance[rows, columns]
+        scores: Array = found[np.arange(len(tried)), tried.counts - 1].astype(float)
+        if not ahead:
+            cells = distance.size
+            scores[((found == cells + 1) & is_part).any(1)] = UNREACHED
+            scores[((found == cells) & is_part).any(1)] = BLOCKED
+        scores[(~inside & is_part).any(1)] = OFF_MAP
+        return scores
+
+    def _obstacle_scores(self, tried: Trajectories, chosen: NDArray[np.int64]) -> Array:
+        """Return the greatest cost (or the sum) under the footprint and the centre along the chosen ways."""
+        x, y, yaw = tried.x[chosen], tried.y[chosen], tried.yaw[chosen]
+        is_part = np.arange(x.shape[1]) < tried.counts[chosen, None]
+        costs = np.zeros(x.shape, np.int64)
+        growth = self._growth(tried.commands[chosen])
+        for factor in np.unique(growth):
+            mask = is_part & (growth == factor)[:, None]
+            corners = [(factor * a, factor * b) for a, b in self._footprint]
+            found = outline_costs(self._grid, corners, x[mask], y[mask], yaw[mask])
+            columns, rows, _ = self._grid.world_to_cells(x[mask], y[mask])
+            costs[mask] = np.where(found < 0, found, np.maximum(found, self._grid.costs[rows, columns]))
+        total = costs.sum(1) if self.settings.sum_scores else costs.max(1, initial=0)
+        scores: Array = np.where((costs < 0).any(1), HITS, total)
+        return scores
+
+    def _growth(self, commands: Array) -> Array:
+        """Return the factors by which the footprint grows: more at high speed."""
+        settings = self.settings
+        speed = np.hypot(commands[:, 0], commands[:, 1])
+        beyond = max(settings.max_vel_trans - settings.scaling_speed, 1e-9)
+        growth: Array = 1.0 + settings.max_scaling_factor * (speed - settings.scaling_speed) / beyond
+        growth[speed <= settings.scaling_speed] = 1.0
+        return growth
+
+
+def _add(scores: Array, found: Array, weight: float) -> None:
+    """Add a term to the scores; discard what it discards."""
+    kept = scores >= 0
+    scores[kept] = np.where(found < 0, found, scores + found * weight)[kept]
