@@ -83,7 +83,7 @@ def test_a_raw_image_is_republished_in_every_transport(processes: Processes, mak
             1,
             "'theora': it must be one of raw, compressed, compressed",
         ),
-        (["raw", "in:=/a", "compressedDepth", "out:=/b"], 1, "it must be one of raw, compressed\n"),
+        (["raw", "in:=/a", "theora", "out:=/b"], 1, "it must be one of raw, compressed, compressedDepth\n"),
     ],
 )
 def test_impossible_conversions_are_reported(

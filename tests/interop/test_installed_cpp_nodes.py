@@ -48,7 +48,6 @@ def test_a_nodelet_is_loaded_into_a_genuine_manager(plain_ros: RosSystem, path: 
 @pytest.mark.parametrize(
     ("package", "program", "place"),
     [
-        ("image_proc", "image_proc", "/usr/lib/image_proc"),
         ("image_rotate", "image_rotate", "/usr/lib/image_rotate"),
         ("nodelet", "declared_nodelets", "/usr/lib/nodelet"),
         ("topic_tools", "throttle", f"{SHARED_PACKAGES}/topic_tools/scripts"),
@@ -67,6 +66,6 @@ def test_queries_of_packages_keep_the_winner(plain_ros: RosSystem) -> None:
     plain_ros.pipros.environment["ROS_PACKAGE_PATH"] = "/usr/share"
     for package, folder in (
         ("nodelet", f"{SHARED_PACKAGES}/nodelet"),
-        ("image_proc", "/usr/share/image_proc"),
+        ("pluginlib", "/usr/share/pluginlib"),
     ):
         assert plain_ros.pipros.run("rospack", "find", package).stdout == [folder]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import pytest
@@ -17,7 +16,8 @@ from tests.support.waiting import wait_until
 Image: Any = load_message_class("sensor_msgs/Image")
 
 
-@pytest.mark.parametrize(("manager_side", "loader_side"), itertools.product(("pipros", "genuine"), repeat=2))
+@pytest.mark.parametrize("manager_side", ["pipros", "genuine"])
+@pytest.mark.parametrize("loader_side", ["pipros", "genuine"])
 def test_a_nodelet_has_the_same_names_and_ends_with_its_loader(
     ros: RosSystem, manager_side: str, loader_side: str
 ) -> None:

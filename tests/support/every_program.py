@@ -157,12 +157,15 @@ dynamic_reconfigure reconfigure_gui
 fake_localization fake_localization
 foxglove_bridge foxglove_bridge _port:=0
 image_transport republish raw
+image_proc image_proc
+image_view disparity_view
 image_view image_view
 joint_state_publisher joint_state_publisher
 joint_state_publisher_gui joint_state_publisher_gui
 joy joy_node
 map_server map_saver
 map_server map_server map.yaml
+nodelet nodelet manager
 pipros_sim sim
 pointcloud_to_laserscan pointcloud_to_laserscan_node
 robot_localization ekf_localization_node
@@ -201,6 +204,7 @@ rostest publishtest
 rostest subscribetest
 rqt_robot_steering rqt_robot_steering
 stage_ros stageros simple.world
+stereo_image_proc stereo_image_proc
 teleop_twist_joy teleop_node
 teleop_twist_keyboard teleop_twist_keyboard.py
 tf static_transform_publisher 0 0 0 0 0 0 a b 100

@@ -43,6 +43,7 @@ LAYERS: list[list[set[str]]] = [
         {"clouds"},
         {"laser"},
         {"server"},
+        {"images"},
     ],
     [
         {"testing", "health"},

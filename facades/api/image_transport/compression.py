@@ -13,9 +13,9 @@ import rospy
 from cv_bridge import CvBridge, CvBridgeError
 from pipros.libraries.vision.compressed_images import (
     CompressionError,
-    CompressionSettings,
-    compressed,
+    compressed_by,
     decompressed,
+    read_settings,
 )
 from pipros.pictures.codecs import codec
 
@@ -23,24 +23,23 @@ from pipros.pictures.codecs import codec
 def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
     """Return a function that compresses images according to the parameters of `topic`.
 
-    The parameters are `format`, `jpeg_quality` and `png_level` in the namespace of the topic. The function
-    returns None if an image cannot be compressed.
+    The last part of the topic is the transport. The parameters are in the namespace of the topic: `format`,
+    `png_level`, `jpeg_quality`, or `depth_max` and `depth_quantization`. The function returns None if an
+    image cannot be compressed.
 
     Raises:
         ImportError: neither OpenCV nor Pillow is installed.
         CompressionError: a parameter has an invalid value.
     """
-    default, bridge, pictures = CompressionSettings(), CvBridge(), codec()
-    settings = CompressionSettings(
-        rospy.get_param(f"{topic}/format", default.kind),
-        rospy.get_param(f"{topic}/jpeg_quality", default.jpeg_quality),
-        rospy.get_param(f"{topic}/png_level", default.png_level),
+    bridge, pictures = CvBridge(), codec()
+    settings = read_settings(
+        topic.rpartition("/")[2], lambda name, default: rospy.get_param(f"{topic}/{name}", default)
     )
 
     def compress(message: Image) -> CompressedImage | None:
         try:
             array = bridge.imgmsg_to_cv2(message)
-            kind, data = compressed(array, message.encoding, settings, pictures)
+            kind, data = compressed_by(settings, array, message.encoding, pictures)
         except (CvBridgeError, CompressionError) as error:
             rospy.logerr_throttle(10, f"cannot compress image: {error}")
             return None

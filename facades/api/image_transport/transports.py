@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-PUBLISHED = ("raw", "compressed")
-SUBSCRIBED = ("raw", "compressed", "compressedDepth")
+PUBLISHED = SUBSCRIBED = ("raw", "compressed", "compressedDepth")
 
 
 def topic_of(base: str, transport: str) -> str:

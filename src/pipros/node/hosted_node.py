@@ -15,7 +15,6 @@ from pipros.node.codec import AnyMessage
 from pipros.node.identity import Identity
 from pipros.node.node import Node
 from pipros.node.open_calls import OpenCalls
-from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
 from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.subscriber import NO_ARGS, Subscriber
@@ -68,7 +67,7 @@ class HostedNode(Node):
         self.limits = host.limits
         self.log = log or host.log
         self.master = host.master
-        self.params = Parameters(host.master, self.resolve, host._registrations_if_started)
+        self.params = host.params.for_names(self.resolve)
         self._timings = host._timings
         self._on_shutdown_request = self.shutdown
         self._calls = OpenCalls()

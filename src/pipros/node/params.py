@@ -27,6 +27,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
@@ -139,6 +140,12 @@ class Parameters:
 
     def get(self, name: str) -> Any:
         return self._fetch(self._resolve(name))
+
+    def for_names(self, resolve: Callable[[str], str]) -> Parameters:
+        """Return an object that resolves names in another way, and shares the cache."""
+        other = copy(self)
+        other._resolve = resolve
+        return other
 
     def get_cached(self, name: str) -> Any:
         """Like `get`, but query the master only once; changes then arrive as notices.

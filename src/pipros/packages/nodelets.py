@@ -27,8 +27,16 @@ OURS: Final = "ours"
 GENUINE: Final = "genuine"
 
 PLUGINS: Final[Mapping[str, str]] = {
+    "depth_image_proc/convert_metric": "images.depth_nodelets:ConvertMetric",
+    "depth_image_proc/point_cloud_xyz": "images.depth_nodelets:PointCloudXyz",
+    "depth_image_proc/point_cloud_xyzrgb": "images.depth_nodelets:PointCloudXyzrgb",
+    "depth_image_proc/register": "images.depth_nodelets:Register",
     "depthimage_to_laserscan/DepthImageToLaserScanNodelet": "laser.depth_to_scan_node:DepthToScanNode",
+    "image_proc/debayer": "images.debayer:Debayer",
+    "image_proc/rectify": "images.rectify:Rectify",
     "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": "laser.cloud_to_scan_node:CloudToScanNode",
+    "stereo_image_proc/disparity": "images.disparity:Disparity",
+    "stereo_image_proc/point_cloud2": "images.stereo_cloud:StereoCloud",
 }
 """The nodelets of pipros. Their modules are relative to `pipros.libraries`."""
 

@@ -89,8 +89,8 @@ def test_the_working_folder_is_the_requested_one(
             r": package \[gmapping\] not found. The programs of gmapping .* ros-noetic-gmapping",
         ),
         (
-            Node("nodelet", "nodelet", "cloud", arguments="load depth_image_proc/point_cloud_xyz manager"),
-            "The nodelet depth_image_proc/point_cloud_xyz is a C.* plugin",
+            Node("nodelet", "nodelet", "cloud", arguments="load velodyne_pointcloud/CloudNodelet manager"),
+            "The nodelet velodyne_pointcloud/CloudNodelet is a C.* plugin",
         ),
     ],
 )

@@ -34,10 +34,10 @@ def index_of(*folders: Path) -> PackageIndex:
 
 
 def test_a_package_of_debian_is_found_without_a_variable(debian: DebianSystem) -> None:
-    folder = debian.add_manifest("image_proc")
-    assert index_of().find("image_proc").path == folder
-    assert ImportablePackages().find("image_proc") == str(folder)
-    assert "image_proc" in [package.name for package in index_of()]
+    folder = debian.add_manifest("image_publisher")
+    assert index_of().find("image_publisher").path == folder
+    assert ImportablePackages().find("image_publisher") == str(folder)
+    assert "image_publisher" in [package.name for package in index_of()]
 
 
 def test_a_package_below_another_name_is_not_found(debian: DebianSystem) -> None:
@@ -56,24 +56,24 @@ def test_packages_of_pipros_win_even_if_the_path_lists_debians_folder(
     debian: DebianSystem, monkeypatch: pytest.MonkeyPatch, ending: str
 ) -> None:
     debian.add_manifest("topic_tools")
-    folder = debian.add_manifest("image_proc")
+    folder = debian.add_manifest("image_publisher")
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{debian.share}{ending}")
     index = PackageIndex.from_environment()
     assert index.find("topic_tools").path == SHARED_PACKAGES / "topic_tools"
     assert find_executables(index.find("topic_tools"), "throttle").runnable
-    assert index.find("image_proc").path == folder
+    assert index.find("image_publisher").path == folder
     assert ImportablePackages().find("topic_tools") == os.path.join(SHARE, "topic_tools")
     assert "lists no workspace" in index.advice
 
 
 def test_a_workspace_wins_over_debian(debian: DebianSystem, tmp_path: Path) -> None:
-    debian.add_manifest("image_proc")
-    own = tmp_path / "ws" / "image_proc"
+    debian.add_manifest("image_publisher")
+    own = tmp_path / "ws" / "image_publisher"
     own.mkdir(parents=True)
-    (own / "package.xml").write_text("<name>image_proc</name>")
+    (own / "package.xml").write_text("<name>image_publisher</name>")
     index = index_of(tmp_path / "ws")
-    assert index.find("image_proc").path == own
-    assert index.duplicates() == {"image_proc": [own, debian.share / "image_proc"]}
+    assert index.find("image_publisher").path == own
+    assert index.duplicates() == {"image_publisher": [own, debian.share / "image_publisher"]}
 
 
 def test_only_real_duplicates_are_listed(debian: DebianSystem) -> None:
@@ -82,12 +82,12 @@ def test_only_real_duplicates_are_listed(debian: DebianSystem) -> None:
 
 
 def test_a_program_that_the_winner_lacks_is_debians(debian: DebianSystem) -> None:
-    program = debian.add_program("nodelet", "nodelet")
+    program = debian.add_program("nodelet", "declared_nodelets")
     package = index_of().find("nodelet")
     assert package.path == SHARED_PACKAGES / "nodelet"
-    assert find_executables(package, "nodelet").runnable == (program,)
-    assert "nodelet" in list_executables(package)
-    assert find_executables(package, "../nodelet/nodelet").runnable == ()
+    assert find_executables(package, "declared_nodelets").runnable == (program,)
+    assert "declared_nodelets" in list_executables(package)
+    assert find_executables(package, "../nodelet/declared_nodelets").runnable == ()
 
 
 def test_a_program_that_the_winner_has_is_the_winners(debian: DebianSystem) -> None:
@@ -118,10 +118,10 @@ def test_folders_of_other_software_are_not_packages(
 
 def test_roslaunch_and_its_checks_find_the_programs(debian: DebianSystem, tmp_path: Path) -> None:
     rotate = debian.add_program("image_rotate", "image_rotate")
-    debian.add_manifest("image_proc")
-    proc = debian.add_program("image_proc", "image_proc")
+    debian.add_manifest("image_publisher")
+    proc = debian.add_program("image_publisher", "image_publisher")
     maker = CommandMaker(index_of(), {"PATH": ""}, tmp_path)
-    for name, program in (("image_rotate", rotate), ("image_proc", proc)):
+    for name, program in (("image_rotate", rotate), ("image_publisher", proc)):
         command = maker.make(Node(name, name, "n"), "http://localhost:1")
         assert command.argv[0] == str(program)
         assert command.environment["ROS_PACKAGE_PATH"] == str(debian.share)
@@ -149,7 +149,7 @@ def test_compiled_programs_find_debians_plugins_before_packages_of_pipros(
     program, script = debian.add_program("a", "node"), debian.add_program("a", "script", b"#!/bin/sh\n")
     variables = {"PATH": "", "ROS_PACKAGE_PATH": f"/ws/src:{SHARE}"}
     assert environment_of(program, variables)["ROS_PACKAGE_PATH"] == f"/ws/src:{SHARE}"  # no package there
-    debian.add_manifest("image_proc")
+    debian.add_manifest("image_publisher")
     assert environment_of(program, variables)["ROS_PACKAGE_PATH"] == f"/ws/src:{debian.share}:{SHARE}"
     assert environment_of(script, variables)["ROS_PACKAGE_PATH"] == f"/ws/src:{SHARE}"
     assert child_package_path("", SHARE) == str(debian.share)

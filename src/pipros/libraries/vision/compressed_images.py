@@ -8,7 +8,8 @@ The field `format` contains the image's encoding and the channel order of the co
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from typing import Any
 
 from pipros.basics.errors import PiprosError
@@ -21,6 +22,7 @@ from pipros.pictures.errors import PictureError
 _HAS_COLORS = (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
 _DEPTH_HEADER = struct.Struct("<iff")
 _JPEG_TO_16_BITS = 256
+_WHITE = 65535
 
 
 class CompressionError(PiprosError, ValueError):
@@ -79,6 +81,88 @@ def compressed(
     except (PictureError, RuntimeError) as error:
         raise CompressionError(str(error)) from error
     return f"{encoding_name}; {settings.kind} compressed {target}", data
+
+
+@dataclass(frozen=True, slots=True)
+class DepthSettings:
+    """Settings of compressedDepth.
+
+    Attributes:
+        kind: only `png`.
+        depth_max: m; greater depths are lost. From 1 to 100.
+        depth_quantization: depth in m at which 32-bit depths have a resolution of about 1 cm. From 1 to 150.
+        png_level: from 1 (fast) to 9 (small).
+
+    Raises:
+        CompressionError: a value is invalid.
+    """
+
+    kind: str = "png"
+    depth_max: float = 10.0
+    depth_quantization: float = 100.0
+    png_level: int = 1
+
+    def __post_init__(self) -> None:
+        if self.kind != "png":
+            raise CompressionError(f"the format of compressed depths must be png, got {self.kind!r}")
+        for name, value, limit in (
+            ("depth_max", self.depth_max, 100),
+            ("depth_quantization", self.depth_quantization, 150),
+            ("png_level", self.png_level, 9),
+        ):
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 1 <= value <= limit:
+                raise CompressionError(f"{name} must be a number from 1 to {limit}, got {value!r}")
+
+
+def read_settings(transport: str, get: Callable[[str, Any], Any]) -> CompressionSettings | DepthSettings:
+    """Return the settings of the transport `compressed` or `compressedDepth`.
+
+    `get` returns the value of a parameter, or the given default. Raises CompressionError if one is invalid.
+    """
+    kind = DepthSettings if transport == "compressedDepth" else CompressionSettings
+    default = kind()
+    names = {each.name: "format" if each.name == "kind" else each.name for each in fields(kind)}
+    return kind(**{field: get(name, getattr(default, field)) for field, name in names.items()})
+
+
+def compressed_by(
+    settings: CompressionSettings | DepthSettings, image: Any, encoding_name: str, codec: Codec
+) -> tuple[str, bytes]:
+    """Compress an image array as the settings say; see `compressed` and `compressed_depth`."""
+    compress: Any = compressed_depth if isinstance(settings, DepthSettings) else compressed
+    result: tuple[str, bytes] = compress(image, encoding_name, settings, codec)
+    return result
+
+
+def compressed_depth(
+    image: Any, encoding_name: str, settings: DepthSettings, codec: Codec
+) -> tuple[str, bytes]:
+    """Compress a depth image. Return the format and the data of a CompressedImage.
+
+    Millimetres (16 bits) are kept. Metres (32FC1) are quantised by their inverse, so near depths are more
+    exact. Depths that are not in front of `depth_max` are lost.
+
+    Raises:
+        CompressionError: the encoding has neither one 16-bit nor one 32-bit channel.
+    """
+    kind = encoding(encoding_name)
+    if kind.channels != 1 or kind.depth not in ("16U", "32F"):
+        raise CompressionError(f"depths must be 16UC1 or 32FC1, got [{encoding_name}]")
+    quotient = offset = 0.0
+    if kind.depth == "16U":
+        steps = np.where(image > settings.depth_max * 1000, np.uint16(0), image)
+    else:
+        quotient = settings.depth_quantization * (settings.depth_quantization + 1)
+        offset = 1 - quotient / settings.depth_max
+        with np.errstate(divide="ignore", invalid="ignore"):
+            coded = np.float32(quotient) / image + np.float32(offset)
+        is_near = (image < settings.depth_max) & (coded > 0) & (coded < _WHITE + 1)
+        steps = np.where(is_near, coded, 0).astype(np.uint16)
+    try:
+        data = codec.encode(steps, "png", settings.png_level)
+    except PictureError as error:
+        raise CompressionError(str(error)) from error
+    return f"{encoding_name}; compressedDepth png", _DEPTH_HEADER.pack(0, quotient, offset) + data
 
 
 def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]:

@@ -16,8 +16,12 @@ from pipros.basics.extras import install_command
 from pipros.libraries.vision.compressed_images import (
     CompressionError,
     CompressionSettings,
+    DepthSettings,
     compressed,
+    compressed_by,
+    compressed_depth,
     decompressed,
+    read_settings,
 )
 from pipros.pictures.codecs import OpenCVCodec, PillowCodec, codec
 from pipros.pictures.errors import PictureError
@@ -195,3 +199,25 @@ def test_without_either_library_the_error_names_the_extras() -> None:
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
 
     assert f"{install_command('vision')} or {install_command('numpy', 'pictures')}" in ended.stderr
+
+
+@pytest.mark.parametrize(("encoding", "tolerance"), [("16UC1", 0), ("32FC1", 0.02)])
+def test_depths_survive_compression(encoding: str, tolerance: float) -> None:
+    metres = np.array([[0.5, 2, 0], [9.5, 4, 20]])
+    image = (metres * 1000).astype(np.uint16) if encoding == "16UC1" else metres.astype(np.float32)
+    settings = read_settings("compressedDepth", lambda name, default: default)
+    name, data = compressed_by(settings, image, encoding, PILLOW)
+    assert name == f"{encoding}; compressedDepth png"
+    depths, same = decompressed(name, data, PILLOW)
+    assert same == encoding
+    expected = np.where(metres > 10, 0, metres) * (1000 if encoding == "16UC1" else 1)
+    assert np.nan_to_num(depths) == pytest.approx(expected, abs=tolerance * 4)
+
+
+def test_depths_that_cannot_be_compressed_are_refused() -> None:
+    with pytest.raises(CompressionError, match=r"must be 16UC1 or 32FC1, got \[bgr8\]"):
+        compressed_depth(RAMP, "bgr8", DepthSettings(), PILLOW)
+    wrong: tuple[dict[str, object], ...] = ({"format": "rvl"}, {"depth_max": 0.5}, {"png_level": 10})
+    for given in wrong:
+        with pytest.raises(CompressionError, match="must be"):
+            read_settings("compressedDepth", lambda name, default, given=given: given.get(name, default))  # type: ignore[misc]

@@ -1,0 +1,56 @@
+"""Convert image messages to arrays without copying, and arrays to image messages."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
+from pipros.libraries.vision.extras import numpy as np
+from pipros.msg import load_message_class
+from pipros.pictures.encodings import UnknownEncoding, encoding
+
+
+class BadImage(PiprosError, ValueError):
+    """An image has an unknown or unsuitable encoding, or too few bytes."""
+
+
+def array_of(message: Any) -> Any:
+    """Return the pixels of a `sensor_msgs/Image`, of shape (height, width) or (height, width, channels).
+
+    The array is read-only, in the byte order of this machine, and shares the memory of the message if it can.
+
+    Raises:
+        BadImage: the encoding is unknown, or the data is too short.
+    """
+    try:
+        kind = encoding(message.encoding)
+    except UnknownEncoding:
+        raise BadImage(f"unknown encoding [{printable(message.encoding)}]") from None
+    dtype = np.dtype(kind.dtype).newbyteorder(">" if message.is_bigendian else "<")
+    row, (height, width) = message.width * kind.channels * dtype.itemsize, (message.height, message.width)
+    if message.step < row or len(message.data) < height * message.step or not height * width:
+        raise BadImage(
+            f"{width} x {height} pixels of {message.encoding} need {height} rows of {row} bytes, got "
+            f"{len(message.data)} bytes in rows of {message.step}"
+        )
+    data = np.frombuffer(message.data, np.uint8, height * message.step).reshape(height, message.step)
+    if message.step != row:
+        data = np.ascontiguousarray(data[:, :row])
+    array = data.view(dtype)
+    if not dtype.isnative:
+        array = array.astype(dtype.newbyteorder("="))
+    return array if kind.channels == 1 else array.reshape(height, width, kind.channels)
+
+
+def image_message(array: Any, encoding_name: str, header: Any) -> Any:
+    """Return a `sensor_msgs/Image` with the memory of an array, which must not be changed afterwards."""
+    pixels = np.ascontiguousarray(array)
+    message: Any = load_message_class("sensor_msgs/Image")()
+    message.header = copy.copy(header)  # publishing numbers it
+    message.height, message.width = pixels.shape[:2]
+    message.encoding = encoding_name
+    message.step = pixels.nbytes // max(message.height, 1)
+    message.data = pixels.reshape(-1).view(np.uint8)
+    return message

@@ -1,0 +1,141 @@
+"""Pinhole cameras as `sensor_msgs/CameraInfo` describes them: rectification, binning and regions of interest.
+
+Pixels are (u, v): column, row. Camera frames have x to the right, y down, z forward; lengths are in metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
+from pipros.libraries.vision.extras import numpy as np
+from pipros.libraries.vision.opencv import opencv
+
+_MODELS = ("plumb_bob", "rational_polynomial", "equidistant")
+
+
+class Uncalibrated(PiprosError, ValueError):
+    """A camera has no calibration, or one with an unknown model."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pinhole:
+    """The rectified camera: pixel (fx x / z + cx, fy y / z + cy), for the published image.
+
+    Attributes:
+        tx, ty: the projection's fourth column, P03 and P13: minus focal length times the baseline.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    tx: float = 0.0
+    ty: float = 0.0
+
+    @classmethod
+    def of(cls, info: Any) -> Pinhole:
+        """Return the camera of a message.
+
+        Raises:
+            Uncalibrated: the focal lengths are 0.
+        """
+        p, (bin_x, bin_y) = info.P, binning(info)
+        if not p[0] or not p[5]:
+            raise Uncalibrated("the camera is not calibrated: P has no focal length")
+        return cls(
+            p[0] / bin_x,
+            p[5] / bin_y,
+            (p[2] - info.roi.x_offset) / bin_x,
+            (p[6] - info.roi.y_offset) / bin_y,
+            p[3] / bin_x,
+            p[7] / bin_y,
+        )
+
+
+def binning(info: Any) -> tuple[int, int]:
+    """Return the binning in x and y, at least 1."""
+    return max(info.binning_x, 1), max(info.binning_y, 1)
+
+
+def key_of(info: Any) -> tuple[Any, ...]:
+    """Return everything in the message but its header, to recognize a calibration that has changed."""
+    roi = info.roi
+    return (
+        (info.width, info.height, info.distortion_model, *binning(info)),
+        (tuple(info.D), tuple(info.K), tuple(info.R), tuple(info.P)),
+        (roi.x_offset, roi.y_offset, roi.width, roi.height),
+    )
+
+
+class Rectifier:
+    """Rectifies images of one calibration. The maps are computed with the first image."""
+
+    def __init__(self, info: Any) -> None:
+        """Read the calibration.
+
+        Raises:
+            Uncalibrated: K is 0, or the distortion model is unknown.
+        """
+        if not info.K[0]:
+            raise Uncalibrated("the camera is not calibrated: K has no focal length")
+        if any(info.D) and info.distortion_model not in _MODELS:
+            raise Uncalibrated(
+                f"distortion model must be {', '.join(_MODELS[:-1])} or {_MODELS[-1]}, "
+                f"got [{printable(info.distortion_model)}]"
+            )
+        self.key = key_of(info)
+        self._info = info
+        self._maps: tuple[Any, Any] | None = None
+
+    @property
+    def is_needed(self) -> bool:
+        """Whether the lens distorts. As in image_proc, a rotation alone is ignored."""
+        return any(self._info.D)
+
+    def rectified(self, image: Any, interpolation: int) -> Any:
+        """Return the rectified image. Pixels without a source are 0, or NaN in images of floats.
+
+        Raises:
+            cv2.error: the image does not have the size of the calibration.
+        """
+        cv2 = opencv("rectifying images")
+        if self._maps is None:
+            self._maps = self._new_maps(cv2)
+        border = np.nan if image.dtype.kind == "f" else 0
+        return cv2.remap(
+            image, *self._maps, interpolation, borderMode=cv2.BORDER_CONSTANT, borderValue=[border] * 4
+        )
+
+    def _new_maps(self, cv2: Any) -> tuple[Any, Any]:
+        info = self._info
+        bin_x, bin_y = binning(info)
+        scale = np.array([[1 / bin_x, 1, 1 / bin_x], [1, 1 / bin_y, 1 / bin_y], [1, 1, 1]])
+        k = np.array(info.K, float).reshape(3, 3) * scale
+        p = np.array(info.P, float).reshape(3, 4)[:, :3] * scale
+        r, d = np.array(info.R, float).reshape(3, 3), np.array(info.D, float)
+        size = info.width // bin_x, info.height // bin_y
+        if info.distortion_model == "equidistant":
+            maps = cv2.fisheye.initUndistortRectifyMap(k, d[:4], r, p, size, cv2.CV_16SC2)
+        else:
+            maps = cv2.initUndistortRectifyMap(k, d, r, p, size, cv2.CV_16SC2)
+        roi = info.roi
+        if not _is_part(info):
+            return maps  # type: ignore[no-any-return]
+        x, y = roi.x_offset // bin_x, roi.y_offset // bin_y
+        part = slice(y, y + roi.height // bin_y), slice(x, x + roi.width // bin_x)
+        return np.ascontiguousarray(maps[0][part] - np.array([x, y], np.int16)), np.ascontiguousarray(
+            maps[1][part]
+        )
+
+
+def _is_part(info: Any) -> bool:
+    roi = info.roi
+    return bool(
+        roi.x_offset
+        or roi.y_offset
+        or (roi.width and roi.width != info.width)
+        or (roi.height and roi.height != info.height)
+    )

@@ -1,0 +1,198 @@
+"""The image topics of nodelets: inputs of any transport, synchronized inputs, and compressed outputs."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+from pipros.basics import names
+from pipros.basics.errors import PiprosError
+from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
+from pipros.libraries.images.arrays import BadImage, array_of, image_message
+from pipros.libraries.vision.compressed_images import (
+    CompressionError,
+    compressed_by,
+    decompressed,
+    read_settings,
+)
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S
+from pipros.node import Node
+from pipros.pictures.codecs import codec
+
+_TEXTS: Final = 100
+
+APPROXIMATE_S: Final = 0.1
+"""Maximum difference of the timestamps of messages that belong together, if they need not be equal."""
+
+
+class Complaints:
+    """Logs errors about messages, each text at most once in a while."""
+
+    def __init__(self, log: logging.Logger, period_s: float = 10.0) -> None:
+        self._log = log
+        self._period_s = period_s
+        self._logged: dict[str, float] = {}
+
+    def __call__(self, text: str, level: int = logging.ERROR) -> None:
+        """Log a text, unless it was logged less than the period ago."""
+        now_s = time.monotonic()
+        if now_s - self._logged.get(text, -self._period_s) >= self._period_s:
+            if len(self._logged) >= _TEXTS:
+                self._logged.clear()
+            self._logged[text] = now_s
+            self._log.log(level, text)
+
+
+def parameter(node: Node, name: str, default: Any) -> Any:
+    """Return a private parameter if it has the type of the default, otherwise the default."""
+    try:
+        value = node.params.get(f"~{name}")
+    except (LookupError, PiprosError):
+        return default
+    if isinstance(default, float) and type(value) is int:
+        return float(value)
+    return value if type(value) is type(default) else default
+
+
+class ImageOutput:
+    """An image topic, with its transports `compressed`, and `compressedDepth` for depth images.
+
+    Attributes:
+        publishers: the publishers of all transports.
+    """
+
+    def __init__(self, node: Node, topic: str, *, is_depth: bool = False) -> None:
+        self._node = node
+        self._base = node.resolve(topic)
+        self._raw = node.advertise(self._base, load_message_class("sensor_msgs/Image"), queue_size=1)
+        self._transport = "compressedDepth" if is_depth else "compressed"
+        self._message: Any = load_message_class("sensor_msgs/CompressedImage")
+        self._compressed = node.advertise(f"{self._base}/{self._transport}", self._message, queue_size=1)
+        self._complain = Complaints(node.log)
+        self.publishers = self._raw, self._compressed
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether any transport has subscribers."""
+        return any(each.connection_count for each in self.publishers)
+
+    def publish(self, image: Any) -> None:
+        """Publish a `sensor_msgs/Image`. It is compressed only for subscribers of that transport."""
+        if self._raw.connection_count:
+            self._raw.publish(image)
+        if self._compressed.connection_count:
+            try:
+                self._compressed.publish(self._message(image.header, *self._compress(image)))
+            except (CompressionError, BadImage, ImportError) as error:
+                self._complain(f"cannot compress images of {self._base}: {error}")
+
+    def _compress(self, image: Any) -> tuple[str, bytes]:
+        settings = read_settings(self._transport, self._setting)
+        return compressed_by(settings, array_of(image), image.encoding, codec())
+
+    def _setting(self, name: str, default: Any) -> Any:
+        with contextlib.suppress(LookupError, PiprosError):
+            return self._node.params.get_cached(f"{self._base}/{self._transport}/{name}")
+        return default
+
+
+def subscribe_image(
+    node: Node, topic: str, callback: Callable[[Any], object], queue_size: int, transport: str | None = None
+) -> Any:
+    """Subscribe to an image topic with a transport, by default that in `~image_transport`."""
+    transport = transport or parameter(node, "image_transport", "raw")
+    if transport == "raw":
+        kind = load_message_class("sensor_msgs/Image")
+        return node.subscribe(topic, kind, callback, queue_size=queue_size, zero_copy=True)
+    complain = Complaints(node.log)
+
+    def decompress(message: Any) -> None:
+        try:
+            array, encoding = decompressed(message.format, message.data, codec())
+        except (CompressionError, ImportError) as error:
+            complain(f"cannot decompress images of {topic}: {error}")
+            return
+        callback(image_message(array, encoding, message.header))
+
+    return node.subscribe(
+        f"{node.resolve(topic)}/{transport}",
+        load_message_class("sensor_msgs/CompressedImage"),
+        decompress,
+        queue_size=queue_size,
+    )
+
+
+class Input(NamedTuple):
+    """A synchronized input. Its transport is that in `~image_transport` if it is None."""
+
+    topic: str
+    type: str = "sensor_msgs/Image"
+    transport: str | None = None
+
+
+def camera(node: Node, topic: str) -> tuple[Input, Input]:
+    """Return the inputs for an image topic and the `camera_info` in the same namespace."""
+    info = names.namespace(node.resolve(topic)) + "camera_info"
+    return Input(topic), Input(info, "sensor_msgs/CameraInfo")
+
+
+def synchronized(
+    node: Node,
+    inputs: Sequence[Input],
+    callback: Callable[..., object],
+    queue_size: int,
+    *,
+    is_exact: bool = True,
+    topic_queue_size: int | None = None,
+) -> list[Any]:
+    """Call `callback` with one message of each input whose timestamps match. Return the subscriptions.
+
+    Args:
+        queue_size: number of messages of each input that wait for those of the others.
+        is_exact: whether the timestamps must be equal; otherwise they may differ by `APPROXIMATE_S`.
+        topic_queue_size: the queue size of the subscriptions, by default `queue_size`.
+    """
+    size = max(queue_size, 1)
+    matcher: ExactSynchronizer = ExactSynchronizer(len(inputs), size)
+    if not is_exact:
+        matcher = ApproximateSynchronizer(len(inputs), size, round(APPROXIMATE_S * NS_PER_S))
+    lock = threading.Lock()
+
+    def receive(index: int, message: Any) -> None:
+        stamp = message.header.stamp
+        with lock:
+            queue = matcher.queues[index]
+            for complete in matcher.add(message, stamp.to_nsec(), queue, index, None):
+                callback(*complete)
+
+    subscriptions = []
+    for index, each in enumerate(inputs):
+
+        def on_message(message: Any, index: int = index) -> None:
+            receive(index, message)
+
+        limit = topic_queue_size or size
+        if each.type == "sensor_msgs/Image":
+            subscriptions.append(subscribe_image(node, each.topic, on_message, limit, each.transport))
+        else:
+            kind = load_message_class(each.type)
+            subscriptions.append(
+                node.subscribe(each.topic, kind, on_message, queue_size=limit, zero_copy=True)
+            )
+    return subscriptions
+
+
+def enum(**constants: int) -> str:
+    """Return the edit method of a setting whose value is one of the constants."""
+    listed = [{"name": name, "value": value, "type": "int"} for name, value in constants.items()]
+    return repr({"enum": listed, "enum_description": ""})
+
+
+def inside(node: Node, namespace: str, name: str) -> str:
+    """Return the resolved name of a topic in a namespace, both of which can be remapped."""
+    return node.resolve(f"{node.resolve(namespace)}/{name}")

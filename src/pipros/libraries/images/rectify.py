@@ -1,0 +1,60 @@
+"""The nodelet `image_proc/rectify`: images without the distortion of the lens."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.images.arrays import array_of, image_message
+from pipros.libraries.images.pinhole import Rectifier, key_of
+from pipros.libraries.images.ports import Complaints, ImageOutput, camera, enum, parameter, synchronized
+from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.vision.opencv import opencv
+from pipros.node import Node
+
+INTERPOLATIONS = enum(NN=0, Linear=1, Cubic=2, Lanczos4=4)
+"""OpenCV's numbers of the interpolations."""
+
+_SETTING = Setting("interpolation", 1, 0, 4, "how values between pixels are computed", 0, INTERPOLATIONS)
+
+
+class Rectify:
+    """Rectifies `image_mono` with its `camera_info` to `image_rect`, while that has subscribers."""
+
+    def __init__(self, node: Node) -> None:
+        self._cv2 = opencv("rectifying images")
+        self._complain = Complaints(node.log, 30.0)
+        self._suffix = parameter(node, "rectified_frame_suffix", "")
+        self._rectifier: Rectifier | None = None
+        queue_size = parameter(node, "queue_size", 5)
+        self._output = ImageOutput(node, "image_rect")
+        self._settings = Reconfigurable(node, "~", [_SETTING], self._apply)
+        self._inputs = LazyInputs(
+            self._output.publishers,
+            lambda: synchronized(node, camera(node, "image_mono"), self._on_image, queue_size),
+        )
+
+    def _apply(self, values: Mapping[str, Value], level: int) -> None:
+        """Accept all values; each image reads the current ones."""
+
+    def _on_image(self, message: Any, info: Any) -> None:
+        try:
+            if self._rectifier is None or self._rectifier.key != key_of(info):
+                self._rectifier = Rectifier(info)
+            if not self._rectifier.is_needed:
+                self._output.publish(message)
+                return
+            interpolation = int(self._settings.values["interpolation"])
+            rectified = self._rectifier.rectified(array_of(message), interpolation)
+        except (PiprosError, self._cv2.error) as error:
+            self._complain(f"cannot rectify the image: {error}")
+            return
+        result = image_message(rectified, message.encoding, message.header)
+        result.header.frame_id += self._suffix
+        self._output.publish(result)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._inputs.close()

@@ -1,0 +1,90 @@
+"""The nodelet `stereo_image_proc/point_cloud2`: coloured points from disparities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
+from pipros.libraries.images.arrays import BadImage, array_of
+from pipros.libraries.images.clouds import cloud_message, empty_points, set_colors
+from pipros.libraries.images.disparity import CAMERA_INFO
+from pipros.libraries.images.pinhole import Pinhole
+from pipros.libraries.images.ports import Complaints, Input, inside, parameter, synchronized
+from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.vision.extras import numpy as np
+from pipros.libraries.vision.opencv import opencv
+from pipros.msg import load_message_class
+from pipros.node import Node
+
+_COLORS = ("mono8", "rgb8", "rgba8", "bgr8", "bgra8")
+_MISSING_Z = 10000.0
+"""Depth that OpenCV gives to the pixels with the smallest disparity, which have no match."""
+
+
+class StereoCloud:
+    """Publishes `points2` from `disparity` and the left image, while it has subscribers."""
+
+    def __init__(self, node: Node) -> None:
+        self._complain = Complaints(node.log)
+        self._output = node.advertise("points2", load_message_class("sensor_msgs/PointCloud2"), queue_size=1)
+        queue_size = parameter(node, "queue_size", 5)
+        is_exact = not parameter(node, "approximate_sync", False)
+        inputs = [
+            Input(inside(node, "left", "image_rect_color")),
+            Input(inside(node, "left", "camera_info"), CAMERA_INFO),
+            Input(inside(node, "right", "camera_info"), CAMERA_INFO),
+            Input("disparity", "stereo_msgs/DisparityImage"),
+        ]
+        self._inputs = LazyInputs(
+            [self._output],
+            lambda: synchronized(
+                node, inputs, self._on_messages, queue_size, is_exact=is_exact, topic_queue_size=1
+            ),
+        )
+
+    def _on_messages(self, image: Any, left_info: Any, right_info: Any, disparity: Any) -> None:
+        try:
+            disparities = array_of(disparity.image)
+            xyz = positions(disparities, Pinhole.of(left_info), Pinhole.of(right_info))
+            points = empty_points(*disparities.shape, has_colors=True)
+            points[:, :, :3] = xyz
+        except PiprosError as error:
+            self._complain(f"cannot compute points: {error}")
+            return
+        try:
+            if image.encoding not in _COLORS:
+                raise BadImage(f"cannot use [{printable(image.encoding)}]")
+            pixels = array_of(image)
+            if pixels.shape[:2] != disparities.shape:
+                raise BadImage(
+                    f"the image has {pixels.shape[:2]} pixels, the disparities {disparities.shape}"
+                )
+            set_colors(points, pixels, image.encoding, alpha=0)
+        except PiprosError as error:
+            self._complain(f"the points have no colours: {error}")
+        self._output.publish(cloud_message(points, disparity.header))
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._inputs.close()
+
+
+def positions(disparities: Any, left: Pinhole, right: Pinhole) -> Any:
+    """Return the points of a disparity image, in metres; NaN where the disparity is the smallest one.
+
+    Raises:
+        BadImage: the cameras have no baseline.
+    """
+    baseline = -right.tx / right.fx
+    if not baseline:
+        raise BadImage("the cameras have no baseline: P[3] of the right camera is 0")
+    q = np.zeros((4, 4))
+    q[0] = left.fy * -baseline, 0, 0, -left.fy * left.cx * -baseline
+    q[1] = 0, left.fx * -baseline, 0, -left.fx * left.cy * -baseline
+    q[2, 3] = left.fx * left.fy * -baseline
+    q[3, 2] = -left.fy  # the disparities already contain the difference of the principal points
+    found = opencv("stereo matching").reprojectImageTo3D(disparities, q, handleMissingValues=True)
+    depth = found[:, :, 2]
+    found[(depth == _MISSING_Z) | ~np.isfinite(depth)] = np.nan
+    return found
