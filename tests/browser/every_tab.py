@@ -46,6 +46,7 @@ TABS = {
     "diagnostics/%2FMotors%2Fright": "aside table",
     "fleet": "tbody tr",
     "ros2": "tbody tr",
+    "acts": ".note",
     "services/%2Frobot%2Fget_loggers": "aside textarea",
     "actions": ".bar",
     "publish": ".form",

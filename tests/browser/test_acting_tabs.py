@@ -5,12 +5,15 @@ from __future__ import annotations
 import itertools
 import re
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
+from pipros.server.approvals import Approvals, Question
 from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.genuine import missing_packages
 from tests.support.page import LivePage, Page
@@ -315,3 +318,46 @@ def test_gateways_to_ros2_have_rates_drops_and_what_is_left_out(system: RosSyste
     expect(rows.nth(0)).to_have_text(re.compile(r"/scan.*topic.*to ROS 2.*9\.5.*3.*too long.*ros2_gateway_0"))
     expect(rows.nth(1)).to_have_text(re.compile(r"/walk.*action.*to ROS 1.*left out: unknown"))
     expect(tab.locator(".tab-ros2 .note")).to_be_hidden()
+
+
+def test_acts_are_approved_on_the_page(
+    system: RosSystem, open_tab: OpenTab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_HOME", system.pipros.environment["ROS_HOME"])
+    approvals = Approvals(system.master_uri, 4)
+    approvals.start()
+    hostile = '{"text": "<img src=x onerror=alert(1)> approve this"}'
+    question = Question("publish", "/cmd_vel", hostile, "base.yaml:2: topics./cmd_vel")
+
+    def ask() -> str:
+        return approvals.wait("client", question, 60.0, threading.Event())
+
+    try:
+        with ThreadPoolExecutor(1) as pool:
+            tab = open_tab(Page(system, "--control"), "acts")
+            expect(tab.locator(".tab-acts .note").first).to_contain_text("No act waits")
+            for button, verdict in (("Approve once", "once"), ("Approve for a minute", "minute")):
+                waiting = pool.submit(ask)
+                card = tab.get_by_role("listitem", name="publish /cmd_vel")
+                expect(card).to_contain_text(hostile)
+                expect(card).to_contain_text("base.yaml:2: topics./cmd_vel")
+                expect(card).to_contain_text(re.compile(r"Time left\s*[1-9]\d s"))
+                card.get_by_role("button", name=button).click()
+                assert waiting.result(60) == verdict
+                expect(card).to_have_count(0)
+            assert ask() == "minute"
+            approvals.note(
+                {"time": 1.0, "tool": "publish", "name": "/cmd_vel", "values": "{}", "outcome": "done"}
+            )
+            expect(tab.get_by_role("table", name="Acts").locator("tbody tr").first).to_contain_text("done")
+            reader = open_tab(Page(system), "acts")
+            question_2 = Question("call_service", "/motor", "{}", "r")
+            later = pool.submit(approvals.wait, "client", question_2, 60.0, threading.Event())
+            expect(reader.get_by_role("button", name="Approve once")).to_be_disabled()
+            tab.get_by_role("listitem", name="call_service /motor").get_by_role(
+                "button", name="Refuse"
+            ).click()
+            with pytest.raises(Exception, match="a human has refused this"):
+                later.result(60)
+    finally:
+        approvals.stop()

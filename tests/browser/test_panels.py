@@ -307,6 +307,7 @@ CONTENTS = {
     "Fleet": "thead",
     "Bags": ".note",
     "ROS 2": ".note",
+    "Acts": ".note",
 }
 
 
@@ -314,7 +315,7 @@ def test_the_view_of_every_tab_can_be_a_panel(robot: RosSystem, open_tab: OpenTa
     page = Page(robot)
     for views in (
         "row(graph~topics~plot~console~params)~row(nodes~images~tf~diagnostics)",
-        "row(services~publish~actions~teleop)~row(reconfigure~scene~bags~fleet~ros2)",
+        "row(services~publish~actions~teleop)~row(reconfigure~scene~bags~fleet~ros2~acts)",
     ):
         tab = open_tab(page, f"panels/column({views})", size=(1800, 1000))
         count = views.count("~") + 1

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
+import threading
 from collections.abc import Awaitable, Callable
 from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass, replace
@@ -15,6 +17,10 @@ from mcp import Client
 from pipros.assistants.robot import Robot
 from pipros.assistants.server import make_server
 from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
+from pipros.policy.policy_file import parse_policy
+from pipros.server.approvals import Approvals
+from pipros.server.approved_acts import ActLimits, ApprovedActs
 
 LIMIT_S = 60.0
 
@@ -51,15 +57,67 @@ def run(opened: AbstractAsyncContextManager[Client], body: Callable[[Client], Aw
     return asyncio.run(main())
 
 
-class LocalAssistant:
-    """An assistant whose server runs in the process of the test."""
+class Human:
+    """A human who gives the same answer to all acts that wait. Use it as a context manager.
 
-    def __init__(self, master_uri: str, bags: Path | None = None, **limits: Any) -> None:
+    Attributes:
+        seen: the acts.
+    """
+
+    def __init__(self, approvals: Approvals, verdict: str = "once") -> None:
+        self.seen: list[dict[str, Any]] = []
+        self._approvals = approvals
+        self._verdict = verdict
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._answer, daemon=True)
+
+    def __enter__(self) -> Human:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def _answer(self) -> None:
+        while not self._over.wait(0.01):
+            for act in self._approvals.answer({"do": "list"})["waiting"]:
+                with contextlib.suppress(PiprosError):  # the act has ended in between
+                    answer = {"do": "answer", "id": act["id"], "verdict": self._verdict}
+                    self._approvals.answer(answer)
+                    self.seen.append(act)
+
+
+class LocalAssistant:
+    """An assistant whose server runs in the process of the test.
+
+    Attributes:
+        acts: the acts that its policy allows, if it has one.
+    """
+
+    def __init__(
+        self, master_uri: str, bags: Path | None = None, policy: Path | None = None, **limits: Any
+    ) -> None:
         """Create the server. `limits` replace those of the room."""
         robot = Robot(replace(Environment.from_os(), master_uri=master_uri))
         if limits:
             robot = Robot(robot.environment, robot.limits._replace(**limits))
-        self.server = make_server(robot, bags)
+        self.acts: ApprovedActs | None = None
+        if policy is not None:
+            found = parse_policy(policy.read_text(encoding="utf-8"), str(policy))
+            own = robot.limits
+            least = (own.assistant_approvals, own.assistant_approval_s, own.assistant_act_characters)
+            self.acts = ApprovedActs(robot.environment, found, ActLimits(*least, own.assistant_runs))
+        self.server = make_server(robot, bags, self.acts)
+
+    @property
+    def approvals(self) -> Approvals:
+        assert self.acts is not None
+        return self.acts.approvals
+
+    def close(self) -> None:
+        if self.acts is not None:
+            self.acts.close()
 
     def call(self, tool: str, **arguments: Any) -> Reply:
         reply: Reply = run(Client(self.server), lambda client: call(client, tool, **arguments))

@@ -24,7 +24,9 @@ PAGES = ("start.md", "package.md", "robot.md", "course.md", "simulation.md")
 # By page and language: the test that runs these blocks.
 OTHERS = {
     ("api.md", "python"): "tests/tutorial/test_client_docs.py",
+    ("assistants.md", "console"): "tests/graph/test_assistant_example.py",
     ("assistants.md", "json"): "tests/unit/assistants/test_docs.py",
+    ("assistants.md", "yaml"): "tests/graph/test_assistant_example.py",
     ("bags.md", "python"): "tests/unit/bag/test_docs.py",
     ("browser.md", "python"): "tests/tree/test_other_systems.py",
     ("bridges.md", "console"): "tests/graph/test_serve.py",

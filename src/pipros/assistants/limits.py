@@ -19,6 +19,11 @@ class AssistantLimits(NamedTuple):
         assistant_call_s: the time of a call.
         assistant_query_s: the time of an SQL query; also its processor time.
         assistant_query_bytes: the memory of the process of an SQL query, and the files that it writes.
+        assistant_approvals: acts that wait for a human at a time.
+        assistant_approval_s: how long each waits.
+        assistant_act_characters: the values of an act, which the human sees whole.
+        assistant_runs: launch files and recordings that run at a time.
+        assistant_record_bytes: a recording.
     """
 
     assistant_answer_bytes: int = 31 * _KIB
@@ -30,3 +35,8 @@ class AssistantLimits(NamedTuple):
     assistant_call_s: float = 60.0
     assistant_query_s: float = 30.0
     assistant_query_bytes: int = 4096 * _MIB
+    assistant_approvals: int = 4
+    assistant_approval_s: float = 45.0
+    assistant_act_characters: int = 4_000
+    assistant_runs: int = 4
+    assistant_record_bytes: int = 1024 * _MIB

@@ -8,8 +8,9 @@ ROOM = Room(
     subcommands={
         "mcp": Command(
             "pipros.assistants.commands.mcp:main",
-            "serve tools that read the system to an assistant",
+            "serve tools to an assistant, which read the system, or act after approval",
             "Connect the system to others",
+            "approve",
         )
     },
     limits="pipros.assistants.limits:AssistantLimits",

@@ -40,3 +40,12 @@ def part_of(message: Any, steps: list[PathStep]) -> Any:
 def shown(value: Any, count: int = 1) -> Any:
     """Return a value of a message for an answer with `count` of them; long arrays are shortened."""
     return message_tree(value, max(ROW_VALUES // max(count, 1), 20))
+
+
+def whole(value: Any) -> Any:
+    """Return all values of a message, for humans who decide about it; nothing is shortened."""
+    if hasattr(value, "_slot_types"):
+        return {name: whole(getattr(value, name)) for name in value.__slots__}
+    if isinstance(value, (bytes, bytearray)):
+        return value.hex(" ")
+    return [whole(each) for each in value] if isinstance(value, (list, tuple)) else value

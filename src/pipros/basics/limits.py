@@ -121,6 +121,11 @@ class Limits(NamedTuple):
         expression_size: characters of a string, or elements of a nested list, that an expression builds.
         expression_work: the sizes of all values that an expression builds, plus a charge for steps that take
             longer than their results' sizes suggest.
+        policy_file_bytes: the file of a policy, which bounds its rules, too.
+        policy_values: values of a message that are compared with a policy.
+        policy_stop_bytes: the message or request that stops what a policy allows.
+        policy_stops: pending stops of a server: topics, services, and goals.
+        policy_goal_id_characters: the id of a goal with a time limit.
         tables: limits of rooms that differ from their defaults; see `of`.
     """
 
@@ -198,6 +203,11 @@ class Limits(NamedTuple):
     expression_characters: int = 4_000
     expression_size: int = 100_000
     expression_work: int = 2_000_000
+    policy_file_bytes: int = 256 * _KIB
+    policy_values: int = 10_000
+    policy_stop_bytes: int = 1 * _KIB
+    policy_stops: int = 1_000
+    policy_goal_id_characters: int = 200
     tables: tuple[Any, ...] = ()
 
     def of(self, table: type[_Table]) -> _Table:

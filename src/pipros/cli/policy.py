@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pipros.cli.entry_point import command
 from pipros.cli.runner import run
-from pipros.policy.model import EACH, ActRule, FieldRule, FieldTree, Kind, Policy
+from pipros.policy.model import EACH, RUNS, ActRule, FieldRule, FieldTree, Kind, Policy
 
 if TYPE_CHECKING:
     from pipros.policy.bag_check import BagCheck
@@ -65,6 +65,8 @@ _VERBS = {
     Kind.TOPIC: "publish {type} on {name}",
     Kind.SERVICE: "call {name} ({type})",
     Kind.PARAMETER: "set {name} ({type})",
+    Kind.LAUNCH: "start {name}",
+    Kind.RECORD: "record {name}",
 }
 
 
@@ -93,6 +95,8 @@ def _limits(rule: ActRule, tree: FieldTree) -> Iterator[str]:
     if rule.kind is Kind.PARAMETER:
         if tree.rule is not None and _values(tree.rule):
             yield f"  {_values(tree.rule)}"
+    elif rule.kind in RUNS:
+        yield from _fields(tree, "")
     elif tree.rule is not None and tree.rule.is_any:
         yield "  with any values"
     else:
@@ -107,9 +111,13 @@ def _limits(rule: ActRule, tree: FieldTree) -> Iterator[str]:
     if rule.stop is not None:
         is_zero = rule.stop == rule.message_class()
         values = "of zeros" if is_zero else f"with {' '.join(str(rule.stop).split())}"
-        yield f"  a message {values} stops, and always passes"
+        is_topic = rule.kind is Kind.TOPIC
+        yield f"  a {'message' if is_topic else 'request'} {values} stops, and always passes"
         if rule.time_limit_s is not None:
-            yield f"  stopped {rule.time_limit_s:g} s after the last message, or when the client leaves"
+            end = "message, or when the client leaves" if is_topic else "call, or when the server ends"
+            yield f"  stopped {rule.time_limit_s:g} s after the last {end}"
+    if rule.kind in RUNS:
+        yield f"  ended {rule.time_limit_s:g} s after the start, or when the server ends"
     if rule.cancel is not None and rule.time_limit_s is not None:
         yield f"  cancelled {rule.time_limit_s:g} s after it was sent, or when the client leaves"
 

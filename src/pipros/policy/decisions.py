@@ -13,10 +13,10 @@ from pipros.basics.printable import printable
 from pipros.basics.similar_names import similar_names
 from pipros.msg.base import Message
 from pipros.policy.field_check import FieldCheck, check_changes, check_value
-from pipros.policy.model import ActRefused, ActRule, Condition, Kind, Policy
+from pipros.policy.model import RUNS, ActRefused, ActRule, Condition, FieldTree, Kind, Policy
 
 MINUTE_S: Final = 60.0
-_PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str": str}
+PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str": str}
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +24,9 @@ class Act:
     """Something that a client asks for.
 
     Attributes:
-        name: the global name of the topic, service or parameter, after remapping.
-        type, md5sum: of the topic or service; empty for parameters.
-        value: the message, the request, or the parameter's value.
+        name: the global name of the topic, service or parameter, after remapping; see `ActRule`.
+        type, md5sum: of the topic or service; empty for others.
+        value: the message, the request, the parameter's value, or the arguments of a launch file.
     """
 
     kind: Kind
@@ -87,6 +87,12 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         check.message(act.value, rule.fields)
     elif act.kind is Kind.PARAMETER:
         _check_parameter(act, rule)
+    elif act.kind in RUNS:
+        for name, value in act.value.items():
+            tree = rule.fields.below.get(name, FieldTree())
+            if tree.rule is None:
+                raise ActRefused(f"the policy names no argument {name!a:.60} of {act.name}", rule.place)
+            check_value(value, tree.rule, f"{name} of {act.name}")
     else:
         raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
     before = state.accepted.get((act.kind, act.name)) or Accepted()
@@ -118,7 +124,7 @@ def rule_for(policy: Policy, kind: Kind, name: str, type_name: str = "", md5sum:
         hint = similar_names(name, [known for section, known in policy.rules if section is kind])
         shown = printable(ascii(name)[1:-1])  # a letter of another alphabet must not look like one of ours
         raise ActRefused(f"the policy names no {kind.value[:-1]} {shown}. {hint}".rstrip())
-    if kind is not Kind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
+    if rule.type and kind is not Kind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
         shown = printable(ascii(type_name)[1:-1])
         if type_name == rule.type:
             raise ActRefused(f"{name} has another definition of {shown} than the policy", rule.place)
@@ -168,7 +174,7 @@ def read_condition(condition: Condition, message: Any, now_s: float) -> Reading:
 
 
 def _check_parameter(act: Act, rule: ActRule) -> None:
-    wanted: Any = _PARAMETER_TYPES[rule.type]
+    wanted: Any = PARAMETER_TYPES[rule.type]
     if not isinstance(act.value, wanted) or (isinstance(act.value, bool) and rule.type != "bool"):
         got = printable(ascii(act.value), 60)
         raise ActRefused(f"{act.name} must have the type {rule.type}, got {got}", rule.place)

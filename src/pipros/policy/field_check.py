@@ -11,12 +11,11 @@ import struct
 from collections.abc import Mapping
 from typing import Any, Final
 
+from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.printable import printable
 from pipros.msg.time import TVal
 from pipros.policy.model import EACH, ActRefused, FieldRule, FieldTree
 
-VALUES: Final = 10_000
-"""Maximum number of values of a message that are compared one by one."""
 _EMPTY: Final = FieldTree()
 _FLOAT32 = struct.Struct("<f")
 _HEADER: Final = ("Header", "std_msgs/Header", "roslib/Header")
@@ -35,7 +34,7 @@ class FieldCheck:
         self.limited: dict[str, tuple[float, FieldRule]] = {}
         self._what = what
         self._place = place
-        self._left = VALUES
+        self._left = process_limits().policy_values
 
     def message(self, value: Any, tree: FieldTree, path: str = "") -> None:
         """Check the fields of a message.
@@ -62,9 +61,8 @@ class FieldCheck:
             return
         self._left -= 1
         if self._left < 0:
-            raise ActRefused(
-                f"a policy compares at most {VALUES} values of a message, {self._what} has more", self._place
-            )
+            most = limit_text("policy_values", process_limits().policy_values)
+            raise ActRefused(f"{self._what} has too many values to compare; {most}", self._place)
         if hasattr(value, "_slot_types") and not isinstance(value, TVal):
             self.message(value, tree, path)
             return

@@ -92,7 +92,7 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> F
         if not is_element:
             raise spec.error("count", "applies to all elements of an array, such as points[]")
         count = whole(spec, "count", 1_000_000)
-    elif spec.key.startswith(("topics", "services", "actions")) and not (
+    elif spec.key.startswith(("topics", "services", "actions", "launch")) and not (
         "range" in spec.values or values or change is not None
     ):
         raise spec.error("", "must have range, one_of, change_per_s or count; `any` allows all values")

@@ -32,6 +32,12 @@ class Kind(Enum):
     TOPIC = "topics"
     SERVICE = "services"
     PARAMETER = "parameters"
+    LAUNCH = "launch_files"
+    RECORD = "recordings"
+
+
+RUNS: Final = (Kind.LAUNCH, Kind.RECORD)
+"""Acts that start a program, which ends by itself after the time limit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,20 +102,21 @@ class FieldTree:
 
 @dataclass(frozen=True, slots=True)
 class ActRule:
-    """What clients may do with one topic, service or parameter.
+    """What clients may do with one topic, service, parameter or launch file, or to record one topic.
 
     Attributes:
         place: line and key in the file.
-        kind, name: what the rule is for; the name is global.
-        type: type of the topic or service, or of the parameter's value.
+        kind, name: what the rule is for; the name is global, or `PACKAGE/FILE` for a launch file.
+        type: type of the topic or service, or of the parameter's value; empty for others.
         message_class: class of messages or requests; None for parameters.
         md5sum: of the topic or service; empty for parameters.
         fields: rules for the values; fields without a rule must have their defaults.
         per_minute: maximum number of acts within any 60 s; None for no limit.
         requires: names of conditions that must hold.
-        stop: a message that is always allowed, because it stops what the topic moves; None if there is none.
-        time_limit_s: when the guardian publishes the stop after the last message, or cancels a goal after it
-            was sent; None for no limit.
+        stop: a message or request that is always allowed, because it stops what the topic or service moves;
+            None if there is none.
+        time_limit_s: when the guardian publishes the stop after the last message, calls the service with it,
+            or cancels a goal after it was sent, or the program ends; None for no limit.
         cancel: for the goals of an action, the empty message of its cancel topic.
     """
 
@@ -128,12 +135,12 @@ class ActRule:
 
     @property
     def stop_topic(self) -> str:
-        """The topic on which the guardian publishes."""
+        """The topic on which the guardian publishes, or the service that it calls."""
         return self.name if self.cancel is None else f"{self.name.removesuffix('goal')}cancel"
 
     @property
     def stop_message(self) -> Any:
-        """What the guardian publishes there; to a cancel message it adds the id of the goal."""
+        """What the guardian sends there; to a cancel message it adds the id of the goal."""
         return self.stop if self.cancel is None else self.cancel
 
 

@@ -4,33 +4,32 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping
-from typing import Any, Final
+from typing import Any
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
+from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.from_yaml import fill_message_args
+from pipros.policy.decisions import PARAMETER_TYPES
 from pipros.policy.field_file import NUMBERS, PLAIN, field_path, place_of, read_fields, read_rule, whole
-from pipros.policy.model import EACH, ActRule, Condition, FieldRule, FieldTree, Kind, Policy
+from pipros.policy.model import EACH, RUNS, ActRule, Condition, FieldRule, FieldTree, Kind, Policy
 from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
 
-FILE_BYTES: Final = 256 * 1024
-"""Maximum size of a policy, which bounds its rules, too."""
-
-STOP_BYTES: Final = 1000
-"""Maximum size of a stop, which must fit into one write to the guardian."""
-
-PARAMETER_TYPES: Final = ("bool", "int", "double", "str")
 _BOUNDS = ("range", "above", "below", "one_of", "unit")
 _ACT_KEYS = ("type", "fields", "per_minute", "requires")
 _KEYS = {
     Kind.TOPIC: (*_ACT_KEYS, "stop", "time_limit_s"),
-    Kind.SERVICE: _ACT_KEYS,
+    Kind.SERVICE: (*_ACT_KEYS, "stop", "time_limit_s"),
     Kind.PARAMETER: ("type", "range", "one_of", "unit", "per_minute", "requires"),
+    Kind.LAUNCH: ("args", "per_minute", "requires", "time_limit_s"),
+    Kind.RECORD: ("per_minute", "requires", "time_limit_s"),
 }
+_LAUNCH_FILE = re.compile(r"[A-Za-z][\w-]*(/[\w-][\w.-]*)+\.launch", re.ASCII)
 
 
 def read_policy(path: str | os.PathLike[str]) -> Policy:
@@ -40,7 +39,7 @@ def read_policy(path: str | os.PathLike[str]) -> Policy:
         BadSettings: the file cannot be read, or is malformed; the text names the file, the line and the key.
     """
     try:
-        return parse_policy(read_text(path, FILE_BYTES), os.fspath(path))
+        return parse_policy(read_text(path, process_limits().policy_file_bytes), os.fspath(path))
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise BadSettings(f"cannot read {os.fspath(path)}: {reason}") from None
@@ -89,12 +88,15 @@ class _Reader:
 
     def _names(self, section: Settings) -> Iterator[str]:
         for key in section.values:
-            if not isinstance(key, str) or not names.is_legal_topic(key) or not names.is_global(key):
+            if section.key == Kind.LAUNCH.value:
+                if not _LAUNCH_FILE.fullmatch(str(key)):
+                    raise section.error(str(key), "must be PACKAGE/FILE.launch, such as my_robot/base.launch")
+            elif not isinstance(key, str) or not names.is_legal_topic(key) or not names.is_global(key):
                 raise section.error(str(key), "must be a legal global name, such as /cmd_vel")
-            if names.canonicalize(key) != key:
+            elif names.canonicalize(key) != key:
                 raise section.error(key, f"must be written as {names.canonicalize(key)}")
             if not isinstance(section.values[key], dict):
-                raise section.error(key, "must be a mapping with at least the key type")
+                raise section.error(key, "must be a mapping")
             yield key
 
     # -- acts -----------------------------------------------------------------------------
@@ -102,25 +104,24 @@ class _Reader:
     def _act(self, section: Settings, kind: Kind, name: str, conditions: Mapping[str, Condition]) -> ActRule:
         section.only(_KEYS[kind])
         per_minute, requires = self._limits(section, conditions)
+        limit_s = _time_limit(section)
+        found: tuple[Any, ...]
         if kind is Kind.PARAMETER:
             type_name = section.choice("type", PARAMETER_TYPES, "")
-            rule = read_rule(section, is_number=type_name in ("int", "double"))
-            return ActRule(
-                *(place_of(section), kind, name, type_name),
-                fields=FieldTree(rule),
-                per_minute=per_minute,
-                requires=requires,
-            )
-        found = self._load(section, kind)
-        message_class = found if kind is Kind.TOPIC else found._request_class
-        tree = read_fields(section, message_class)
-        return ActRule(
-            *(place_of(section), kind, name, found._type, message_class, found._md5sum, tree),
-            per_minute=per_minute,
-            requires=requires,
-            stop=_stop(section, message_class),
-            time_limit_s=_time_limit(section),
-        )
+            tree = FieldTree(read_rule(section, is_number=type_name in ("int", "double")))
+            found = (type_name, None, "", tree)
+        elif kind in RUNS:
+            if limit_s is None:
+                raise section.error("time_limit_s", "is missing")
+            args = section.section("args")
+            found = ("", None, "", FieldTree(below={each: _argument(args, each) for each in args.values}))
+        else:
+            loaded = self._load(section, kind)
+            message_class = loaded if kind is Kind.TOPIC else loaded._request_class
+            tree = read_fields(section, message_class)
+            found = (loaded._type, message_class, loaded._md5sum, tree, per_minute, requires)
+            return ActRule(place_of(section), kind, name, *found, _stop(section, message_class), limit_s)
+        return ActRule(place_of(section), kind, name, *found, per_minute, requires, time_limit_s=limit_s)
 
     def _action(self, section: Settings, name: str, conditions: Mapping[str, Condition]) -> Iterator[ActRule]:
         """Yield the rules for the topics of an action. The fields of the file are those of its goal."""
@@ -231,12 +232,20 @@ def _stop(section: Settings, message_class: Any) -> Any:
         size = sum(map(len, message._to_buffers()))
     except (PiprosError, ValueError, TypeError) as error:
         raise section.error("stop", " ".join(str(error).split())) from None
-    if size > STOP_BYTES:
-        raise section.error("stop", f"must have at most {STOP_BYTES} bytes, got {size}")
+    if size > (most := process_limits().policy_stop_bytes):
+        raise section.error("stop", f"must have at most {most} bytes, got {size}")
+    if value is not None and not message.__slots__:
+        raise section.error("stop", f"cannot differ from other values, because {message._type} has no fields")
     return None if value is None else message
 
 
 def _time_limit(section: Settings) -> float | None:
-    if "time_limit_s" not in section.values:
-        return None
-    return section.number("time_limit_s", None, least=0.1, most=3600)
+    has_limit = "time_limit_s" in section.values
+    return section.number("time_limit_s", None, least=0.1, most=3600) if has_limit else None
+
+
+def _argument(args: Settings, name: str) -> FieldTree:
+    """Return the rule for an argument of a launch file, which must have a range or a list of values."""
+    spec = args.section(name)
+    spec.only(("range", "one_of", "unit"))
+    return FieldTree(read_rule(spec, is_number="range" in spec.values))

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
-from typing import Any, Final
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from copy import deepcopy
+from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text, process_limits
 from pipros.node import Node
 from pipros.node.publisher import Publisher
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition, rule_for
-from pipros.policy.model import ActRefused, ActRule, Condition, Kind, Policy
-from pipros.server.stop_guardian import StopGuardian
-
-GOAL_ID: Final = 200
-"""Maximum length of the id of a goal with a time limit."""
+from pipros.policy.model import RUNS, ActRefused, ActRule, Condition, Kind, Policy
+from pipros.server.stop_guardian import StopGuardian, key_of
 
 
 class ActGate:
@@ -32,12 +32,17 @@ class ActGate:
     """
 
     def __init__(
-        self, node: Node, policy: Policy | None = None, clock_s: Callable[[], float] = time.monotonic
+        self,
+        node: Node,
+        policy: Policy | None = None,
+        clock_s: Callable[[], float] = time.monotonic,
+        state: PolicyState | None = None,
     ) -> None:
+        """Store the arguments. `state` is that of an earlier gate, whose counts remain valid."""
         self.policy = policy
         self._node = node
         self._clock_s = clock_s
-        self._state = PolicyState()
+        self._state = state or PolicyState()
         self._guardian = StopGuardian(node)
         self._lock = threading.Lock()
         self._is_started = False
@@ -92,22 +97,74 @@ class ActGate:
         rule = self._rule(topic)
         if rule is None or rule.time_limit_s is None or rule.cancel is not None:
             return
-        stop = b"".join(rule.stop._to_buffers()) if isinstance(message, bytes) else rule.stop
-        if message != stop:
-            self._guardian.renew(rule.stop_topic)
+        self._done(rule, message)
 
     def left(self, topic: str, client: object) -> None:
         """Stop what a client has started on a topic, because it no longer publishes there."""
         rule = self._rule(topic)
         if rule is not None and rule.time_limit_s is not None:
-            self._guardian.left(rule.stop_topic, client)
+            self._guardian.left(key_of(rule), client)
+
+    def _done(self, rule: ActRule, value: Any) -> None:
+        """Begin the time limit of an act again, unless it is the stop."""
+        if rule.time_limit_s is None or rule.stop is None:
+            return
+        stop = b"".join(rule.stop._to_buffers()) if isinstance(value, bytes) else rule.stop
+        if value != stop:
+            self._guardian.renew(key_of(rule))
 
     def _rule(self, topic: str) -> ActRule | None:
         return None if self.policy is None else self.policy.rules.get((Kind.TOPIC, self._node.resolve(topic)))
 
-    def check_call(self, service: str, request: Any, type_name: str, md5sum: str) -> None:
-        """Check a call. `service` is a global name, `request` may be serialized; see `check_message`."""
-        self._check(Kind.SERVICE, service, request, type_name, md5sum)
+    @contextmanager
+    def calling(self, service: str, request: Any, type_name: str, md5sum: str) -> Iterator[None]:
+        """Context manager for a call, which is checked first; see `check_message`.
+
+        `service` is a global name, `request` may be serialized. A time limit begins with the call, and again
+        when the block ends, because the service may have acted only then. Blocks until the guardian is ready,
+        if there is a time limit.
+        """
+        rule = None
+        if self.policy is not None:
+            rule = rule_for(self.policy, Kind.SERVICE, service, type_name, md5sum)
+            if rule.time_limit_s is not None:
+                self._guardian.watch(rule)
+            self._check(Kind.SERVICE, service, request, type_name, md5sum)
+        try:
+            yield
+        finally:
+            if rule is not None:
+                self._done(rule, request)
+
+    def check_run(self, kind: Kind, name: str, arguments: Mapping[str, Any]) -> ActRule:
+        """Check the start of a launch file or of a recording, which counts if it is allowed. Return its rule.
+
+        The program must end after the rule's time limit.
+        """
+        self._check(kind, name, arguments, "", "")
+        return self.rule(kind, name)
+
+    def rule(self, kind: Kind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
+        """Return the rule for a name.
+
+        Raises:
+            ActRefused: no rule has this name and type, or there is no policy.
+        """
+        if self.policy is None:
+            raise ActRefused("there is no policy")
+        return rule_for(self.policy, kind, name, type_name, md5sum)
+
+    def preview(self, act: Act) -> ActRule:
+        """Return the rule that allows an act now. The act does not count.
+
+        Raises:
+            ActRefused: see `decide`.
+        """
+        rule = self.rule(act.kind, act.name, act.type, act.md5sum)
+        _goal_id(rule, act.value)
+        with self._lock:
+            state = PolicyState(deepcopy(self._state.accepted), dict(self._state.readings))
+        return decide(self.policy, act, state, self._clock_s()) if self.policy is not None else rule
 
     def check_parameter(self, name: str, value: Any) -> None:
         """Check a new value of a parameter; `name` is global. See `check_message`."""
@@ -145,12 +202,12 @@ class ActGate:
         identity = _goal_id(rule, value)  # before the decision, because a refused act must not count
         with self._lock:
             decide(policy, Act(kind, name, value, type_name, md5sum), self._state, self._clock_s())
-        if rule.time_limit_s is None:
+        if rule.time_limit_s is None or kind in RUNS:
             return
         if rule.stop is not None and value == rule.stop:
-            self._guardian.disarm(rule.stop_topic)
+            self._guardian.disarm(key_of(rule))
         else:
-            self._guardian.arm(rule.stop_topic, identity, client)
+            self._guardian.arm(key_of(rule), identity, client)
 
     def _watch(self, condition: Condition) -> None:
         def received(message: Any) -> None:
@@ -190,8 +247,12 @@ def _goal_id(rule: ActRule, value: Any) -> str:
     if rule.cancel is None or rule.time_limit_s is None:
         return ""
     identity: str = value.goal_id.id
-    if not 0 < len(identity) <= GOAL_ID:
-        raise ActRefused(f"goal_id.id must have from 1 to {GOAL_ID} characters", rule.place)
+    most = process_limits().policy_goal_id_characters
+    if not identity:
+        raise ActRefused("goal_id.id must not be empty, because the goal is cancelled by it", rule.place)
+    if len(identity) > most:
+        advice = limit_text("policy_goal_id_characters", most)
+        raise ActRefused(f"goal_id.id has {len(identity)} characters; {advice}", rule.place)
     return identity
 
 

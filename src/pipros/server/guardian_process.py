@@ -6,7 +6,7 @@ ends, for whatever reason. Times are counted here, on the monotonic clock. A sto
 command that the server sent before may still be on its way over another connection.
 
 Input, by `op`: `watch` (a topic with its stop, answered by a line with the key once its known subscribers
-have connected), `arm`, `disarm`, `stop`.
+have connected; or a service), `arm`, `disarm`, `stop`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.msg import load_message_class
+from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 
 REPETITIONS: Final = 5
@@ -34,6 +34,10 @@ CONNECTING_S: Final = 2.0
 """Maximum time (s) for subscribers to connect before an act is allowed. Those that hang do not block it."""
 ENDING_S: Final = 2.0
 """Maximum time (s) that the process lives after its last stop."""
+CALL_S: Final = 5.0
+"""Time limit of a call that stops."""
+CALL: Final = "call "
+"""Precedes the name of a service in keys. No topic has a blank in its name."""
 
 
 @dataclass(slots=True)
@@ -87,6 +91,30 @@ class Stops:
         return min((each.due_s for each in self._stops.values()), default=None)
 
 
+class ServiceStop:
+    """Calls a service to stop what it moves, at most one call at a time. The counterpart of a publisher."""
+
+    def __init__(self, node: Node, service: str, service_class: Any) -> None:
+        self._client = node.client(service, service_class)
+        self._is_calling = threading.Lock()
+
+    def publish(self, request: Any) -> None:
+        """Start the call, unless one is running. Does not block."""
+        if self._is_calling.acquire(blocking=False):
+            threading.Thread(target=self._call, args=(request,), daemon=True).start()
+
+    def _call(self, request: Any) -> None:
+        try:
+            with contextlib.suppress(PiprosError):  # called again, up to `REPETITIONS` times
+                self._client.call(request, CALL_S)
+        finally:
+            self._is_calling.release()
+
+    def finish(self) -> None:
+        """Wait for the end of a running call."""
+        self._is_calling.acquire(timeout=ENDING_S)
+
+
 class GuardianProcess:
     """Carries out the requests of the server, and publishes stops through its own node."""
 
@@ -122,6 +150,9 @@ class GuardianProcess:
                 else:
                     self._handle(line)
             next_s = self._stops.run(time.monotonic())
+        for each in self._publishers.values():
+            if isinstance(each, ServiceStop):
+                each.finish()
 
     def _handle(self, line: Mapping[str, Any]) -> None:
         key, identity = line["key"], line.get("id", "")
@@ -141,8 +172,15 @@ class GuardianProcess:
             self._stops.stop(key, identity, time.monotonic())
 
     def _watch(self, line: Mapping[str, Any]) -> None:
-        """Advertise a topic, and confirm it when its subscribers have connected."""
+        """Advertise a topic, and confirm it when its subscribers have connected; or create a client."""
         key = line["key"]
+        if key.startswith(CALL):
+            service_class: Any = load_service_class(line["type"])
+            request = service_class._request_class._from_bytes(bytes.fromhex(line["body"]))
+            self._rules[key] = request, float(line["limit_s"])
+            self._publishers[key] = ServiceStop(self._node, key.removeprefix(CALL), service_class)
+            print(key, flush=True)
+            return
         message_class: Any = load_message_class(line["type"])
         self._rules[key] = message_class._from_bytes(bytes.fromhex(line["body"])), float(line["limit_s"])
         publisher = self._node.advertise(key, message_class, queue_size=None)

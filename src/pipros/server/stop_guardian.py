@@ -11,13 +11,18 @@ import threading
 from collections.abc import Mapping
 from typing import IO, Any, Final
 
+from pipros.basics.limits import process_limits
 from pipros.node import Node
-from pipros.policy.model import ActRefused, ActRule
+from pipros.policy.model import ActRefused, ActRule, Kind
+from pipros.server.guardian_process import CALL
 
 READY_S: Final = 20.0
 """Maximum time (s) until the process has started and has advertised a topic."""
-PENDING: Final = 1000
-"""Maximum number of pending stops: topics, and goals."""
+
+
+def key_of(rule: ActRule) -> str:
+    """Return the key under which the process knows a rule's stop: the topic, or the service with `CALL`."""
+    return f"{CALL}{rule.name}" if rule.kind is Kind.SERVICE else rule.stop_topic
 
 
 class StopGuardian:
@@ -38,16 +43,16 @@ class StopGuardian:
         self._changed = threading.Condition()
 
     def watch(self, rule: ActRule) -> None:
-        """Let the process advertise the topic of a rule's stop. Blocks until it has, once for each rule.
+        """Let the process advertise the topic of a rule's stop, or know its service. Blocks until then, once.
 
         Raises:
             ActRefused: the process does not start, or does not answer.
         """
-        key = rule.stop_topic
+        key = key_of(rule)
         line = {
             "op": "watch",
             "key": key,
-            "type": rule.stop_message._type,
+            "type": rule.type if rule.kind is Kind.SERVICE else rule.stop_message._type,
             "limit_s": rule.time_limit_s,
             "body": b"".join(rule.stop_message._to_buffers()).hex(),
         }
@@ -73,7 +78,7 @@ class StopGuardian:
         with self._changed:
             if key not in self._ready:
                 raise ActRefused("the guardian, which stops acts with a time limit, is not running")
-            if (key, identity) not in self._pending and len(self._pending) >= PENDING:
+            if (key, identity) not in self._pending and len(self._pending) >= process_limits().policy_stops:
                 oldest = next(iter(self._pending))
                 self._stop(*oldest)
             self._pending[key, identity] = client
@@ -84,7 +89,7 @@ class StopGuardian:
                 raise ActRefused("the guardian, which stops acts with a time limit, cannot be reached")
 
     def renew(self, key: str) -> None:
-        """Start the time limit of a topic again, because a message was sent late."""
+        """Start the time limit of a topic or service again, because it acted late."""
         with self._changed:
             if key in self._ready:
                 self._pending.setdefault((key, ""), None)

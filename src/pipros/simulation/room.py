@@ -6,7 +6,10 @@ ROOM = Room(
     "simulation",
     "turtlesim, and robots in a flat world",
     limits="pipros.simulation.limits:SimulationLimits",
-    offers={"instead": "pipros.simulation.instead:INSTEAD"},
+    offers={
+        "instead": "pipros.simulation.instead:INSTEAD",
+        "practice": "pipros.simulation.practice:simulated_robot",
+    },
     share=(
         "fake_localization",
         "pipros_sim",

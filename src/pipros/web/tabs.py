@@ -17,6 +17,7 @@ from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.recording import BagRecording
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.views.actions import ActionViews
+from pipros.web.views.acts import ActViews
 from pipros.web.views.bags import BagViews
 from pipros.web.views.calls import CallViews
 from pipros.web.views.checks import CheckViews
@@ -82,6 +83,13 @@ class Tab:
 
 
 TABS = (
+    Tab(
+        lambda context: ActViews(context.system),
+        {"acts": ActViews.acts},
+        {"approve": ActViews.approve},
+        changing={"approve": "approve acts of assistants"},
+        controls={"acts": "approve"},
+    ),
     Tab(
         lambda context: ActionViews(context.system),
         {"action": ActionViews.action, "actions": ActionViews.actions},

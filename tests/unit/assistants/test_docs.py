@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import re
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import jsonschema
 
 from pipros.assistants.commands import mcp
+from pipros.assistants.tools.acts import ActTools
 from tests.support.assistants import LocalAssistant
 from tests.support.environments import REPOSITORY
 
@@ -49,13 +51,20 @@ def test_the_files_of_three_clients_follow_their_schemas() -> None:
 
 def test_the_command_in_the_files_has_valid_arguments(monkeypatch: Any) -> None:
     served: list[Any] = []
-    monkeypatch.setattr(mcp, "_serve", lambda *options: served.append(options) or 0)
+    monkeypatch.setattr(mcp, "_serve", lambda options: served.append(options) or 0)
     for text in BLOCKS.values():
         [servers] = json.loads(text).values()
         command, *arguments = servers["robot"]["args"]
         assert command == "mcp"
         assert mcp.main(arguments) == 0
-    assert [str(bags) for bags, _, _ in served] == ["/home/me/bags"] * 3
+    assert [str(options.bags) for options in served] == ["/home/me/bags"] * 3
+
+
+def test_every_tool_that_acts_is_named() -> None:
+    table = PAGE.partition("## Acts")[2].partition("**A human")[0]
+    tools = {name for name, _ in inspect.getmembers(ActTools, inspect.isfunction) if not name.startswith("_")}
+    first_columns = re.findall(r"(?m)^\| (`.*?) \|", table)
+    assert set(re.findall(r"`([a-z_]+)`", " ".join(first_columns))) == tools
 
 
 def test_every_tool_is_named() -> None:

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition
-from pipros.policy.field_check import VALUES
 from pipros.policy.model import ActRefused, Kind
 from pipros.policy.policy_file import parse_policy
 
@@ -218,8 +218,41 @@ def test_a_message_with_more_values_than_are_compared_is_refused() -> None:
         "topics: {/s: {type: sensor_msgs/JointState, fields: {'position[]': {range: [0, 1]}}}}", "p"
     )
     state: Any = load_message_class("sensor_msgs/JointState")()
-    state.position = [0.5] * VALUES
-    assert f"a policy compares at most {VALUES} values" in refusal(policy, publish("/s", state))
+    most = process_limits().policy_values
+    state.position = [0.5] * (most - 100)
+    decide(policy, publish("/s", state), PolicyState(), 0.0)
+    state.position = [0.5] * most
+    assert f"/s has too many values to compare; the limit is {most}" in refusal(policy, publish("/s", state))
+
+
+def test_a_launch_file_has_the_arguments_of_its_rule() -> None:
+    policy = parse_policy(
+        "launch_files: {my_robot/base.launch: {time_limit_s: 9, per_minute: 1, args: {"
+        "speed: {range: [0, 1]}, map: {one_of: [room, hall]}, fast: {one_of: [true]}}}}\n"
+        "recordings: {/scan: {time_limit_s: 9}}",
+        "p",
+    )
+
+    def launch(name: str = "my_robot/base.launch", **arguments: Any) -> Act:
+        return Act(Kind.LAUNCH, name, arguments)
+
+    decide(policy, launch(speed=1, map="hall", fast=True), PolicyState(), 0.0)
+    decide(policy, Act(Kind.RECORD, "/scan", {}), PolicyState(), 0.0)
+    for wrong, text in (
+        (launch(speed=1.5), "speed of my_robot/base.launch must be from 0 to 1"),
+        (launch(speed="1"), "must be a number"),
+        (launch(speed=math.nan), "must be a finite number"),
+        (launch(map="$(env HOME)"), "must be one of 'room', 'hall'"),
+        (launch(fast=1), "must be one of True"),
+        (launch(rate=1), "names no argument 'rate'"),
+        (launch("my_robot/../base.launch"), "names no launch_file"),
+        (Act(Kind.RECORD, "/image", {}), "names no recording /image"),
+        (Act(Kind.TOPIC, "/scan", {}), "names no topic /scan"),
+    ):
+        assert text in refusal(policy, wrong)
+    state = PolicyState()
+    decide(policy, launch(), state, 0.0)
+    assert "is allowed 1 times a minute" in refusal(policy, launch(), state, 1.0)
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from pipros.basics.limits import process_limits
 from pipros.policy.model import Kind
-from pipros.policy.policy_file import FILE_BYTES, parse_policy, read_policy
+from pipros.policy.policy_file import parse_policy, read_policy
 from pipros.safe.settings import BadSettings
 
 POLICY = """\
@@ -80,7 +81,7 @@ def test_a_policy_has_the_rules_of_its_file() -> None:
         ("requires: dead_man", "requires: deadman", "names deadman, which is not one of the conditions"),
         ("stop: zero", "stop: {linear: {w: 1}}", "p.yaml:9: topics./cmd_vel.stop: "),
         ("stop: zero", "time_limit_s: 0", "time_limit_s: must be a number from 0.1 to 3600, got 0"),
-        ("{type: std_srvs/Empty, per", "{type: std_srvs/Empty, time_limit_s: 1, per", "unknown key"),
+        ("{type: std_srvs/Empty, per", "{type: std_srvs/Empty, args: {}, per", "unknown key"),
         ("stop: zero", "stop: brake", "must be zero, or the values of a message, got 'brake'"),
         ("MoveBaseAction", "MoveBaseActionGoal", "must be the type of an action"),
         ("topic: /joy", "topic: /cmd_vel", "reads /cmd_vel, which clients may publish"),
@@ -123,8 +124,9 @@ def test_a_file_that_cannot_be_read_or_is_too_large_is_refused(tmp_path: Path) -
     with pytest.raises(BadSettings, match=r"cannot read .*absent\.yaml: No such file"):
         read_policy(tmp_path / "absent.yaml")
     large = tmp_path / "large.yaml"
-    large.write_text("#" * (FILE_BYTES + 1))
-    with pytest.raises(BadSettings, match=f"it is larger than {FILE_BYTES} bytes"):
+    most = process_limits().policy_file_bytes
+    large.write_text("#" * (most + 1))
+    with pytest.raises(BadSettings, match=f"it is larger than {most} bytes"):
         read_policy(large)
 
 
@@ -139,6 +141,28 @@ def test_a_time_limit_has_a_stop_of_zeros_by_default_and_cancels_the_goals_of_ac
 
 
 def test_a_stop_must_fit_into_one_write() -> None:
-    text = f"topics: {{/s: {{type: std_msgs/String, fields: any, stop: {{data: {'x' * 1000}}}}}}}"
-    with pytest.raises(BadSettings, match="stop: must have at most 1000 bytes, got 1004"):
+    text = f"topics: {{/s: {{type: std_msgs/String, fields: any, stop: {{data: {'x' * 1024}}}}}}}"
+    with pytest.raises(BadSettings, match="stop: must have at most 1024 bytes, got 1028"):
         parse_policy(text, "p.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("launch_files: {a/../b.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+        ("launch_files: {/etc/b.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+        ("launch_files: {a/.hidden.launch: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+        ("launch_files: {a/b.yaml: {time_limit_s: 1}}", "must be PACKAGE/FILE.launch"),
+        ("launch_files: {a/b.launch: {}}", "time_limit_s: is missing"),
+        ("launch_files: {a/b.launch: {time_limit_s: 1, args: {x: {}}}}", "must have range, one_of"),
+        ("launch_files: {a/b.launch: {time_limit_s: 1, args: {x: any}}}", "args.x: must be a mapping"),
+        ("recordings: {/a: {}}", "time_limit_s: is missing"),
+        ("recordings: {a: {time_limit_s: 1}}", "must be a legal global name"),
+        ("services: {/a: {type: std_srvs/Empty, time_limit_s: 1}}", "has no fields"),
+        ("parameters: {/a: {type: int, time_limit_s: 1}}", "time_limit_s"),
+    ],
+)
+def test_rules_for_programs_and_services_are_checked(text: str, message: str) -> None:
+    with pytest.raises(BadSettings) as caught:
+        parse_policy(text, "p.yaml")
+    assert message in str(caught.value)

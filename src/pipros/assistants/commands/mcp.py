@@ -1,21 +1,24 @@
-"""`pipros mcp`: serves tools that read the system to an assistant."""
+"""`pipros mcp`: serves tools to an assistant. `pipros mcp approve`: asks a human about its acts."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import MissingExtra
-from pipros.cli.entry_point import command
+from pipros.cli.entry_point import INTERRUPTED, command
 from pipros.cli.runner import CommandError, run
 
 if TYPE_CHECKING:
     from pipros.assistants.robot import Robot
+    from pipros.basics.env import Environment
+    from pipros.server.approved_acts import ApprovedActs
 
 
 @command
@@ -24,10 +27,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros mcp",
         description="Serves tools for assistants (Model Context Protocol) that read the running system and "
-        "bags, over standard input and output, or with --http to clients on this machine. No tool changes "
-        "anything. docs/assistants.md has files that configure clients.",
+        "bags, over standard input and output, or with --http to clients on this machine. With a policy, "
+        "other tools act, after a human has approved each act: `pipros mcp approve` in another terminal "
+        "asks, and so does the page. docs/assistants.md has files that configure clients.",
+    )
+    parser.add_argument(
+        "what", nargs="?", choices=("approve",), help="ask at this terminal about acts that wait"
     )
     parser.add_argument("--bags", type=Path, metavar="FOLDER", help="the folder whose bags may be read")
+    parser.add_argument("--policy", metavar="FILE", help="what the tools that act may do; see pipros policy")
+    parser.add_argument("--simulate", action="store_true", help="run a simulated robot, and serve it instead")
     parser.add_argument(
         "--http",
         type=int,
@@ -40,12 +49,30 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(f"--http must be a port from 0 to 65535, got {options.http}")
     if options.token_file and options.http is None:
         parser.error("--token-file needs --http")
-    return run(lambda: _serve(options.bags, options.http, options.token_file))
+    if options.what:
+        if options.bags or options.policy or options.simulate or options.http is not None:
+            parser.error("approve takes no options")
+        return run(_approve)
+    return run(lambda: _serve(options))
 
 
-def _serve(bags: Path | None, port: int | None, token_file: str | None) -> int:
-    if bags is not None and not bags.is_dir():
-        raise CommandError(f"--bags must be a folder, got {bags}")
+def _approve() -> int:
+    from pipros.server.terminal_approvals import ask_humans
+
+    if not sys.stdin.isatty():
+        raise CommandError("pipros mcp approve must run in a terminal, because a human must answer")
+    try:
+        ask_humans()
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except OSError as error:
+        raise CommandError(f"cannot find the acts that wait: {error}") from None
+    return 0
+
+
+def _serve(options: Namespace) -> int:
+    if options.bags is not None and not options.bags.is_dir():
+        raise CommandError(f"--bags must be a folder, got {options.bags}")
     try:
         from pipros.assistants.server import make_server
     except ImportError as error:
@@ -54,32 +81,67 @@ def _serve(bags: Path | None, port: int | None, token_file: str | None) -> int:
         missing = error.name or str(error)
         text = f"pipros mcp needs {missing}, which is not installed. Try: {install_command('mcp')}"
         raise CommandError(text) from MissingExtra(text, name=error.name)
-    from pipros.assistants import robot as robots
+    from pipros.assistants.robot import Robot
     from pipros.basics.env import Environment
+    from pipros.basics.rooms import offered
 
-    robot = robots.Robot(Environment.from_os())
-    server = make_server(robot, bags)
-    try:
-        if port is not None:
+    with ExitStack() as stack:
+        environment = Environment.from_os()
+        if options.simulate:
+            simulated_robot = offered("practice")
+            if simulated_robot is None:
+                raise CommandError(
+                    "--simulate needs simulated robots, which this installation of pipros lacks"
+                )
+            environment = stack.enter_context(simulated_robot(environment))
+        robot = Robot(environment)
+        stack.callback(robot.close)
+        acts = None
+        if options.policy is not None:
+            acts = _acts(options.policy, robot, environment)
+            stack.callback(acts.close)
+        server = make_server(robot, options.bags, acts)
+        if options.http is not None:
             from pipros.assistants.http_server import serve_http
 
-            return serve_http(server, port, token_file)
+            return serve_http(server, options.http, options.token_file)
         import asyncio
 
         if sys.stdin.isatty():
             print("An assistant starts this command, and talks to it. Ctrl-C ends it.", file=sys.stderr)
-        _end_at_once_by_signals(robot)
+        _end_at_once_by_signals(stack)
         asyncio.run(server.run_stdio_async())
-        return 0
-    finally:
-        robot.close()
+    return 0
 
 
-def _end_at_once_by_signals(robot: Robot) -> None:
+def _acts(policy: str, robot: Robot, environment: Environment) -> ApprovedActs:
+    """Return the acts that a policy allows. Other programs can approve them from now on."""
+    from pipros.policy.policy_file import read_policy
+    from pipros.server.approved_acts import ActLimits, ApprovedActs
+
+    limits = robot.limits
+    acts = ApprovedActs(
+        environment,
+        read_policy(policy),
+        ActLimits(
+            limits.assistant_approvals,
+            limits.assistant_approval_s,
+            limits.assistant_act_characters,
+            limits.assistant_runs,
+        ),
+    )
+    try:
+        acts.approvals.start()
+    except OSError as error:
+        raise CommandError(f"nobody could approve acts: {error}") from None
+    return acts
+
+
+def _end_at_once_by_signals(stack: ExitStack) -> None:
     """Exit at once on SIGINT and SIGTERM; the library's thread, which blocks in a read, is not awaited."""
 
     def end(number: int, _frame: object) -> None:
-        robot.close()
+        stack.close()
         os._exit(128 + number)
 
     for each in (signal.SIGINT, signal.SIGTERM):

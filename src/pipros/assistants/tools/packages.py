@@ -32,20 +32,30 @@ class PackageTools:
 
     def list_launch_files(self, package: Name, cursor: Cursor = 0) -> Answer:
         """List the launch files and rostest files of a package."""
-        return Answer(list(files_below(self._folder(package), LAUNCH_SUFFIXES)))
+        return Answer(list(files_below(_folder(self._robot, package), LAUNCH_SUFFIXES)))
 
     def read_launch_file(self, package: Name, file: Name, cursor: Cursor = 0) -> Answer:
         """Show a launch file of a package, line by line. It is not evaluated, and files that it includes are
         not opened. file is a name from list_launch_files."""
-        if not file.endswith(LAUNCH_SUFFIXES):
-            raise ToolRefused("only launch files and rostest files can be read", file)
-        found = file_inside(self._folder(package), file)
+        found = launch_file(self._robot, package, file)
         return Answer(read_text(found, LAUNCH_BYTES, errors="replace").splitlines())
 
-    def _folder(self, package: str) -> Path:
-        if not _PACKAGE.fullmatch(package):
-            raise ToolRefused("this is not the name of a package", package)
-        found = PackageIndex.from_environment(self._robot.environment).get(package)
-        if found is None:
-            raise ToolRefused("this package is not installed; list_packages names those that are", package)
-        return found.path
+
+def launch_file(robot: Robot, package: str, file: str) -> Path:
+    """Return a launch file of a package. No name and no link leads out of the package.
+
+    Raises:
+        ToolRefused, NotBelow: there is no such file or package.
+    """
+    if not file.endswith(LAUNCH_SUFFIXES):
+        raise ToolRefused("only launch files and rostest files can be used", file)
+    return file_inside(_folder(robot, package), file)
+
+
+def _folder(robot: Robot, package: str) -> Path:
+    if not _PACKAGE.fullmatch(package):
+        raise ToolRefused("this is not the name of a package", package)
+    found = PackageIndex.from_environment(robot.environment).get(package)
+    if found is None:
+        raise ToolRefused("this package is not installed; list_packages names those that are", package)
+    return found.path

@@ -93,7 +93,6 @@ def call_service(
     found: Any = load_service_class(definition.type) if encoding == JSON else None
     if found is not None:
         body = _from_json(found._request_class, body)
-    gate.check_call(service.name, body, definition.type, definition.md5sum)
     request_class = class_like({"type": f"{definition.type}Request", "md5sum": definition.md5sum})
     fields = {
         "_type": definition.type,
@@ -103,7 +102,8 @@ def call_service(
     }
     raw: Any = type("RawService", (), fields)
     client = ServiceClient(service.name, raw, master=lambda: node.master, calls=calls, limits=node.limits)
-    answer: bytes = client.call(request_class(body), timeout_s).body
+    with gate.calling(service.name, body, definition.type, definition.md5sum):
+        answer: bytes = client.call(request_class(body), timeout_s).body
     return answer if found is None else _to_json(found._response_class._from_bytes(answer))
 
 

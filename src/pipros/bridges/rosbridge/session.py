@@ -10,6 +10,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -359,17 +360,17 @@ class RosbridgeSession:
         service_class = service_class_of(master, service, self._calls)
         request: Any = service_class._request_class()
         self._bridge.filler.fill(request, effect.arguments)
-        self._check_call(service, service_class, request)
         client = ServiceClient(
             service, service_class, master=lambda: master, calls=self._calls, limits=self._node.limits
         )
-        return self._bridge.encoder.values_of(client.call(request, self._bridge.call_s))
+        with self._calling(service, service_class, request):
+            return self._bridge.encoder.values_of(client.call(request, self._bridge.call_s))
 
-    def _check_call(self, service: str, service_class: Any, request: Any) -> None:
-        """Raise `ActRefused` if the policy does not allow a call."""
+    def _calling(self, service: str, service_class: Any, request: Any) -> AbstractContextManager[None]:
+        """Return the context manager for a call. Raise `ActRefused` if the policy does not allow it."""
         gate = self._bridge.gate
         if gate.policy is None or service in QUESTION_NAMES:
-            return
+            return nullcontext()
         if service == SET_PARAM and service_class._type == SET_PARAM_TYPE:
             if not is_global(request.name):  # the node rosapi would resolve it
                 raise PiprosError(f"with a policy, name must be a global name, got {printable(request.name)}")
@@ -378,8 +379,8 @@ class RosbridgeSession:
             except (ValueError, RecursionError) as error:
                 raise PiprosError(f"value is not JSON: {error}") from None
             gate.check_parameter(canonicalize(request.name), value)
-        else:
-            gate.check_call(service, request, service_class._type, service_class._md5sum)
+            return nullcontext()
+        return gate.calling(service, request, service_class._type, service_class._md5sum)
 
     def _offer(self, effect: OfferService) -> None:
         self._bridge.gate.check_other("offer services")

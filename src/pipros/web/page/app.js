@@ -26,6 +26,7 @@ export const TABS = [
   ["teleop", "Teleop"],
   ["fleet", "Fleet"],
   ["ros2", "ROS 2"],
+  ["acts", "Acts"],
 ];
 
 const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];

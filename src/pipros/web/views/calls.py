@@ -67,8 +67,8 @@ class CallViews:
             begin_s = time.monotonic()
             try:
                 request = caller.request([] if value is None else [value])
-                self._system.gate.check_call(name, request, *caller.type_and_md5sum)
-                response = caller.call(request, CALL_BY_HAND_S)
+                with self._system.gate.calling(name, request, *caller.type_and_md5sum):
+                    response = caller.call(request, CALL_BY_HAND_S)
             except ErrorReply as error:
                 raise RequestRefused(f"the service replied with an error: {error.text}") from None
             return {"response": message_tree(response), "seconds": round(time.monotonic() - begin_s, 4)}

@@ -1,0 +1,198 @@
+"""Acts that wait for a human, who approves them in another program of the same user on the same machine.
+
+Theory of operation. The program that acts has an `Approvals`, whose `wait` blocks until a human has answered.
+Other programs list what waits, and answer, through `net/local_requests.py`: the operating system tells this
+user's programs from those of others, and no node of the robot can answer. Requests and responses:
+
+    {"do": "list"}                                     {"master": …, "waiting": […], "acts": […]}
+    {"do": "answer", "id": …, "verdict": "once"}       {}
+
+A human approves one act, or all acts of the same client with the same tool and the same name for a minute.
+"""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.net import local_requests
+from pipros.net.local_requests import LocalFailed, LocalServer
+from pipros.policy.model import ActRefused
+
+MINUTE_S: Final = 60.0
+ONCE, FOR_A_MINUTE, REFUSE = VERDICTS = ("once", "minute", "refuse")
+KEPT: Final = 100
+"""Maximum number of acts that are kept to be shown."""
+MOST_PROGRAMS: Final = 20
+"""Maximum number of programs whose acts are shown."""
+_FOLDER: Final = "approvals"
+_ANSWER_BYTES: Final = 4 * 1024 * 1024
+_SLICE_S: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """An act that needs approval, as texts for humans.
+
+    Attributes:
+        tool: what the client wants to do, such as `publish`.
+        name: of the topic, service, … that the act is for.
+        values: the values that it would send.
+        rule: the rule of the policy that allows it.
+    """
+
+    tool: str
+    name: str
+    values: str
+    rule: str
+
+
+@dataclass(slots=True)
+class _Waiting:
+    question: Question
+    due_s: float
+    verdict: str = ""
+
+
+class Approvals:
+    """The acts of one program that wait for a human, and those of the past. Thread-safe."""
+
+    def __init__(self, master: str, limit: int, clock_s: Callable[[], float] = time.monotonic) -> None:
+        """Create the object. `start` lets other programs reach it.
+
+        Args:
+            master: URI of the master, for humans.
+            limit: maximum number of acts that wait at a time.
+        """
+        self._master = master
+        self._limit = limit
+        self._clock_s = clock_s
+        self._waiting: dict[str, _Waiting] = {}
+        self._granted: dict[tuple[Hashable, str, str], float] = {}
+        self._acts: deque[Mapping[str, Any]] = deque(maxlen=KEPT)
+        self._changed = threading.Condition()
+        self._server = LocalServer(_FOLDER, self.answer)
+
+    def start(self) -> None:
+        """Let other programs list and answer.
+
+        Raises:
+            OSError: this system does not support Unix sockets, or the folder cannot be used.
+        """
+        self._server.start()
+
+    def stop(self) -> None:
+        """Refuse what waits, and end the answers to other programs."""
+        self._server.stop()
+        with self._changed:
+            self._limit = 0
+            for each in self._waiting.values():
+                each.verdict = REFUSE
+            self._changed.notify_all()
+
+    def wait(self, client: Hashable, question: Question, wait_s: float, over: threading.Event) -> str:
+        """Block until a human has approved an act. Return `once` or `minute`.
+
+        Args:
+            client: the client that acts, to which an approval for a minute is limited.
+            over: ends the wait, because the client has gone.
+
+        Raises:
+            ActRefused: the human has refused, or has not answered within `wait_s`; `over` was set; or too
+                many acts wait.
+        """
+        key = (client, question.tool, question.name)
+        identity = secrets.token_hex(8)
+        with self._changed:
+            now_s = self._clock_s()
+            self._granted = {known: end_s for known, end_s in self._granted.items() if end_s > now_s}
+            if key in self._granted:
+                return FOR_A_MINUTE
+            if len(self._waiting) >= self._limit:
+                raise ActRefused(f"{len(self._waiting)} acts already wait for a human; no more may wait")
+            waiting = self._waiting[identity] = _Waiting(question, now_s + wait_s)
+            try:
+                while not (waiting.verdict or over.is_set() or self._clock_s() >= waiting.due_s):
+                    self._changed.wait(min(max(waiting.due_s - self._clock_s(), 0.0), _SLICE_S))
+            finally:
+                del self._waiting[identity]
+            if waiting.verdict == FOR_A_MINUTE:
+                self._granted[key] = self._clock_s() + MINUTE_S
+        if over.is_set():
+            raise ActRefused("the client has gone, or has cancelled the call")
+        if not waiting.verdict:
+            raise ActRefused(f"no human has approved this within {wait_s:g} s")
+        if waiting.verdict == REFUSE:
+            raise ActRefused("a human has refused this")
+        return waiting.verdict
+
+    def note(self, act: Mapping[str, Any]) -> None:
+        """Keep an act, to show it."""
+        with self._changed:
+            self._acts.appendleft(act)
+
+    def answer(self, request: Any) -> Mapping[str, Any]:
+        """Return the response to a request of another program.
+
+        Raises:
+            PiprosError: the act no longer waits, or the request is malformed.
+        """
+        wanted = request["do"]
+        with self._changed:
+            if wanted == "list":
+                now_s = self._clock_s()
+                waiting = [
+                    {
+                        "id": identity,
+                        "tool": each.question.tool,
+                        "name": each.question.name,
+                        "values": each.question.values,
+                        "rule": each.question.rule,
+                        "left_s": round(max(each.due_s - now_s, 0.0), 1),
+                    }
+                    for identity, each in self._waiting.items()
+                ]
+                return {"master": self._master, "waiting": waiting, "acts": list(self._acts)}
+            if wanted != "answer" or request["verdict"] not in VERDICTS:
+                raise PiprosError(f"do must be list, or answer with one of {', '.join(VERDICTS)}")
+            found = self._waiting.get(request["id"])
+            if found is None or found.verdict or self._clock_s() >= found.due_s:
+                raise PiprosError("this act no longer waits for an answer")
+            found.verdict = request["verdict"]
+            self._changed.notify_all()
+        return {}
+
+
+def waiting_acts() -> list[Mapping[str, Any]]:
+    """Return what this user's programs on this machine answer to `list`, each with its `process`.
+
+    May block for several seconds.
+
+    Raises:
+        OSError: the folder of the sockets cannot be read, or others could write to it.
+    """
+    found: list[Mapping[str, Any]] = []
+    for process in local_requests.running(_FOLDER)[:MOST_PROGRAMS]:
+        try:
+            found.append(
+                {**local_requests.ask(_FOLDER, process, {"do": "list"}, _ANSWER_BYTES), "process": process}
+            )
+        except LocalFailed:
+            continue  # it has ended
+    return found
+
+
+def answer_act(process: str, identity: str, verdict: str) -> None:
+    """Answer for a human: `once`, `minute` or `refuse`.
+
+    Raises:
+        LocalFailed: the act no longer waits, or its program has ended.
+    """
+    request = {"do": "answer", "id": identity, "verdict": verdict}
+    local_requests.ask(_FOLDER, process, request, _ANSWER_BYTES)

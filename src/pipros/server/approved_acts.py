@@ -1,0 +1,223 @@
+"""Acts that a policy allows and a human approves, one by one, logged on `/pipros/acts`.
+
+For clients that are not to be trusted with a connection of their own; `act_gate.py` is for the others.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any, Final, NamedTuple, TypeVar
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
+from pipros.basics.hidden_text import safe
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.node.publisher import Publisher
+from pipros.policy.decisions import Act, PolicyState
+from pipros.policy.model import ActRefused, ActRule, Policy
+from pipros.server.act_gate import ActGate, GatedPublisher
+from pipros.server.approvals import Approvals, Question
+from pipros.server.limited_process import LimitedProcesses
+
+TOPIC: Final = "/pipros/acts"
+CONNECTING_S: Final = 2.0
+"""Maximum time to wait until the subscribers of a topic have connected."""
+
+ENDING_S: Final = 10.0
+"""Maximum time to wait for the end of a program."""
+NOT_NEEDED: Final = "not needed, because it stops"
+GOALS: Final = 1000
+"""Maximum number of goals that can be cancelled; the oldest are forgotten."""
+
+T = TypeVar("T")
+
+
+class Caller(NamedTuple):
+    """A client during one call: who it is, and an event that is set when it has gone or the call is over."""
+
+    identity: Hashable
+    over: threading.Event
+
+
+class ActLimits(NamedTuple):
+    """Limits of `ApprovedActs`.
+
+    Attributes:
+        waiting: acts that wait for a human at a time.
+        wait_s: how long each waits.
+        characters: the values of an act, which the human sees whole.
+        runs: programs that run at a time.
+    """
+
+    waiting: int
+    wait_s: float
+    characters: int
+    runs: int
+
+
+class System(NamedTuple):
+    """A connection to the running system, for acts."""
+
+    node: Node
+    gate: ActGate
+    log: Publisher[Any]
+    publishers: dict[str, GatedPublisher | Publisher[Any]]
+
+
+class ApprovedActs:
+    """The acts of all clients of a server. Thread-safe.
+
+    Attributes:
+        policy: what clients may do.
+        approvals: the acts that wait for a human.
+        runs: launch files and recordings.
+        goals: the actions of the goals that were sent, by id.
+        environment: says which master.
+    """
+
+    def __init__(self, environment: Environment, policy: Policy, limits: ActLimits) -> None:
+        """Store the arguments. Connect with the first act."""
+        self.environment = environment
+        self.policy = policy
+        self.limits = limits
+        self.approvals = Approvals(environment.master_uri, limits.waiting)
+        self.runs = LimitedProcesses(limits.runs)
+        self.goals: dict[str, str] = {}
+        self._state = PolicyState()
+        self._system: System | None = None
+        self._lock = threading.Lock()
+
+    def system(self) -> System:
+        """Return the connection, which is made again if the master was restarted.
+
+        Raises:
+            Unreachable: the master does not answer.
+        """
+        with self._lock:
+            found = self._system
+            if found is not None:
+                with suppress(PiprosError):
+                    if found.node.master.lookup_node(found.node.name) == found.node.uri:
+                        return found
+                self._system = None
+                self._disconnect(found)
+            node = Node("pipros_acts", anonymous=True, environment=self.environment)
+            node.start()
+            try:
+                node.master.get_system_state()  # fails at once without a master
+                gate = ActGate(node, self.policy, state=self._state)
+                gate.start()
+                log = node.advertise(TOPIC, load_message_class("std_msgs/String"), queue_size=100)
+            except BaseException:
+                node.shutdown()
+                raise
+            self._system = System(node, gate, log, {})
+            return self._system
+
+    def note_goal(self, identity: str, action: str) -> None:
+        """Let `cancel_goal` cancel a goal."""
+        with self._lock:
+            while len(self.goals) >= GOALS:
+                del self.goals[next(iter(self.goals))]
+            self.goals[identity] = action
+
+    def close(self) -> None:
+        """Refuse what waits, let the guardian stop what has a time limit, and end programs and the node."""
+        self.approvals.stop()
+        self.runs.stop()
+        with self._lock:
+            found, self._system = self._system, None
+        if found is not None:
+            self._disconnect(found)
+
+    @staticmethod
+    def _disconnect(system: System) -> None:
+        system.gate.close()
+        system.node.shutdown()
+
+    def perform(
+        self,
+        caller: Caller,
+        tool: str,
+        acts: Sequence[Act],
+        values: Any,
+        carry_out: Callable[[System], T],
+        *,
+        needs_human: bool = True,
+    ) -> T:
+        """Carry out acts that the policy allows, after a human has approved them.
+
+        Args:
+            values: what the human sees.
+            carry_out: checks the acts again with the gate, where they count.
+            needs_human: false for acts that only end what was approved.
+
+        Raises:
+            ActRefused: the policy or the human refuses.
+            Unreachable: the master does not answer.
+        """
+        system = self.system()
+        text = json.dumps(safe(values), ensure_ascii=False)
+        name = ", ".join(each.name for each in acts)
+        with self._logged(tool, name, text) as note:
+            rules = [system.gate.preview(each) for each in acts]
+            if len(text) > self.limits.characters:
+                raise ActRefused(f"the values have {len(text)} characters, too many to show to a human")
+            approval = NOT_NEEDED
+            if needs_human and not all(_is_stop(*each) for each in zip(acts, rules, strict=True)):
+                question = Question(tool, name, text, "; ".join(map(_shown, rules)))
+                approval = self.approvals.wait(caller.identity, question, self.limits.wait_s, caller.over)
+            note("approved", approval=approval)
+            if caller.over.is_set():
+                raise ActRefused("the client has gone, or has cancelled the call")
+            return carry_out(system)
+
+    def end_run(self, run: int) -> bool | None:
+        """Stop a program, and wait a moment. Return whether it has ended, or None if it does not exist."""
+        found = self.runs.get(run)
+        if found is None:
+            return None
+        with self._logged("stop_run", str(run), "") as note:
+            note("approved", approval=NOT_NEEDED)
+            return found.stop(ENDING_S)
+
+    @contextmanager
+    def _logged(self, tool: str, name: str, values: str) -> Iterator[Callable[..., None]]:
+        """Log the end of an act. The value is a function that logs what happens before."""
+
+        def note(outcome: str, **more: str) -> None:
+            kept = values[: self.limits.characters]
+            act = {"time": round(time.time(), 3), "tool": tool, "name": name, "values": kept}
+            row = safe({**act, "outcome": outcome, **more})
+            self.approvals.note(row)
+            if self._system is not None:
+                self._system.log.publish(load_message_class("std_msgs/String")(json.dumps(row)))
+
+        try:
+            yield note
+            note("done")
+        except ActRefused as error:
+            note("refused", reason=str(error))
+            raise
+        except Exception as error:
+            note("failed", reason=str(error))
+            raise
+
+
+def _is_stop(act: Act, rule: ActRule) -> bool:
+    return rule.stop is not None and bool(act.value == rule.stop)
+
+
+def _shown(rule: ActRule) -> str:
+    """Return a rule for humans: its place, and what it limits."""
+    parts = [rule.place]
+    if rule.per_minute is not None:
+        parts.append(f"at most {rule.per_minute} a minute")
+    if rule.time_limit_s is not None:
+        parts.append(f"stopped after {rule.time_limit_s:g} s")
+    return ", ".join(parts)

@@ -1,0 +1,94 @@
+"""Ask a human at a terminal about the acts that wait for approval; see `approvals.py`."""
+
+from __future__ import annotations
+
+import select
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.hidden_text import safe_text
+from pipros.server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, waiting_acts
+
+KEYS: Final = {"y": ONCE, "m": FOR_A_MINUTE, "n": REFUSE}
+POLL_S: Final = 0.5
+LONGEST: Final = 20_000
+"""Maximum number of characters of one value that is shown; programs refuse longer acts."""
+
+
+def ask_humans(
+    find: Callable[[], list[Mapping[str, Any]]] = waiting_acts,
+    answer: Callable[[str, str, str], None] = answer_act,
+) -> None:
+    """Show one act after the other and read the answers, until Ctrl-C or the end of the input.
+
+    Raises:
+        OSError: the sockets of the programs cannot be found.
+    """
+    print("Waiting for acts that need approval. Ctrl-C ends this.", flush=True)
+    while True:
+        program, act = next(_acts(find()), (None, None))
+        if program is None or act is None:
+            time.sleep(POLL_S)
+            continue
+        print(f"\n{shown(program, act)}", flush=True)
+        verdict = _read_verdict(program, act, find)
+        if verdict is None:
+            return
+        if not verdict:
+            print("\nIt no longer waits.", flush=True)
+            continue
+        try:
+            answer(program["process"], act["id"], verdict)
+            print(f"Answered: {verdict}.", flush=True)
+        except PiprosError as error:
+            print(error, flush=True)
+
+
+def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
+    """Return an act as lines, whose texts cannot imitate other lines."""
+    rows = {
+        "tool": act["tool"],
+        "name": act["name"],
+        "values": act["values"],
+        "rule": act["rule"],
+        "master": program["master"],
+        "process": program["process"],
+    }
+    return "\n".join(f"  {name:8}{safe_text(str(value), LONGEST)}" for name, value in rows.items())
+
+
+def _acts(found: list[Mapping[str, Any]]) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
+    """Yield the acts that wait, with their programs; those with the least time left first."""
+    acts = [(program, act) for program in found for act in program["waiting"]]
+    yield from sorted(acts, key=lambda each: float(each[1]["left_s"]))
+
+
+def _read_verdict(
+    program: Mapping[str, Any], act: Mapping[str, Any], find: Callable[[], list[Mapping[str, Any]]]
+) -> str | None:
+    """Return the answer; empty if the act no longer waits, and None at the end of the input."""
+    left_s = float(act["left_s"])
+    begin_s = time.monotonic()
+    _discard_typed()
+    while True:
+        remaining_s = left_s - (time.monotonic() - begin_s)
+        prompt = f"{remaining_s:3.0f} s left. y: once, m: for a minute, n: refuse > "
+        print(f"\r{prompt}", end="", flush=True)
+        if select.select([sys.stdin], [], [], 1.0)[0]:
+            line = sys.stdin.readline()
+            if not line:
+                return None
+            if verdict := KEYS.get(line.strip().lower()):
+                return verdict
+        known = {each["id"] for other, each in _acts(find()) if other["process"] == program["process"]}
+        if remaining_s <= 0 or act["id"] not in known:
+            return ""
+
+
+def _discard_typed() -> None:
+    """Discard lines that were typed before the act was shown, which they cannot approve."""
+    while select.select([sys.stdin], [], [], 0.0)[0] and sys.stdin.readline():
+        pass

@@ -1,0 +1,59 @@
+"""A simulated robot with a master of its own, which other parts offer for practice; see `Room.offers`."""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
+from typing import Final
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
+from pipros.graph.client import GraphClient
+from pipros.server.limited_process import LimitedProcess
+
+WORDS: Final = ("pipros_sim", "localized.launch", "headless:=true")
+TOPIC: Final = "/odom"
+"""Is published once the robot can drive."""
+LIMIT_S: Final = 86_400.0
+START_S: Final = 60.0
+ENDING_S: Final = 10.0
+
+
+@contextmanager
+def simulated_robot(environment: Environment) -> Iterator[Environment]:
+    """Context manager that runs a robot, at most for a day. The value is the environment with its master.
+
+    Raises:
+        PiprosError: the simulation does not start.
+    """
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    found = replace(environment, master_uri=f"http://localhost:{port}")
+    code = "import sys; from pipros.cli.roslaunch import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-I", "-c", code, "-p", str(port), *WORDS]
+    process = LimitedProcess(command, LIMIT_S, found.applied_to(os.environ))
+    try:
+        _wait_for(TOPIC, found, process)
+        print(
+            f"The robot is simulated: export ROS_MASTER_URI={found.master_uri}", file=sys.stderr, flush=True
+        )
+        yield found
+    finally:
+        process.stop(ENDING_S)
+
+
+def _wait_for(topic: str, environment: Environment, process: LimitedProcess) -> None:
+    """Wait until a topic is published."""
+    end_s = time.monotonic() + START_S
+    while time.monotonic() < end_s and process.is_running:
+        with suppress(PiprosError), GraphClient("practice", environment, timeout_s=1.0) as client:
+            if topic in dict(client.master.get_system_state()[0]):
+                return
+        time.sleep(0.1)
+    raise PiprosError(f"the simulation does not start: {process.output[-500:].strip()}")

@@ -1,0 +1,64 @@
+// Acts of assistants that wait for a human, with buttons to approve or refuse them, and the acts of the past.
+
+import { h, replace } from "../dom.js";
+import { dataTable } from "../table.js";
+
+const NOTHING = "No act waits for approval. Assistants act through pipros mcp --policy FILE, on this machine and as this user.";
+const BUTTONS = [["once", "Approve once"], ["minute", "Approve for a minute"], ["refuse", "Refuse"]];
+const COLUMNS = [
+  { title: "Time", text: ({ time }) => new Date(time * 1000).toLocaleTimeString(), order: ({ time }) => -time },
+  { title: "Tool", text: ({ tool }) => tool, order: ({ tool }) => tool },
+  { title: "Name", kind: "name", text: ({ name }) => name, order: ({ name }) => name },
+  { title: "Outcome", text: ({ outcome, approval }) => (approval ? `${outcome}: ${approval}` : outcome), order: ({ outcome }) => outcome },
+  { title: "Values or reason", kind: "long mono", text: ({ values, reason }) => reason ?? values, order: ({ values }) => values },
+];
+
+export function open(view, _argument, context) {
+  const error = h("div", { class: "error", role: "alert" });
+  const hint = h("div", { class: "note" }, NOTHING);
+  const waiting = h("div", { class: "waiting", role: "list", "aria-label": "Acts that wait" });
+  const table = dataTable(COLUMNS, { label: "Acts", keyOf: ({ key }) => key, sortBy: "Time" });
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("acts")), error, hint,
+    waiting, h("div", { class: "scroll" }, table.element)));
+  const cards = new Map(); // by id; a card stays as it is while a pointer is on its buttons
+
+  // The card of an act that waits. Its texts never change, only the time left.
+  function cardOf(act) {
+    const left = h("dd", {});
+    const answer = async (verdict) => {
+      try {
+        await context.act("approve", { process: act.process, id: act.id, verdict });
+        replace(error);
+      } catch (problem) {
+        replace(error, problem.message);
+      }
+    };
+    const rows = { Tool: act.tool, Name: act.name, Values: act.values, Rule: act.rule,
+      Master: act.here ? act.master : `${act.master}, another one than this page's` };
+    const element = h("section", { class: "note", role: "listitem", "aria-label": `${act.tool} ${act.name}` },
+      h("dl", {}, Object.entries(rows).map(([key, value]) => [h("dt", {}, key), h("dd", {}, h("pre", { class: "mono whole" }, value))]),
+        h("dt", {}, "Time left"), left),
+      h("p", {}, BUTTONS.map(([verdict, title]) => [h("button", { disabled: !context.control, onclick: () => answer(verdict) }, title), " "]),
+        context.control ? "" : "Start with --control to approve acts."));
+    return { element, left };
+  }
+
+  context.watch("acts", {}, (data) => {
+    replace(error, data.error);
+    hint.hidden = data.waiting.length > 0 || Boolean(data.error);
+    const known = new Set(data.waiting.map(({ id }) => id));
+    for (const [id, { element }] of cards) {
+      if (known.has(id)) continue;
+      element.remove();
+      cards.delete(id);
+    }
+    for (const act of data.waiting) {
+      if (!cards.has(act.id)) {
+        cards.set(act.id, cardOf(act));
+        waiting.append(cards.get(act.id).element);
+      }
+      replace(cards.get(act.id).left, `${act.left_s.toFixed(0)} s`);
+    }
+    table.show(data.acts.map((act, at) => ({ ...act, key: `${act.process} ${act.time} ${act.outcome} ${data.acts.length - at}` })));
+  }, (problem) => replace(error, problem), { always: true });
+}

@@ -1,0 +1,65 @@
+"""Show the acts of this user's programs on this machine that need approval, and answer for the human."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import AsyncIterator, Mapping
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.net.local_socket import HAS_LOCAL_SOCKETS
+from pipros.server.approvals import VERDICTS, answer_act, waiting_acts
+from pipros.server.view_server import RequestRefused
+from pipros.web.bounded_list import bounded_list
+from pipros.web.watched_system import WatchedSystem
+
+POLL_INTERVAL_S: Final = 0.5
+
+
+class ActViews:
+    """The view and the action of the Acts tab."""
+
+    def __init__(self, system: WatchedSystem) -> None:
+        self._system = system
+
+    async def acts(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the acts that wait, and those of the past, newest first, about twice a second."""
+        while True:
+            yield await self._system.questions.run(self._found)
+            await asyncio.sleep(POLL_INTERVAL_S)
+
+    async def approve(self, arguments: Mapping[str, Any]) -> Any:
+        """Answer for the human: approve an act once or for a minute, or refuse it."""
+        process, identity = str(arguments["process"]), str(arguments["id"])
+        verdict = arguments.get("verdict")
+        if not re.fullmatch("[0-9]{1,10}", process) or verdict not in VERDICTS:
+            raise RequestRefused(f"process must be a process id, and verdict one of {', '.join(VERDICTS)}")
+        try:
+            await self._system.questions.run(answer_act, process, identity, verdict)
+        except PiprosError as error:
+            raise RequestRefused(str(error)) from None
+        return True
+
+    def _found(self) -> Mapping[str, Any]:
+        if not HAS_LOCAL_SOCKETS:
+            return {"waiting": [], "acts": [], "error": "Acts can be approved on Linux only."}
+        try:
+            programs = waiting_acts()
+        except (PiprosError, OSError) as error:
+            return {"waiting": [], "acts": [], "error": str(error)}
+        uri = self._system.graph.environment.master_uri
+        waiting = [
+            {
+                **act,
+                "process": program["process"],
+                "master": program["master"],
+                "here": program["master"] == uri,
+            }
+            for program in programs
+            for act in program["waiting"]
+        ]
+        acts = [{**act, "process": program["process"]} for program in programs for act in program["acts"]]
+        acts.sort(key=lambda act: -float(act["time"]))
+        waiting.sort(key=lambda act: float(act["left_s"]))
+        return {"waiting": bounded_list(waiting), "acts": bounded_list(acts), "error": ""}

@@ -1,0 +1,263 @@
+"""Approvals: who may answer, for how long, and what a terminal shows."""
+
+from __future__ import annotations
+
+import os
+import pty
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.basics.errors import PiprosError
+from pipros.net.local_requests import LocalFailed
+from pipros.policy.model import ActRefused
+from pipros.server import terminal_approvals
+from pipros.server.approvals import MINUTE_S, Approvals, Question, answer_act, waiting_acts
+from tests.support.waiting import wait_until
+
+QUESTION = Question("publish", "/cmd_vel", '{"linear": {"x": 0.2}}', "base.yaml:2: topics./cmd_vel")
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def approvals(clock: Clock) -> Approvals:
+    return Approvals("http://robot:11311", 2, clock)
+
+
+def asked(
+    approvals: Approvals, client: str = "a", question: Question = QUESTION, over: Any = None
+) -> Future[str]:
+    """Wait for approval in a thread."""
+    future: Future[str] = Future()
+
+    def wait() -> None:
+        try:
+            future.set_result(approvals.wait(client, question, 30.0, over or threading.Event()))
+        except ActRefused as error:
+            future.set_exception(error)
+
+    threading.Thread(target=wait, daemon=True).start()
+    return future
+
+
+def listed(approvals: Approvals, count: int = 1) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = []
+
+    def has_all() -> bool:
+        found[:] = approvals.answer({"do": "list"})["waiting"]
+        return len(found) == count
+
+    wait_until(has_all)
+    return found
+
+
+def answer(approvals: Approvals, identity: str, verdict: str) -> None:
+    approvals.answer({"do": "answer", "id": identity, "verdict": verdict})
+
+
+def test_a_human_sees_tool_values_rule_and_the_time_left(approvals: Approvals, clock: Clock) -> None:
+    waiting = asked(approvals)
+    [act] = listed(approvals)
+    clock.now_s += 10
+    [act] = listed(approvals)
+    assert act == {
+        "id": act["id"],
+        "tool": "publish",
+        "name": "/cmd_vel",
+        "values": '{"linear": {"x": 0.2}}',
+        "rule": "base.yaml:2: topics./cmd_vel",
+        "left_s": 20.0,
+    }
+    answer(approvals, act["id"], "once")
+    assert waiting.result(30) == "once"
+    with pytest.raises(PiprosError, match="no longer waits"):
+        answer(approvals, act["id"], "once")
+
+
+def test_an_approval_for_a_minute_ends_and_is_for_one_client_tool_and_name(
+    approvals: Approvals, clock: Clock
+) -> None:
+    first = asked(approvals)
+    answer(approvals, listed(approvals)[0]["id"], "minute")
+    assert first.result(30) == "minute"
+    clock.now_s += MINUTE_S - 0.1
+    assert asked(approvals).result(30) == "minute"
+    others = [asked(approvals, "b"), asked(approvals, question=Question("call", "/cmd_vel", "", ""))]
+    assert len(listed(approvals, 2)) == 2
+    for each in listed(approvals, 2):
+        answer(approvals, each["id"], "refuse")
+    for future in others:
+        with pytest.raises(ActRefused, match="a human has refused this"):
+            future.result(30)
+    other_name = asked(approvals, question=Question("publish", "/cmd_vel2", "", ""))
+    listed(approvals)
+    clock.now_s += 0.2
+    again = asked(approvals)
+    assert len(listed(approvals, 2)) == 2, "the minute has ended"
+    clock.now_s += 31
+    for future in (other_name, again):
+        with pytest.raises(ActRefused, match="no human has approved this within 30 s"):
+            future.result(30)
+
+
+def test_too_many_acts_and_those_of_clients_that_have_gone_do_not_wait(approvals: Approvals) -> None:
+    over = threading.Event()
+    futures = [asked(approvals, over=over), asked(approvals)]
+    listed(approvals, 2)
+    with pytest.raises(ActRefused, match="2 acts already wait"):
+        asked(approvals).result(30)
+    over.set()
+    with pytest.raises(ActRefused, match="the client has gone"):
+        futures[0].result(30)
+    approvals.stop()
+    with pytest.raises(ActRefused, match="a human has refused"):
+        futures[1].result(30)
+    with pytest.raises(ActRefused, match="no more may wait"):
+        asked(approvals).result(30)
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {"do": "answer", "id": "x", "verdict": "once"},
+        {"do": "answer", "id": "x", "verdict": "always"},
+        {"do": "x", "verdict": 1},
+    ],
+    ids=str,
+)
+def test_wrong_answers_are_refused(approvals: Approvals, request_: dict[str, Any]) -> None:
+    with pytest.raises(PiprosError):
+        approvals.answer(request_)
+
+
+@pytest.fixture
+def reachable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Approvals]:
+    monkeypatch.setenv("ROS_HOME", str(tmp_path))
+    approvals = Approvals("http://robot:11311", 2)
+    approvals.start()
+    yield approvals
+    approvals.stop()
+
+
+def test_other_programs_of_this_user_list_and_answer(reachable: Approvals) -> None:
+    waiting = asked(reachable)
+    listed(reachable)
+    [program] = waiting_acts()
+    assert (program["master"], program["process"]) == ("http://robot:11311", str(os.getpid()))
+    answer_act(program["process"], program["waiting"][0]["id"], "once")
+    assert waiting.result(30) == "once"
+    with pytest.raises(LocalFailed, match="no longer waits"):
+        answer_act(program["process"], program["waiting"][0]["id"], "once")
+    reachable.note({"tool": "publish"})
+    assert waiting_acts()[0]["acts"] == [{"tool": "publish"}]
+
+
+def test_the_socket_is_private(reachable: Approvals, tmp_path: Path) -> None:
+    del reachable
+    folder = tmp_path / "pipros" / "approvals"
+    assert folder.stat().st_mode & 0o077 == 0
+    assert (folder / str(os.getpid())).stat().st_mode & 0o077 == 0
+
+
+HOSTILE = 'x"}\r\n  tool    read_topic\n\x1b[2Jy\u202e\U000e0041'
+
+
+class Typing:
+    """A terminal at which a human types, and what the program prints."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.master, slave = pty.openpty()
+        self.stdin = os.fdopen(slave, "r")
+        monkeypatch.setattr("sys.stdin", self.stdin)
+
+    def types(self, text: str) -> None:
+        os.write(self.master, text.encode())
+
+    def close(self) -> None:
+        self.stdin.close()
+        os.close(self.master)
+
+
+@pytest.fixture
+def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Typing]:
+    found = Typing(monkeypatch)
+    yield found
+    found.close()
+
+
+@pytest.mark.parametrize(
+    ("typed", "verdict"), [("y\n", "once"), ("M\n", "minute"), ("n\n", "refuse"), ("what\nn\n", "refuse")]
+)
+def test_a_terminal_asks_and_answers(
+    terminal: Typing, capsys: pytest.CaptureFixture[str], typed: str, verdict: str
+) -> None:
+    act = {"id": "1", "tool": "publish", "name": "/cmd_vel", "values": HOSTILE, "rule": "r", "left_s": 20.0}
+    program = {"master": "http://robot:11311", "process": "7", "waiting": [act]}
+    answers: list[tuple[str, str, str]] = []
+    looked: list[int] = []
+
+    def find() -> list[Any]:
+        looked.append(1)
+        if answers:
+            raise KeyboardInterrupt
+        return [program]
+
+    def typing() -> None:
+        wait_until(lambda: "20 s left" in "".join(shown))
+        terminal.types(typed)
+
+    shown: list[str] = []
+    original = print
+
+    def printed(*texts: object, **options: Any) -> None:
+        shown.append(" ".join(map(str, texts)))
+        original(*texts, **options)
+
+    terminal_approvals.__dict__["print"] = printed
+    try:
+        threading.Thread(target=typing, daemon=True).start()
+        with pytest.raises(KeyboardInterrupt):
+            terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
+    finally:
+        del terminal_approvals.__dict__["print"]
+    assert answers == [("7", "1", verdict)]
+    output = capsys.readouterr().out
+    assert '  values  x"}\\r\\n  tool    read_topic\\n\\x1b[2Jy\\u202e\\U000e0041\n' in output
+    assert output.count("\n  tool ") == 1
+    assert "  master  http://robot:11311\n" in output
+
+
+def test_what_was_typed_before_an_act_appeared_does_not_approve_it(
+    terminal: Typing, capsys: pytest.CaptureFixture[str]
+) -> None:
+    del capsys
+    act = {"id": "1", "tool": "publish", "name": "/x", "values": "", "rule": "r", "left_s": 0.5}
+    program = {"master": "m", "process": "7", "waiting": [act]}
+    found = [[program], [], []]
+    answers: list[Any] = []
+    terminal.types("y\n")
+
+    def find() -> list[Any]:
+        if not found:
+            raise KeyboardInterrupt
+        return found.pop(0)
+
+    with pytest.raises(KeyboardInterrupt):
+        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
+    assert answers == []
