@@ -1,4 +1,4 @@
-"""`pipros mcp` as a user tries it, with a scripted client: the commands and the policy of docs/assistants.md."""
+"""`pipros mcp` as a user tries it, with a scripted client: commands and policy of docs/assistants.md."""
 
 from __future__ import annotations
 
