@@ -1,7 +1,7 @@
 """Acts that wait for a human, who approves them in another program of the same user on the same machine.
 
 Theory of operation. The program that acts has an `Approvals`, whose `wait` blocks until a human has answered.
-Other programs list what waits, and answer, through `net/local_requests.py`: the operating system tells this
+Other programs list the waiting acts, and answer, through `net/local_requests.py`: the operating system tells this
 user's programs from those of others, and no node of the robot can answer. Requests and responses:
 
     {"do": "list"}                                     {"master": …, "waiting": […], "acts": […]}
@@ -88,7 +88,7 @@ class Approvals:
         self._server.start()
 
     def stop(self) -> None:
-        """Refuse what waits, and end the answers to other programs."""
+        """Refuse the waiting acts, and end the answers to other programs."""
         self._server.stop()
         with self._changed:
             self._limit = 0

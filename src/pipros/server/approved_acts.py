@@ -127,7 +127,7 @@ class ApprovedActs:
             self.goals[identity] = action
 
     def close(self) -> None:
-        """Refuse what waits, let the guardian stop what has a time limit, and end programs and the node."""
+        """Refuse the waiting acts, let the guardian stop those with a time limit, and end programs and the node."""
         self.approvals.stop()
         self.runs.stop()
         with self._lock:

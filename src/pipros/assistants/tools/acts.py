@@ -221,7 +221,7 @@ class ActTools:
         """Stop a launch file or a recording that was started here, and wait some seconds for its end."""
         has_ended = self._acts.end_run(run)
         if has_ended is None:
-            raise ToolRefused("there is no such run; list_runs names those that there are", run)
+            raise ToolRefused("this run does not exist; list_runs shows those that do", run)
         return Answer([], figures={"has_ended": has_ended})
 
     # -- what these tools share -----------------------------------------------------------

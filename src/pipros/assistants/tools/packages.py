@@ -45,7 +45,7 @@ def launch_file(robot: Robot, package: str, file: str) -> Path:
     """Return a launch file of a package. No name and no link leads out of the package.
 
     Raises:
-        ToolRefused, NotBelow: there is no such file or package.
+        ToolRefused, NotBelow: the file or the package does not exist.
     """
     if not file.endswith(LAUNCH_SUFFIXES):
         raise ToolRefused("only launch files and rostest files can be used", file)
