@@ -1,8 +1,8 @@
 """Acts that wait for a human, who approves them in another program of the same user on the same machine.
 
 Theory of operation. The program that acts has an `Approvals`, whose `wait` blocks until a human has answered.
-Other programs list the waiting acts, and answer, through `net/local_requests.py`: the operating system tells this
-user's programs from those of others, and no node of the robot can answer. Requests and responses:
+Other programs list the waiting acts, and answer, through `net/local_requests.py`: the operating system tells
+this user's programs from those of others, and no node of the robot can answer. Requests and responses:
 
     {"do": "list"}                                     {"master": …, "waiting": […], "acts": […]}
     {"do": "answer", "id": …, "verdict": "once"}       {}

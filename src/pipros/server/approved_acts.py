@@ -127,7 +127,7 @@ class ApprovedActs:
             self.goals[identity] = action
 
     def close(self) -> None:
-        """Refuse the waiting acts, let the guardian stop those with a time limit, and end programs and the node."""
+        """Refuse waiting acts, let the guardian stop those with a time limit, and end programs and node."""
         self.approvals.stop()
         self.runs.stop()
         with self._lock:
