@@ -163,6 +163,9 @@ image_view image_view
 joint_state_publisher joint_state_publisher
 joint_state_publisher_gui joint_state_publisher_gui
 joy joy_node
+laser_assembler laser_scan_assembler
+laser_filters scan_to_cloud_filter_chain
+laser_filters scan_to_scan_filter_chain
 map_server map_saver
 map_server map_server map.yaml
 nodelet nodelet manager

@@ -30,6 +30,8 @@ class Twins:
         self._publishers: dict[str, Any] = {}
         self._inboxes: dict[tuple[str, str], Inbox] = {}
         self._readers: dict[str, int] = {}
+        self._outputs: list[Any] = []
+        self._mark_ns = 0
         self.clock_ns = 1000 * 10**9
 
     def add(
@@ -40,6 +42,7 @@ class Twins:
         parameters: Mapping[str, Any],
         inputs: Mapping[str, str],
         outputs: Mapping[str, str],
+        services: Mapping[str, str] | None = None,
     ) -> Any:
         """Start both nodes, and subscribe to their outputs. Return the node of pipros.
 
@@ -48,10 +51,12 @@ class Twins:
             genuine: the command line of the genuine node.
             inputs: topics of the test by names in the node.
             outputs: types by topics of the node, such as `scan` or `~output`.
+            services: names in the node's namespace by names in the node.
         """
         made = None
         for side in SIDES:
             remappings = [f"{old}:={new}" for old, new in inputs.items()]
+            remappings += [f"{old}:=/{side}/{new}" for old, new in (services or {}).items()]
             arguments = [f"__name:={name}", f"__ns:=/{side}", *remappings]
             if parameters:
                 self.node.params.set(f"/{side}/{name}", dict(parameters))
@@ -61,7 +66,8 @@ class Twins:
                 if topic[0] != "~":
                     place = f"{name}_{topic}"
                     arguments.append(f"{topic}:=/{side}/{place}")
-                self.node.subscribe(f"/{side}/{place}", load_message_class(type_name), inbox)
+                kind = load_message_class(type_name)
+                self._outputs.append(self.node.subscribe(f"/{side}/{place}", kind, inbox))
             if side == "pipros":
                 node = Node(name, argv=arguments, environment=self.node.environment)
                 node.start()
@@ -83,6 +89,7 @@ class Twins:
             self._publishers[topic] = self.node.advertise(topic, type(message), queue_size=100, latch=latch)
         publisher, count = self._publishers[topic], self._readers.get(topic, 0)
         wait_until(lambda: publisher.connection_count >= count, 60, f"{count} subscribers of {topic}")
+        wait_until(lambda: all(each.connection_count for each in self._outputs), 60, "the outputs")
         publisher.publish(message)
 
     def transforms(self, *frames: tuple[str, str, Sequence[float], Sequence[float]]) -> None:
@@ -105,15 +112,30 @@ class Twins:
         header.stamp = Time(*divmod(self.clock_ns, 10**9))
         return header
 
+    def warm_up(self, publish: Callable[[], object]) -> None:
+        """Publish inputs until all nodes have transforms and react; `outputs` ignores the results."""
+
+        def react() -> bool:
+            publish()
+            return all(each.messages for each in self._inboxes.values())
+
+        wait_until(react, 60, "an output of each node")
+        self._mark_ns = self.clock_ns
+
+    def _since_mark(self, inbox: Inbox) -> list[Any]:
+        return [each for each in inbox.messages if each.header.stamp.to_nsec() > self._mark_ns]
+
     def outputs(self, name: str, topic: str, count: int = 1) -> tuple[list[Any], list[Any]]:
         """Wait until both nodes have published `count` messages; return those of either side."""
         inboxes = [self._inboxes[side, f"{name} {topic}"] for side in SIDES]
         wait_until(
-            lambda: all(len(each.messages) >= count for each in inboxes),
+            lambda: all(len(self._since_mark(each)) >= count for each in inboxes),
             60,
-            lambda: f"{name} {topic}: {[len(each.messages) for each in inboxes]} of {count} messages",
+            lambda: (
+                f"{name} {topic}: {[len(self._since_mark(each)) for each in inboxes]} of {count} messages"
+            ),
         )
-        ours, genuine = (list(each.messages) for each in inboxes)
+        ours, genuine = map(self._since_mark, inboxes)
         return ours, genuine
 
     def close(self) -> None:
@@ -134,7 +156,10 @@ def twins(ros: RosSystem) -> Iterator[Twins]:
 
 
 def differences(one: Any, other: Any) -> list[str]:
-    """Return the paths of all fields in which two messages differ. NaN equals NaN. Ignores `seq`."""
+    """Return the paths of all fields in which two messages differ. NaN equals NaN. Ignores `seq`.
+
+    Bytes are compared as integers of 32 bits, so that the difference of floats is visible.
+    """
     found: list[str] = []
     _compare(one, other, "", found)
     return found
@@ -145,6 +170,8 @@ def _compare(one: Any, other: Any, path: str, found: list[str]) -> None:
         for name in one.__slots__:
             if name != "seq":
                 _compare(getattr(one, name), getattr(other, name), f"{path}.{name}", found)
+    elif isinstance(one, bytes) and len(one) == len(other) and len(one) % 4 == 0:
+        _compare(np.frombuffer(one, "<i4"), np.frombuffer(other, "<i4"), path, found)
     elif isinstance(one, bytes | str | bool) or not hasattr(one, "__len__"):
         if one != other and not (one != one and other != other):  # NaN
             found.append(f"{path}: {one!r} {other!r}"[:300])

@@ -70,6 +70,7 @@ NOT_RUN = {
     ("bridges.md", "python"): "clients from PyPI, which tests/clients runs with other programs",
     ("bridges.md", "xml"): "a part of a launch file",
     ("libraries.md", "toml"): "a package like that of tests/graph/test_nodelets.py",
+    ("libraries.md", "yaml"): "parameters like those of tests/graph/test_lasers.py",
     ("libraries.md", "xml"): "a launch file like that of tests/graph/test_teleoperation.py",
     ("assistants.md", "sh"): "installation of an extra",
     ("navigation.md", "console"): "installation of an extra",

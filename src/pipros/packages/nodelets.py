@@ -34,6 +34,8 @@ PLUGINS: Final[Mapping[str, str]] = {
     "depthimage_to_laserscan/DepthImageToLaserScanNodelet": "laser.depth_to_scan_node:DepthToScanNode",
     "image_proc/debayer": "images.debayer:Debayer",
     "image_proc/rectify": "images.rectify:Rectify",
+    "laser_filters/scan_to_cloud_filter_chain": "laser.chain_node:ScanToCloudFilterChain",
+    "laser_filters/scan_to_scan_filter_chain": "laser.chain_node:ScanToScanFilterChain",
     "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": "laser.cloud_to_scan_node:CloudToScanNode",
     "stereo_image_proc/disparity": "images.disparity:Disparity",
     "stereo_image_proc/point_cloud2": "images.stereo_cloud:StereoCloud",

@@ -1,0 +1,60 @@
+"""The memory of laser_assembler: the points of the last scans in a fixed frame, joined on request."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.libraries.clouds.extras import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class StoredScan:
+    """The points of a scan.
+
+    Attributes:
+        columns: arrays of float32 by name: x, y, z, and the channels.
+    """
+
+    stamp_ns: int
+    columns: dict[str, Any]
+
+
+class Assembler:
+    """Keeps the last scans. Not for several threads at once."""
+
+    def __init__(self, size: int, step: int = 1) -> None:
+        """Store the settings.
+
+        Args:
+            size: maximum number of scans.
+            step: of the scans and points in an answer, every n-th one is used.
+        """
+        self._scans: deque[StoredScan] = deque(maxlen=size)
+        self._step = max(step, 1)
+
+    def add(self, scan: StoredScan) -> None:
+        """Store a scan; the oldest is dropped if there are too many."""
+        self._scans.append(scan)
+
+    def assembled(self, begin_ns: int, end_ns: int) -> StoredScan | None:
+        """Return the points of the scans with begin <= time < end, or None if there are none.
+
+        The channels are those of the first scan; in scans without one of them, it is 0. The time is that of
+        the last scan. As in the original, the scans are searched from the oldest received.
+        """
+        scans = list(self._scans)
+        start = next((at for at, each in enumerate(scans) if each.stamp_ns >= begin_ns), len(scans))
+        used = []
+        for each in scans[start :: self._step]:
+            if each.stamp_ns >= end_ns:
+                break
+            used.append(each)
+        if not used:
+            return None
+        joined = {}
+        for name in used[0].columns:
+            parts = [each.columns.get(name, np.zeros_like(each.columns["x"])) for each in used]
+            joined[name] = np.concatenate([part[:: self._step] for part in parts])
+        return StoredScan(used[-1].stamp_ns, joined)

@@ -1,0 +1,99 @@
+"""The base of all filters for scans, and the typed values of their parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.laser.scan import Scan
+from pipros.libraries.reconfiguring.server import Setting
+from pipros.libraries.transforms.listener import TransformListener
+
+
+class InvalidFilter(PiprosError, ValueError):
+    """The description of a filter or chain is invalid. The text names the filter and the mistake."""
+
+
+class FilterFailed(PiprosError):
+    """A filter cannot handle a scan, which is dropped. The text says why."""
+
+
+class Place:
+    """Where a filter runs: what it needs of its node, or nothing in tests of filters without transforms."""
+
+    def __init__(self, listener: TransformListener | None = None) -> None:
+        self._listener = listener
+
+    @property
+    def listener(self) -> TransformListener:
+        """The transforms of the node.
+
+        Raises:
+            FilterFailed: there are none.
+        """
+        if self._listener is None:
+            raise FilterFailed("this filter needs a node with transforms")
+        return self._listener
+
+
+class ScanFilter:
+    """A filter for scans.
+
+    Attributes:
+        settings: its parameters with their defaults. Clients can change them if `is_reconfigurable`.
+        required: names of the parameters that must be given.
+        from_server: names of settings whose value in a chain's description has no effect: that of the
+            filter's namespace on the parameter server counts.
+        values: the current parameters by name. The mapping is replaced when clients change them.
+    """
+
+    settings: ClassVar[tuple[Setting, ...]] = ()
+    required: ClassVar[tuple[str, ...]] = ()
+    from_server: ClassVar[tuple[str, ...]] = ()
+    is_reconfigurable: ClassVar[bool] = False
+
+    def __init__(self, name: str, params: Mapping[str, Any], place: Place) -> None:
+        """Read the parameters.
+
+        Raises:
+            InvalidFilter: one is missing or invalid.
+        """
+        self.name, self.place = name, place
+        self.values: Mapping[str, Any] = {each.name: typed(params, each) for each in self.settings}
+        for each in self.required:
+            if not is_given(params, each, self._default(each)):
+                raise InvalidFilter(
+                    f"filter {name}: parameter {each} must be given, got {params.get(each)!r}"
+                )
+        self.read(params)
+
+    def read(self, params: Mapping[str, Any]) -> None:
+        """Read parameters that are not settings. Filters override this."""
+
+    def changed(self) -> None:
+        """Handle new settings from a client, which are in `values`. Filters override this."""
+
+    def update(self, scan: Scan) -> Scan:
+        """Return the filtered scan.
+
+        Raises:
+            FilterFailed: the scan is dropped.
+        """
+        raise NotImplementedError
+
+    def _default(self, name: str) -> Any:
+        return next((each.default for each in self.settings if each.name == name), 0.0)
+
+
+def is_given(params: Mapping[str, Any], name: str, default: Any) -> bool:
+    """Return whether a parameter has the type of `default`; an integer is also accepted for a float."""
+    value = params.get(name)
+    return type(value) is type(default) or (isinstance(default, float) and type(value) is int)
+
+
+def typed(params: Mapping[str, Any], setting: Setting) -> Any:
+    """Return a parameter of the right type, which may exceed the setting's bounds, or the default."""
+    if is_given(params, setting.name, setting.default):
+        return type(setting.default)(params[setting.name])
+    return setting.default

@@ -1,0 +1,104 @@
+"""A laser scan whose ranges and intensities are arrays, for filters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from pipros.libraries.clouds.extras import numpy as np
+from pipros.libraries.transforms.messages import in_ns
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S, Time
+
+_LONGEST_SCAN_S: Final = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """The fields of a `sensor_msgs/LaserScan`. Filters return copies, and never change the arrays.
+
+    Attributes:
+        ranges, intensities: arrays of float32; there may be fewer intensities than ranges.
+    """
+
+    frame: str
+    stamp_ns: int
+    angle_min: float
+    angle_max: float
+    angle_increment: float
+    time_increment: float
+    scan_time: float
+    range_min: float
+    range_max: float
+    ranges: Any
+    intensities: Any
+
+    @classmethod
+    def of(cls, message: Any) -> Scan:
+        """Return the scan in a message."""
+        return cls(
+            message.header.frame_id,
+            in_ns(message.header.stamp),
+            message.angle_min,
+            message.angle_max,
+            message.angle_increment,
+            message.time_increment,
+            message.scan_time,
+            message.range_min,
+            message.range_max,
+            np.array(message.ranges, np.float32),
+            np.array(message.intensities, np.float32),
+        )
+
+    def message(self) -> Any:
+        """Return the scan as a message."""
+        made: Any = load_message_class("sensor_msgs/LaserScan")()
+        for name in self.__slots__[2:]:
+            setattr(made, name, getattr(self, name))
+        made.header.frame_id, made.header.stamp = self.frame, Time(*divmod(self.stamp_ns, NS_PER_S))
+        return made
+
+    def with_ranges(self, ranges: Any) -> Scan:
+        """Return the scan with other ranges, converted to float32."""
+        with np.errstate(over="ignore"):
+            return replace(self, ranges=np.asarray(ranges).astype(np.float32))
+
+    def without(self, beams: Any) -> Scan:
+        """Return the scan with NaN for the ranges of these beams: a mask or indices."""
+        ranges = self.ranges.copy()
+        ranges[beams] = np.nan
+        return replace(self, ranges=ranges)
+
+    def cleared(self, beams: Any) -> Scan:
+        """Return the scan with the range `range_max` + 1 and intensity 0 for the beams in a mask."""
+        ranges, intensities = self.ranges.copy(), self.intensities.copy()
+        ranges[beams] = np.float32(self.range_max + 1.0)
+        intensities[beams[: len(intensities)].nonzero()[0]] = 0.0
+        return replace(self, ranges=ranges, intensities=intensities)
+
+    def summed_angles(self) -> Any:
+        """Return the angles of the beams in float64, added up one by one as the filters in C++ do."""
+        steps = np.full(len(self.ranges) + 1, self.angle_increment)
+        steps[0] = self.angle_min
+        return np.add.accumulate(steps)[: len(self.ranges)]
+
+    def angles32(self) -> Any:
+        """Return the angles of the beams in float64, each computed from its index in float32."""
+        beams = np.arange(len(self.ranges), dtype=np.float32)
+        angles = np.float32(self.angle_min) + beams * np.float32(self.angle_increment)
+        return angles.astype(np.float64)
+
+    def beam_stamp_ns(self, index: int) -> int:
+        """Return the time at which a beam is measured, from a product in float32."""
+        with np.errstate(all="ignore"):
+            after_s = float(np.float32(index) * np.float32(self.time_increment))
+        return self.stamp_ns + _in_ns(after_s)
+
+    def stamp_of_cut(self, count: int) -> int:
+        """Return the timestamp of the scan without its first beams, added up as the filters in C++ do."""
+        return self.stamp_ns + count * _in_ns(self.time_increment)
+
+
+def _in_ns(seconds: float) -> int:
+    """Return a time in nanoseconds; 0 for what cannot be the duration of a scan."""
+    return round(seconds * NS_PER_S) if abs(seconds) < _LONGEST_SCAN_S else 0
