@@ -9,9 +9,12 @@ process is measured, in one thread.
 
 import argparse
 import itertools
+import math
 import os
 import statistics
+import sys
 import time
+from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -27,6 +30,12 @@ from pipros.navigation.dwa.settings import DwaSettings
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
 from pipros.navigation.filter.state import SIZE, Measurement
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
+from pipros.navigation.mapping.settings import Settings as Mapping
+from pipros.navigation.mapping.slam import GridSlam
+from pipros.navigation.mapping.survey import Survey
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.support.drives import drive
 
 FOOTPRINT = [(-0.105, -0.105), (-0.105, 0.105), (0.041, 0.105), (0.041, -0.105)]
 
@@ -129,6 +138,22 @@ def outlines_of_poses():
     return lambda: costs[cells].max(axis=0)
 
 
+def mapping_scans(particles):
+    """Return the processor times (ms) of processed scans on a drive at 0.4 m/s, and its duration (s)."""
+    angles = math.tau / 360 * np.arange(360)
+    settings = Mapping(xmin=-10.0, ymin=-10.0, xmax=10.0, ymax=10.0, particles=particles).with_ranges(10.0)
+    slam = GridSlam(settings, angles, (0.0, 0.0, 0.0), np.random.default_rng(1))
+    survey, taken, moments = Survey(settings, angles), [], list(drive(rays=360))
+    for moment in moments:
+        began = time.process_time_ns()
+        odometry = moment.odometry.x, moment.odometry.y, moment.odometry.yaw
+        if slam.scan(odometry, moment.ranges, moment.time_s):
+            survey.follow(slam.steps[slam.best])
+            survey.values()
+            taken.append((time.process_time_ns() - began) / 1e6)
+    return taken, moments[-1].time_s
+
+
 OPERATIONS = {
     "EKF, one step with 12 variables": (lambda: filter_step(ExtendedKalmanFilter()), filter_products),
     "UKF, one step with 12 variables": (
@@ -155,6 +180,15 @@ def main():
     for name, (operation, bare) in OPERATIONS.items():
         times = [median_ms(make(), repetitions) for make in (operation, bare)]
         print(f"| {name} | {times[0]:.3f} ms | {times[1]:.3f} ms |")
+    print(
+        "\n| slam_gmapping at 0.4 m/s, 360 beams | a processed scan, median | longest | share of real time |"
+    )
+    print("| --- | ---: | ---: | ---: |")
+    for particles in (1, 8, 30):
+        taken, duration_s = mapping_scans(particles)
+        share = sum(taken) / 1000.0 / duration_s
+        median = statistics.median(taken)
+        print(f"| particles: {particles} | {median:.0f} ms | {max(taken):.0f} ms | {share:.1%} |")
 
 
 if __name__ == "__main__":

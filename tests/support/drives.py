@@ -44,6 +44,48 @@ def apartment() -> NDArray[np.bool_]:
     return cells
 
 
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How well a map agrees with the apartment.
+
+    Attributes:
+        free_iou: cells that are free in both, as a share of those that are free in one of them.
+        walls_near: share of the occupied cells of the map at most one cell away from a wall.
+        walls_seen: share of the surface of the walls at most one cell away from an occupied cell.
+    """
+
+    free_iou: float
+    walls_near: float
+    walls_seen: float
+
+
+def agreement(values: NDArray[np.int8], origin: tuple[float, float], start: Pose) -> Agreement:
+    """Compare a map (rows and columns of -1, 0, 100) whose frame is at `start` in the apartment.
+
+    The yaw of `start` must be 0, and its position a multiple of the resolution.
+    """
+    walls = apartment()
+    row, column = (round((-o - s) / RESOLUTION) for o, s in ((origin[1], start.y), (origin[0], start.x)))
+    part = values[row : row + walls.shape[0], column : column + walls.shape[1]]
+    assert part.shape == walls.shape, "the map is smaller than the apartment"
+    occupied, free = part == 100, part == 0
+    surface = walls & _grown(~walls)
+    return Agreement(
+        float((free & ~walls).sum() / (free | ~walls).sum()),
+        float((occupied & _grown(walls)).sum() / occupied.sum()),
+        float((surface & _grown(occupied)).sum() / surface.sum()),
+    )
+
+
+def _grown(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the cells that are set or have a set neighbour, also diagonally."""
+    padded = np.pad(cells, 1)
+    rows, columns = cells.shape
+    shifts = [padded[y : y + rows, x : x + columns] for y in range(3) for x in range(3)]
+    found: NDArray[np.bool_] = np.any(shifts, axis=0)
+    return found
+
+
 def map_message(cells: NDArray[np.bool_] | None = None) -> Any:
     """Return the map of the apartment as nav_msgs/OccupancyGrid."""
     occupied = apartment() if cells is None else cells

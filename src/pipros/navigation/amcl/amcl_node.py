@@ -29,7 +29,7 @@ from pipros.navigation.amcl.settings import (
     read_belief,
 )
 from pipros.navigation.frames import Frames
-from pipros.navigation.parameters import Parameters
+from pipros.navigation.parameters import Parameters, read_parameters
 from pipros.navigation.schedule import Schedule
 from pipros.node import Node
 from pipros.node.rate import Timer
@@ -46,11 +46,9 @@ INITIAL_POSE_S: Final = 0.5
 class AmclNode:
     """Localises a robot. Callbacks run in several threads, under one lock, which is not held in waits."""
 
-    def __init__(
-        self, node: Node, log: logging.Logger, settings: Settings, parameters: Parameters, *, name: str = "~"
-    ) -> None:
+    def __init__(self, node: Node, log: logging.Logger, settings: Settings, parameters: Parameters) -> None:
         """Register topics and services. `run` gets the map, and offers the changeable settings."""
-        self._node, self._log, self._settings, self._name = node, log, settings, name
+        self._node, self._log, self._settings = node, log, settings
         self._rng = np.random.default_rng(settings.seed if settings.seed >= 0 else None)
         self._lock = threading.RLock()
         self._belief = self._read_belief(parameters)
@@ -123,7 +121,7 @@ class AmclNode:
         grid = GridMap(values, info.resolution, (info.origin.position.x, info.origin.position.y))
         with self._lock:
             self._grid = grid
-            self._belief = self._read_belief(Parameters(private_parameters(self._node)))
+            self._belief = self._read_belief(read_parameters(self._node))
             self._rebuild(self._belief)
             if self._waiting is not None:
                 self._start_at(self._waiting)
@@ -259,12 +257,3 @@ class AmclNode:
         silent_s = time.monotonic() - self._scan_s
         if silent_s > NO_SCAN_S:
             self._log.warning("no scan for %.0f s on %s", silent_s, self._node.resolve("scan"))
-
-
-def private_parameters(node: Node) -> dict[str, Any]:
-    """Return the private parameters of a node."""
-    try:
-        values = node.params.get(node.name)
-    except LookupError:
-        return {}
-    return values if isinstance(values, dict) else {}

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.navigation.amcl.amcl_node import AmclNode, private_parameters
+from pipros.navigation.amcl.amcl_node import AmclNode
 from pipros.navigation.amcl.settings import read_settings
-from pipros.navigation.parameters import InvalidParameter, Parameters
+from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.node.roscpp_program import roscpp_program
 
 
@@ -22,7 +22,7 @@ def main() -> int:
         )
         return 1
     with roscpp_program("amcl", "amcl") as (node, log):
-        parameters = Parameters(private_parameters(node))
+        parameters = read_parameters(node)
         try:
             settings = read_settings(parameters)
         except InvalidParameter as error:

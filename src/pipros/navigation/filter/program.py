@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.navigation.filter.filter_node import FilterNode
 from pipros.navigation.filter.settings import make_timeline, read_settings
-from pipros.navigation.parameters import InvalidParameter, Parameters
+from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
 
@@ -16,7 +14,7 @@ from pipros.node.roscpp_program import roscpp_program
 def main(name: str) -> int:
     """Run the node until it is shut down. Return 1 if a parameter is invalid."""
     with roscpp_program(name, "robot_localization") as (node, log):
-        parameters = Parameters(private_parameters(node))
+        parameters = read_parameters(node)
         try:
             settings = read_settings(parameters, _tf_prefix(node))
             timeline = make_timeline(parameters, unscented=name.startswith("ukf"))
@@ -26,15 +24,6 @@ def main(name: str) -> int:
         FilterNode(node, log, settings, timeline)
         node.wait_for_shutdown()
     return 0
-
-
-def private_parameters(node: Node) -> dict[str, Any]:
-    """Return the private parameters of a node."""
-    try:
-        values = node.params.get(node.name)
-    except LookupError:
-        return {}
-    return values if isinstance(values, dict) else {}
 
 
 def _tf_prefix(node: Node) -> str:

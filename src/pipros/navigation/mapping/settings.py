@@ -1,0 +1,88 @@
+"""The parameters of slam_gmapping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from math import isfinite
+from typing import Final
+
+from pipros.navigation.parameters import InvalidParameter, Parameters
+
+LONGEST_M: Final = 1000.0
+"""Longer ranges than this are ignored, whatever the laser says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The parameters, under their names. Lengths are in metres, angles in radians, times in seconds.
+
+    NaN stands for a default that depends on the first scan or on another parameter.
+    """
+
+    throttle_scans: int = 1
+    base_frame: str = "base_link"
+    map_frame: str = "map"
+    odom_frame: str = "odom"
+    map_update_interval: float = 5.0
+    transform_publish_period: float = 0.05
+    tf_delay: float = float("nan")
+    maxRange: float = float("nan")  # noqa: N815 (the name of the parameter)
+    maxUrange: float = float("nan")  # noqa: N815
+    sigma: float = 0.05
+    kernelSize: int = 1  # noqa: N815
+    lstep: float = 0.05
+    astep: float = 0.05
+    iterations: int = 5
+    lsigma: float = 0.075
+    ogain: float = 3.0
+    lskip: int = 0
+    minimumScore: float = 0.0  # noqa: N815
+    srr: float = 0.1
+    srt: float = 0.2
+    str: float = 0.1
+    stt: float = 0.2
+    linearUpdate: float = 1.0  # noqa: N815
+    angularUpdate: float = 0.5  # noqa: N815
+    temporalUpdate: float = -1.0  # noqa: N815
+    resampleThreshold: float = 0.5  # noqa: N815
+    particles: int = 30
+    xmin: float = -100.0
+    ymin: float = -100.0
+    xmax: float = 100.0
+    ymax: float = 100.0
+    delta: float = 0.05
+    occ_thresh: float = 0.25
+    seed: int = -1  # of pipros alone: makes the random numbers repeatable
+
+    def with_ranges(self, range_max: float) -> Settings:
+        """Return the settings for a laser with this longest range."""
+        longest = min(self.maxRange if isfinite(self.maxRange) else range_max - 0.01, LONGEST_M)
+        usable = self.maxUrange if isfinite(self.maxUrange) else longest
+        return replace(self, maxRange=longest, maxUrange=min(usable, LONGEST_M))
+
+
+def read_settings(parameters: Parameters) -> Settings:
+    """Read the parameters of the node; values of another type count as not set.
+
+    Raises:
+        InvalidParameter: the node cannot run with a parameter.
+    """
+    readers = {int: parameters.integer, float: parameters.number, str: parameters.text}
+    usual = Settings()
+    read = {}
+    for each in fields(usual):
+        default = getattr(usual, each.name)
+        read[each.name] = readers[type(default)](each.name, default)  # type: ignore[operator]
+    settings = Settings(**read)
+    if not isfinite(settings.tf_delay):
+        settings = replace(settings, tf_delay=settings.transform_publish_period)
+    for name in ("delta", "sigma", "lsigma", "ogain", "lstep", "astep", "particles", "throttle_scans"):
+        if not 0 < getattr(settings, name) < float("inf"):
+            raise InvalidParameter(f"~{name} must be > 0, got {getattr(settings, name)}")
+    for low, high in (("xmin", "xmax"), ("ymin", "ymax")):
+        ends = getattr(settings, low), getattr(settings, high)
+        if not (all(map(isfinite, ends)) and ends[1] - ends[0] >= settings.delta):
+            raise InvalidParameter(
+                f"~{low} must be at least a cell below ~{high}, got {ends[0]} and {ends[1]}"
+            )
+    return settings

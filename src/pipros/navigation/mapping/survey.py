@@ -1,0 +1,145 @@
+"""The map that is published: visits and hits of cells along the trajectory of one particle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipros.navigation.mapping.settings import Settings
+
+Array = NDArray[np.float64]
+Cells = NDArray[np.int64]
+
+GROWTH_M: Final = 10.0
+"""How far the map grows beyond a scan that leaves it."""
+_MULTIPLE: Final = 32
+"""As in gmapping, the width and height are multiples of this number of cells."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """A processed scan on the trajectory of a particle, after the step `parent`."""
+
+    pose: tuple[float, float, float]
+    ranges: Array
+    parent: Step | None
+
+
+class Survey:
+    """Counts for each cell the beams that passed or ended (visits) and that ended (hits). Not thread-safe.
+
+    The counts are sums over scans, so those of another trajectory follow by removing and adding the scans in
+    which they differ.
+    """
+
+    def __init__(self, settings: Settings, angles: Array, limit: int = 100_000_000) -> None:
+        """Start with an empty map. It does not grow beyond `limit` cells: scans outside are cut off."""
+        self._settings, self._angles, self._limit = settings, angles, limit
+        delta = settings.delta
+        height, width = (
+            max(1, int(np.ceil((high - low) / delta - 1e-9)) // _MULTIPLE) * _MULTIPLE
+            for low, high in ((settings.ymin, settings.ymax), (settings.xmin, settings.xmax))
+        )
+        self.origin = settings.xmin, settings.ymin
+        self._visits = np.zeros((height, width), np.int32)
+        self._hits = np.zeros((height, width), np.int32)
+        self._last: Step | None = None
+
+    def follow(self, last: Step | None) -> None:
+        """Change the counts to those of the trajectory that ends with a step."""
+        old, new = _path(self._last), _path(last)
+        shared = set(map(id, old)) & set(map(id, new))
+        for steps, sign in ((old, -1), (new, 1)):
+            for step in steps:
+                if id(step) not in shared:
+                    self._add(step, sign)
+        self._last = last
+
+    def values(self) -> NDArray[np.int8]:
+        """Return the map: -1 unknown, 0 free, 100 occupied; shape (rows, columns)."""
+        values = np.full(self._visits.shape, -1, np.int8)
+        rows, columns = self._visits.any(axis=1), self._visits.any(axis=0)
+        if rows.any():
+            low, left = int(rows.argmax()), int(columns.argmax())
+            part = (
+                slice(low, len(rows) - int(rows[::-1].argmax())),
+                slice(left, len(columns) - int(columns[::-1].argmax())),
+            )
+            visits, hits = self._visits[part], self._hits[part]
+            known = np.where(hits > self._settings.occ_thresh * visits, 100, 0)
+            values[part] = np.where(visits > 0, known, -1)
+        return values
+
+    def _add(self, step: Step, sign: int) -> None:
+        settings, (x, y, yaw) = self._settings, step.pose
+        is_used = (step.ranges > 0.0) & (step.ranges <= settings.maxRange)  # False for NaN
+        reach = np.minimum(step.ranges[is_used], settings.maxUrange)
+        angles = self._angles[is_used] + yaw
+        ends_x, ends_y = x + reach * np.cos(angles), y + reach * np.sin(angles)
+        self._grow(min(x, *ends_x, x), min(y, *ends_y, y), max(x, *ends_x, x), max(y, *ends_y, y))
+        columns, rows = self._cells(ends_x, 0), self._cells(ends_y, 1)
+        start = int(self._cells(np.array(y), 1)), int(self._cells(np.array(x), 0))
+        self._count(self._visits, *_lines(*start, rows, columns), sign)
+        is_end = reach < settings.maxUrange
+        for counts in (self._visits, self._hits):
+            self._count(counts, rows[is_end], columns[is_end], sign)
+
+    def _cells(self, positions: Array, axis: int) -> Cells:
+        found: Cells = np.floor((positions - self.origin[axis]) / self._settings.delta + 0.5).astype(np.int64)
+        return found
+
+    @staticmethod
+    def _count(counts: NDArray[np.int32], rows: Cells, columns: Cells, sign: int) -> None:
+        height, width = counts.shape
+        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+        np.add.at(counts.reshape(-1), rows[inside] * width + columns[inside], sign)
+
+    def _grow(self, left: float, bottom: float, right: float, top: float) -> None:
+        """Grow by whole multiples if a scan leaves the map."""
+        (height, width), delta = self._visits.shape, self._settings.delta
+        (x, y), far = self.origin, GROWTH_M
+        low_x, low_y = (
+            int(np.floor((end - far - start) / delta / _MULTIPLE)) if end < start else 0
+            for end, start in ((left, x), (bottom, y))
+        )
+        high_x, high_y = (
+            int(np.ceil((end + far - start) / delta / _MULTIPLE)) if end > start + delta * (count - 1)
+            else count // _MULTIPLE
+            for end, start, count in ((right, x, width), (top, y, height))
+        )  # fmt: skip
+        shape = (high_y - low_y) * _MULTIPLE, (high_x - low_x) * _MULTIPLE
+        if shape == (height, width) or shape[0] * shape[1] > self._limit:
+            return
+        self.origin = x + low_x * _MULTIPLE * delta, y + low_y * _MULTIPLE * delta
+        down, aside = -low_y * _MULTIPLE, -low_x * _MULTIPLE
+        for name in ("_visits", "_hits"):
+            grown = np.zeros(shape, np.int32)
+            grown[down : down + height, aside : aside + width] = getattr(self, name)
+            setattr(self, name, grown)
+
+
+def _path(last: Step | None) -> list[Step]:
+    steps: list[Step] = []
+    while last is not None:
+        steps.append(last)
+        last = last.parent
+    return steps
+
+
+def _lines(row: int, column: int, rows: Cells, columns: Cells) -> tuple[Cells, Cells]:
+    """Return the cells of Bresenham's lines from one cell to others, without the last cell of each."""
+    down, aside = rows - row, columns - column
+    length = np.maximum(abs(down), abs(aside))
+    line = np.repeat(np.arange(len(length)), length)
+    step = np.arange(len(line)) - np.repeat(np.cumsum(length) - length, length)
+
+    def along(ends: Cells) -> Cells:
+        # The nearest cell, (2 k b + a) // 2a, for the step k of a and b = |ends|.
+        nearest = (2 * step * abs(ends[line]) + length[line]) // (2 * length[line])
+        found: Cells = np.sign(ends[line]) * nearest
+        return found
+
+    return row + along(down), column + along(aside)
