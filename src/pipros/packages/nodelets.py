@@ -39,6 +39,7 @@ PLUGINS: Final[Mapping[str, str]] = {
     "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": "laser.cloud_to_scan_node:CloudToScanNode",
     "stereo_image_proc/disparity": "images.disparity:Disparity",
     "stereo_image_proc/point_cloud2": "images.stereo_cloud:StereoCloud",
+    "yocs_velocity_smoother/VelocitySmootherNodelet": "teleoperation.velocity_smoother_node:SmootherNode",
 }
 """The nodelets of pipros. Their modules are relative to `pipros.libraries`."""
 
