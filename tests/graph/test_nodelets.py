@@ -96,6 +96,9 @@ def test_a_launch_file_loads_nodelets_that_share_a_process(demo: RosSystem) -> N
         inputs = node.client("/mgr/inputs", words).call(words._request_class()).message.splitlines()
         assert inputs[0].startswith("/robot/one (demo/Relay): /words ")
         assert inputs[1].startswith("/robot/two (demo/Relay): /robot/one/out ")
+        doctor = demo.pipros.run("pipros", "doctor").output
+        assert "Nodelets in Python:" in doctor
+        assert "  /robot/two (demo/Relay): /robot/one/out " in doctor
         info = demo.pipros.run("rosnode", "info", "/mgr").stdout
         assert "    * transport: INTRAPROCESS" in info
 

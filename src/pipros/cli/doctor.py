@@ -84,6 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             _print_json(_examination_as_json(examination))
         else:
             _print_findings(examination.findings)
+            _print_nodelets(examination)
             print(_summary(examination))
         return 0 if examination.is_healthy else 1
 
@@ -187,6 +188,16 @@ def _print_findings(findings: Iterable[Finding]) -> None:
         print(f"  [{finding.rule}]\n")
 
 
+def _print_nodelets(examination: Examination) -> None:
+    from pipros.basics.printable import listed
+
+    if examination.system is not None and examination.system.nodelets:
+        print("Nodelets in Python:")
+        for line in examination.system.nodelets:
+            print(f"  {listed(line)}")
+        print()
+
+
 def _summary(examination: Examination) -> str:
     kinds = [finding.severity.value for finding in examination.findings]
     if kinds:
@@ -226,6 +237,7 @@ def _examination_as_json(examination: Examination) -> dict[str, Any]:
             "topics": system.state.topics(),
             "services": sorted(system.services),
             "connections": len(system.pairs()),
+            "nodelets": list(system.nodelets),
         },
     }
 

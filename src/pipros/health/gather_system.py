@@ -18,6 +18,7 @@ from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
 from pipros.graph.services import header_of
 from pipros.graph.system_state import SystemState
+from pipros.health.nodelet_checks import services_of_managers
 from pipros.health.room_check import RoomCheck, RoomReply, room_checks
 from pipros.health.system_report import (
     Failure,
@@ -47,6 +48,7 @@ STAMP_WAIT_S = 0.5
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024
+_NODELETS = 1000  # maximum number of lines of one manager
 _LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too imprecise
 
 
@@ -90,6 +92,9 @@ def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float
         room_replies = in_parallel(
             judged, lambda node: _ask_room(master, node, judged[node], timeout_s), at_once=AT_ONCE
         )
+        replies = in_parallel(
+            services_of_managers(state), lambda name: _ask_manager(master, name, timeout_s), at_once=AT_ONCE
+        )
     finally:
         master.close()
     named = {*types.values(), *(publisher.type for publisher in publishers.values() if publisher.type)} - {
@@ -103,6 +108,7 @@ def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float
         services=services,
         clock_offset_s=clock_offset_s,
         room_replies=room_replies,
+        nodelets=tuple(line for name in sorted(replies) for line in replies[name]),
         installed={type_name: installed_md5(type_name) for type_name in sorted(named)},
     )
 
@@ -293,6 +299,13 @@ def _ask_room(master: MasterClient, node: str, check: RoomCheck, timeout_s: floa
     except PiprosError as problem:
         return RoomReply(check, failure=str(problem))
     return RoomReply(check, bool(reply.success), str(reply.message))
+
+
+def _ask_manager(master: MasterClient, service: str, timeout_s: float) -> list[str]:
+    try:
+        return str(_trigger(master, service, timeout_s).message).splitlines()[:_NODELETS]
+    except PiprosError:  # found by the check of services
+        return []
 
 
 def _trigger(master: MasterClient, service: str, timeout_s: float) -> Any:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
 from pipros.health.finding import Finding, Findings, error, warning
+from pipros.health.nodelet_checks import slow_nodelets
 from pipros.health.system_report import Failure, SystemReport
 from pipros.net.address import is_loopback
 
@@ -402,4 +403,5 @@ CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     services,
     clocks,
     rooms,
+    slow_nodelets,
 )

@@ -95,6 +95,7 @@ class SystemReport:
         is_time_simulated: whether the parameter `/use_sim_time` is true.
         clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
         room_replies: maps nodes of rooms to their replies; see `RoomCheck`.
+        nodelets: a line for each nodelet in Python: its name, its plugin, and its inputs.
         reached_back: the (topic, node) pairs of the subscribers that connected to a publisher on this
             machine.
         tried_back: the (topic, node) pairs of the subscribers for which this was tested.
@@ -109,6 +110,7 @@ class SystemReport:
     installed: Mapping[str, str | None] = field(default_factory=dict)
     is_time_simulated: bool = False
     room_replies: Mapping[str, RoomReply] = field(default_factory=dict)
+    nodelets: tuple[str, ...] = ()
     clock_offset_s: float | None = None
     reached_back: frozenset[tuple[str, str]] = frozenset()
     tried_back: frozenset[tuple[str, str]] = frozenset()
