@@ -7,17 +7,18 @@ import time
 from typing import Any
 
 import numpy as np
+import pytest
 
-from tests.support.both_costmaps import both_costmaps, grid_message, scan_message
+from pipros.msg import load_message_class
+from tests.support.both_costmaps import BothCostmaps, both_costmaps, cloud_message, grid_message, scan_message
+from tests.support.both_navigation import SIDES
 from tests.support.ros import RosSystem
 
 SCAN = {
-    "sensor_frame": "base_link",
-    "data_type": "LaserScan",
-    "topic": "/scan",
-    "marking": True,
+    "sensor_frame": "base_link", "data_type": "LaserScan", "topic": "/scan", "marking": True,
     "clearing": True,
-}
+}  # fmt: skip
+BURGER = [[-0.105, -0.105], [-0.105, 0.105], [0.041, 0.105], [0.041, -0.105]]
 
 
 def room(size: int = 80, seed: int = 3) -> Any:
@@ -33,20 +34,165 @@ def room(size: int = 80, seed: int = 3) -> Any:
     return cells
 
 
-def test_old_parameters_as_turtlebot3_uses_them(plain_ros: RosSystem) -> None:
+def ranges(numbers: Any) -> Any:
+    """Return ranges of a scan, some of them invalid."""
+    found = numbers.uniform(0.05, 4.5, 360)
+    found[:20], found[20:25], found[30:34] = math.inf, math.nan, 10.0
+    return found
+
+
+def change_settings(both: BothCostmaps, part: str, **values: Any) -> None:
+    """Change settings of both sides, as rqt_reconfigure does."""
+    config: Any = load_message_class("dynamic_reconfigure/Config")()
+    for name, value in values.items():
+        kind = "Bool" if isinstance(value, bool) else "Int" if isinstance(value, int) else "Double"
+        parameter: Any = load_message_class(f"dynamic_reconfigure/{kind}Parameter")
+        getattr(config, f"{kind.lower()}s").append(parameter(name, value))
+    both.both.call(
+        f"{both.both.name}/{part}/set_parameters", "dynamic_reconfigure/Reconfigure", config=config
+    )
+
+
+def described(message: Any) -> Any:
+    """Return all of a description but its texts."""
+    assert [group.name for group in message.groups] == ["Default"]
+    names = [(each.name, each.type, each.level) for each in message.groups[0].parameters]
+    values = [
+        sorted(
+            (each.name, each.value)
+            for kind in ("bools", "ints", "strs", "doubles")
+            for each in getattr(part, kind)
+        )
+        for part in (message.min, message.max, message.dflt)
+    ]
+    return names, values
+
+
+def test_old_parameters_as_turtlebot3_has_them(plain_ros: RosSystem) -> None:
     parameters = {
         "static_map": True, "map_type": "costmap", "obstacle_range": 3.0, "raytrace_range": 3.5,
-        "footprint": [[-0.105, -0.105], [-0.105, 0.105], [0.041, 0.105], [0.041, -0.105]],
-        "inflation_radius": 1.0, "cost_scaling_factor": 3.0, "observation_sources": "scan", "scan": SCAN,
+        "footprint": BURGER, "inflation_radius": 1.0, "cost_scaling_factor": 3, "observation_sources": "scan",
+        "scan": SCAN, "width": 5.6, "transform_tolerance": 99.0, "update_frequency": 20,
     }  # fmt: skip
     numbers = np.random.default_rng(4)
     with both_costmaps(plain_ros, parameters, (2.0, 2.1, 0.3)) as both:
-        both.publish("/map", grid_message(room(), 0.05, (-0.03, 0.02)))
+        both.both.publish("map", grid_message(room(), 0.05, (-0.03, 0.02)))
         first = both.wait_until_equal()
         assert {100, 99, 0} <= set(np.unique(first).tolist())
         for _ in range(3):
-            ranges = numbers.uniform(0.05, 4.5, 360)
-            ranges[:20] = math.inf
-            ranges[20:25] = math.nan
-            scan = scan_message(ranges, time.time())
-            both.wait_until_equal(lambda scan=scan: both.publish("/scan", scan))  # type: ignore[misc]
+            scan = scan_message(ranges(numbers), time.time())
+            both.wait_until_equal(lambda scan=scan: both.both.publish("scan", scan))  # type: ignore[misc]
+        assert all(received.updates for received in both.received.values())
+
+        ours, theirs = both.both.parameters()
+        assert ours == theirs
+        interfaces = [both.both.interface(side) for side in SIDES]
+        for each in interfaces:
+            each["subscriptions"].pop("/costmap_node/costmap/footprint", None)
+        assert interfaces[0] == interfaces[1]
+        for part in ("", "/static_layer", "/obstacle_layer", "/inflation_layer"):
+            inboxes = both.both.inboxes(
+                f"costmap_node/costmap{part}/parameter_descriptions", "dynamic_reconfigure/ConfigDescription"
+            )
+            assert described(inboxes["pipros"].wait(1)[0]) == described(inboxes["genuine"].wait(1)[0])
+
+
+def test_a_rolling_window_with_clouds_and_a_turned_sensor(plain_ros: RosSystem) -> None:
+    parameters = {
+        "rolling_window": True, "width": 4, "height": 3, "resolution": 0.05, "track_unknown_space": True,
+        "robot_radius": 0.17, "footprint_padding": 0.02,
+        "plugins": [
+            {"name": "fixed", "type": "costmap_2d::StaticLayer"},
+            {"name": "seen", "type": "costmap_2d::ObstacleLayer"},
+            {"name": "around", "type": "costmap_2d::InflationLayer"},
+        ],
+        "fixed": {"map_topic": "/map", "track_unknown_space": True},
+        "seen": {
+            "observation_sources": "points scan",
+            "points": {
+                "topic": "/points", "data_type": "PointCloud2", "marking": True, "clearing": True,
+                "min_obstacle_height": 0.1, "max_obstacle_height": 1.2, "observation_persistence": 0.0,
+                "obstacle_range": 1.4, "raytrace_range": 1.9,
+            },
+            "scan": {**SCAN, "marking": False, "inf_is_valid": True, "sensor_frame": "laser"},
+        },
+        "around": {"inflation_radius": 0.4, "cost_scaling_factor": 5.0, "inflate_unknown": True},
+    }  # fmt: skip
+    numbers = np.random.default_rng(5)
+    with both_costmaps(plain_ros, parameters, (1.5, 1.5, 0.0), topics=("map", "scan", "points")) as both:
+        both.place(
+            ("base_link", "camera", 0.1, 0.05, 0.4, 0.7), ("base_link", "laser", -0.2, 0.0, 0.3, math.pi)
+        )
+        both.both.publish("map", grid_message(room(), 0.05, (-0.5, 0.2)))
+        both.wait_until_equal()
+        for x, y, yaw in ((1.62, 1.4, 0.4), (2.0, 1.85, 2.0), (1.31, 0.97, -1.0)):
+            both.move_to(x, y, yaw)
+            points = numbers.uniform((-2, -2, -0.6), (2, 2, 1.2), (300, 3))
+            points[:3] = math.nan
+            cloud = cloud_message(points, time.time(), "camera")
+            both.wait_until_equal(lambda cloud=cloud: both.both.publish("points", cloud))  # type: ignore[misc]
+            scan = scan_message(ranges(numbers), time.time(), "laser")
+            both.wait_until_equal(lambda scan=scan: both.both.publish("scan", scan))  # type: ignore[misc]
+
+
+def test_grey_maps_parts_of_maps_and_settings(plain_ros: RosSystem) -> None:
+    parameters = {
+        "track_unknown_space": True, "footprint_topic": "outline", "lethal_cost_threshold": 90,
+        "plugins": [
+            {"name": "fixed", "type": "costmap_2d::StaticLayer"},
+            {"name": "seen", "type": "costmap_2d::ObstacleLayer"},
+            {"name": "around", "type": "costmap_2d::InflationLayer"},
+        ],
+        "fixed": {"trinary_costmap": False, "subscribe_to_updates": True, "use_maximum": True},
+        "seen": {"observation_sources": "scan", "scan": SCAN, "combination_method": 0},
+    }  # fmt: skip
+    numbers = np.random.default_rng(6)
+    update_class: Any = load_message_class("map_msgs/OccupancyGridUpdate")
+    polygon_class: Any = load_message_class("geometry_msgs/Polygon")
+    point: Any = load_message_class("geometry_msgs/Point32")
+    with both_costmaps(plain_ros, parameters, (2.0, 2.1, 0.3), topics=("map", "scan", "map_updates")) as both:
+        both.both.publish("map", grid_message(room(seed=8), 0.05, (0.0, 0.0)))
+        both.wait_until_equal()
+        data = numbers.integers(-1, 101, 200).tolist()
+        update = update_class(x=60, y=5, width=20, height=10, data=data)
+        both.wait_until_equal(lambda: both.both.publish("map_updates", update))
+        outline = polygon_class([point(0.3, 0.2, 0), point(-0.1, 0.25, 0), point(-0.2, -0.3, 0)])
+        both.wait_until_equal(
+            lambda: both.both.publish(
+                "costmap_node/costmap/outline", outline, to=[f"/{side}/" for side in SIDES], subscribers=1
+            )
+        )
+        scan = scan_message(ranges(numbers), time.time())
+        both.wait_until_equal(lambda: both.both.publish("scan", scan))
+        both.wait_until_equal(
+            lambda: change_settings(both, "costmap/around", inflation_radius=0.8, cost_scaling_factor=2.5)
+        )
+        both.wait_until_equal(lambda: change_settings(both, "costmap/around", inflate_unknown=True))
+        both.wait_until_equal(lambda: change_settings(both, "costmap", footprint_padding=0.1))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "complaint"),
+    [
+        (
+            {"plugins": [{"name": "range", "type": "range_sensor_layer::RangeSensorLayer"}]},
+            "range_sensor_layer::",
+        ),
+        ({"plugins": "static"}, "must be a list of {name, type}, got static"),
+        ({"footprint": "[[1, 2]]"}, "footprint must be a list of at least 3 corners"),
+        ({"observation_sources": "a", "a": {"data_type": "Range"}}, "data_type must be one of PointCloud, "),
+    ],
+)
+def test_a_costmap_that_cannot_run_says_why(
+    plain_ros: RosSystem, parameters: dict[str, Any], complaint: str
+) -> None:
+    plain_ros.serve_master()
+    from pipros.basics.env import Environment
+    from pipros.node import Node
+
+    with Node("test", environment=Environment(master_uri=plain_ros.master_uri)) as node:
+        node.params.set("/costmap_node/costmap", {"robot_base_frame": "map", **parameters})
+        ended = plain_ros.pipros.run("rosrun", "costmap_2d", "costmap_2d_node")
+    assert ended.returncode == 1
+    assert complaint in ended.output
+    assert "Traceback" not in ended.output

@@ -6,6 +6,6 @@ ROOM = Room(
     "navigation",
     "navigation for mobile robots",
     limits="pipros.navigation.limits:NavigationLimits",
-    share=("amcl", "costmap_2d", "gmapping", "robot_localization"),
+    share=("amcl", "costmap_2d", "gmapping", "navfn", "robot_localization"),
     extras={"navigation": ("pipros[vision]",)},
 )

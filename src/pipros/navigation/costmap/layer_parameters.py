@@ -31,7 +31,7 @@ SETTINGS: Final[dict[str, tuple[Setting, ...]]] = {
     STATIC: (_ENABLED,),
     OBSTACLE: (
         *_OBSTACLES,
-        Setting("combination_method", 1, 0, 2, "How costs are combined", edit_method=_METHODS),
+        Setting("combination_method", 1, description="How costs are combined", edit_method=_METHODS),
     ),
     VOXEL: (
         *_OBSTACLES,

@@ -1,0 +1,220 @@
+"""`NavfnPlanner`, which plans on a node's costmap, with topics and services; the program `navfn_node`."""
+
+from __future__ import annotations
+
+import logging
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pipros.basics.errors import Interrupted
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.transforms.messages import pose_of
+from pipros.libraries.transforms.pose import roll_pitch_yaw
+from pipros.msg import load_message_class, load_service_class
+from pipros.msg.time import Time
+from pipros.navigation.costmap.costmap import Costmap
+from pipros.navigation.costmap.grid import FREE, CostGrid
+from pipros.navigation.costmap.layered import Pose2D
+from pipros.navigation.frames import Frames
+from pipros.navigation.navfn.plan import Field, find_field
+from pipros.navigation.navfn.potential import UNREACHED
+from pipros.navigation.parameters import InvalidParameter, read_parameters
+from pipros.navigation.schedule import Schedule
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
+
+Poses = npt.NDArray[np.float64]
+_POTENTIAL_HEIGHT_M = 20.0
+
+
+class NavfnPlanner:
+    """Plans on a costmap. Poses are (x, y, yaw) in its global frame."""
+
+    def __init__(
+        self, node: Node, log: logging.Logger, costmap: Costmap, namespace: str = "~NavfnROS"
+    ) -> None:
+        """Read the parameters, and offer the topics and the service of the namespace."""
+        self._node, self._log, self._costmap = node, log, costmap
+        given = read_parameters(node, namespace)
+        self._allow_unknown = given.boolean("allow_unknown", True)
+        self._tolerance = given.number("default_tolerance", 0.0)
+        self._path: Any = load_message_class("nav_msgs/Path")
+        self._pose: Any = load_message_class("geometry_msgs/PoseStamped")
+        self._plans = node.advertise(f"{namespace}/plan", self._path, queue_size=1)
+        self._cloud: Any = load_message_class("sensor_msgs/PointCloud2")
+        self._potentials: Any = None
+        if given.boolean("visualize_potential", False):
+            self._potentials = node.advertise(f"{namespace}/potential", self._cloud, queue_size=1)
+        self._service: Any = load_service_class("nav_msgs/GetPlan")
+        node.serve(f"{namespace}/make_plan", self._service, self._on_make_plan)
+
+    def make_plan(self, start: Pose2D, goal: Pose2D) -> Poses | None:
+        """Return a path as rows of (x, y, yaw), or None if there is none.
+
+        Its last row is the goal or, with a tolerance, the nearest pose that can be reached.
+
+        The path is also published. The cell of `start` is set to free in the costmap.
+        """
+        with self._costmap.lock:
+            grid = self._costmap.grid
+            first = grid.world_to_cell(start.x, start.y)
+            if first is None:
+                self._costmap.warn("the start of the plan is off the global costmap, as is the robot")
+                return None
+            last = grid.world_to_cell(goal.x, goal.y)
+            if last is None and self._tolerance <= 0:
+                self._costmap.warn("the goal of the plan is off the global costmap")
+                return None
+            grid.costs[first[1], first[0]] = FREE
+            seen = CostGrid()
+            seen.costs, seen.resolution = grid.costs.copy(), grid.resolution
+            seen.origin_x, seen.origin_y = grid.origin_x, grid.origin_y
+        field = find_field(seen.costs, first, last or (0, 0), allow_unknown=self._allow_unknown)
+        poses = self._poses(seen, field, goal)
+        if self._potentials is not None and self._potentials.connection_count:
+            self._potentials.publish(self._potential_cloud(seen, field, last or (0, 0)))
+        if poses is not None:
+            self.publish_plan(poses[:-1])
+        self.publish_plan(np.empty((0, 3)) if poses is None else poses)
+        return poses
+
+    def _poses(self, grid: CostGrid, field: Field, goal: Pose2D) -> Poses | None:
+        end = self._nearest_legal(grid, field, goal)
+        cell = grid.world_to_cell(end.x, end.y) if end is not None else None
+        if end is None or cell is None:
+            self._log.warning("there is no path to (%.3f, %.3f)", goal.x, goal.y)
+            return None
+        points = field.path_to(cell, 4 * grid.width)
+        if not points:
+            self._log.error(
+                "the goal (%.3f, %.3f) was reached, but the way back was not found", goal.x, goal.y
+            )
+            return None
+        poses = np.zeros((len(points) + 1, 3))
+        poses[:-1, :2] = np.array(points) * grid.resolution + (grid.origin_x, grid.origin_y)
+        poses[-1] = end
+        return poses
+
+    def _nearest_legal(self, grid: CostGrid, field: Field, goal: Pose2D) -> Pose2D | None:
+        """Return the reached pose that is nearest to the goal, within the square of the tolerance."""
+        steps = math.floor(2 * self._tolerance / grid.resolution + 1e-9) + 1
+        offsets = [at * grid.resolution - self._tolerance for at in range(min(steps, 2 * grid.width + 1))]
+        best: Pose2D | None = None
+        best_distance = math.inf
+        for y in offsets:
+            for x in offsets:
+                cell = grid.world_to_cell(goal.x + x, goal.y + y)
+                if x * x + y * y < best_distance and cell and field.potential(cell) < UNREACHED:
+                    best, best_distance = Pose2D(goal.x + x, goal.y + y, goal.yaw), x * x + y * y
+        return best
+
+    # -- messages ----------------------------------------------------------------
+
+    def publish_plan(self, poses: Poses) -> None:
+        """Publish a path, which may be empty."""
+        self._plans.publish(self._path_message(poses))
+
+    def _path_message(self, poses: Poses) -> Any:
+        message = self._path()
+        self._stamp(message)
+        message.poses = self._stamped_poses(poses)
+        return message
+
+    def _stamped_poses(self, poses: Poses) -> list[Any]:
+        made = []
+        for x, y, yaw in poses.tolist():
+            pose = self._pose()
+            self._stamp(pose)
+            pose.pose.position.x, pose.pose.position.y = x, y
+            pose.pose.orientation.z, pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+            made.append(pose)
+        return made
+
+    def _stamp(self, message: Any) -> None:
+        message.header.frame_id = self._costmap.global_frame
+        message.header.stamp = Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
+
+    def _potential_cloud(self, grid: CostGrid, field: Field, goal: tuple[int, int]) -> Any:
+        rows, columns = np.nonzero(field.values < UNREACHED)
+        values = field.values[rows, columns]
+        points = np.empty((len(values), 4), np.float32)
+        points[:, 0] = grid.origin_x + (columns + field.window.x0) * grid.resolution
+        points[:, 1] = grid.origin_y + (rows + field.window.y0) * grid.resolution
+        points[:, 2] = values / max(field.potential(goal), 1.0) * _POTENTIAL_HEIGHT_M
+        points[:, 3] = values
+        message = self._cloud(height=1, width=len(points), point_step=16, row_step=16 * len(points))
+        self._stamp(message)
+        field_class: Any = load_message_class("sensor_msgs/PointField")
+        message.fields = [field_class(name, 4 * at, 7, 1) for at, name in enumerate(("x", "y", "z", "pot"))]
+        message.data, message.is_dense = points.tobytes(), True
+        return message
+
+    # -- service -----------------------------------------------------------------
+
+    def _on_make_plan(self, request: Any) -> Any:
+        response = self._service._response_class()
+        self._stamp(response.plan)
+        for name, pose in (("goal", request.goal), ("start", request.start)):
+            if pose.header.frame_id.lstrip("/") != self._costmap.global_frame:
+                self._log.error(
+                    "the %s must be in the frame %s, got one in %s",
+                    name, self._costmap.global_frame, pose.header.frame_id,
+                )  # fmt: skip
+                return response
+        response.plan.poses = self.stamped_plan(request.start, request.goal)
+        return response
+
+    def stamped_plan(self, start: Any, goal: Any) -> list[Any]:
+        """Plan between two `geometry_msgs/PoseStamped`, and return such poses; none if there is no path."""
+        poses = self.make_plan(flat(start.pose), flat(goal.pose))
+        if poses is None:
+            return []
+        made = self._stamped_poses(poses)
+        made[-1].pose.orientation = goal.pose.orientation
+        return made
+
+
+def flat(pose: Any) -> Pose2D:
+    """Return the position and the yaw of a `geometry_msgs/Pose`; a quaternion of zeros counts as yaw 0."""
+    q = pose.orientation
+    yaw = roll_pitch_yaw(pose_of(pose.position, q))[2] if any((q.x, q.y, q.z, q.w)) else 0.0
+    return Pose2D(pose.position.x, pose.position.y, yaw)
+
+
+def _serve_plans(node: Node, log: logging.Logger, costmap: Costmap) -> None:
+    """Offer what `navfn_node` has: plans from any pose to another, and from the robot to a goal."""
+    planner = NavfnPlanner(node, log, costmap, "~navfn_planner")
+    service: Any = load_service_class("navfn/MakeNavPlan")
+
+    def on_make_plan(request: Any) -> Any:
+        path = planner.stamped_plan(request.start, request.goal)
+        return service._response_class(int(bool(path)), "", path)
+
+    def on_goal(message: Any) -> None:
+        robot = costmap.robot_pose()
+        if robot is not None:
+            planner.make_plan(robot, flat(message.pose))
+
+    node.serve("~make_plan", service, on_make_plan)
+    node.subscribe("~goal", load_message_class("geometry_msgs/PoseStamped"), on_goal, queue_size=1)
+
+
+@exits_after_ctrl_c()
+def main() -> int:
+    """Run `navfn_node` until it is shut down. Return 1 if a parameter is invalid."""
+    with roscpp_program("global_planner", "navfn") as (node, log):
+        schedule = Schedule(node)
+        try:
+            costmap = Costmap(node, log, Frames(node, log), schedule, "costmap")
+        except InvalidParameter as error:
+            log.critical("%s", error)
+            return 1
+        except Interrupted:
+            return 0
+        _serve_plans(node, log, costmap)
+        schedule.start()
+        node.wait_for_shutdown()
+    return 0

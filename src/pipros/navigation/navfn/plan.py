@@ -1,0 +1,107 @@
+"""Plan a path over costs: `plan(costs, start, goal)`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from pipros.navigation.costmap.grid import Costs
+from pipros.navigation.costmap.layered import Window
+from pipros.navigation.navfn.path import Descent, Point
+from pipros.navigation.navfn.potential import NEUTRAL, UNREACHED, Cell, Potential, crossing_costs, spread
+
+_LEAST_CELLS = 60
+_LEAST_SHARE = 0.95
+"""A potential is at least this share of the straight distance times the cost of free cells."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """The potentials around a start, in a part of the map.
+
+    Attributes:
+        start: column and row in the map.
+        window: the part of the map.
+        values: potentials by row and column of the part.
+    """
+
+    start: Cell
+    window: Window
+    values: Potential
+
+    def potential(self, cell: Cell) -> float:
+        """Return the potential of a cell of the map; `UNREACHED` outside the part."""
+        x, y = cell[0] - self.window.x0, cell[1] - self.window.y0
+        height, width = self.values.shape
+        return float(self.values[y, x]) if 0 <= x < width and 0 <= y < height else UNREACHED
+
+    def path_to(self, goal: Cell, limit: int) -> list[Point]:
+        """Return the path from the start to a cell, with at most `limit` points; empty if there is none.
+
+        Points are columns and rows of the map, at most half a cell apart.
+        """
+        x0, y0 = self.window.x0, self.window.y0
+        first, last = (goal[0] - x0, goal[1] - y0), (self.start[0] - x0, self.start[1] - y0)
+        down = Descent(self.values).follow(first, last, limit)
+        return [(x + x0, y + y0) for x, y in reversed(down)]
+
+
+def plan(
+    costs: Costs, start: Cell, goal: Cell, *, allow_unknown: bool = True, use_astar: bool = False
+) -> list[Point]:
+    """Return the cheapest path as columns and rows (fractions allowed); an empty list if there is none.
+
+    Args:
+        costs: costs by row and column, from 0 to 255, as in `pipros.navigation.costmap`.
+        start, goal: column and row of cells in the map.
+        allow_unknown: whether unknown cells can be crossed.
+        use_astar: see `spread`.
+    """
+    field = find_field(costs, start, goal, allow_unknown=allow_unknown, use_astar=use_astar)
+    return field.path_to(goal, 4 * costs.shape[1]) if field.potential(goal) < UNREACHED else []
+
+
+def find_field(
+    costs: Costs, start: Cell, goal: Cell, *, allow_unknown: bool = True, use_astar: bool = False
+) -> Field:
+    """Return potentials from which the cheapest path to the goal follows.
+
+    The region between start and goal is searched first. If every way out of it is longer than the path that
+    was found there, this is the cheapest of all. Otherwise the whole map is searched.
+    """
+    height, width = costs.shape
+    whole = Window(0, 0, width, height)
+    for window in (_region(start, goal, whole), whole):
+        crossing = crossing_costs(costs[window.slices], allow_unknown=allow_unknown)
+        ends = [(cell[0] - window.x0, cell[1] - window.y0) for cell in (start, goal)]
+        field = Field(start, window, spread(crossing, ends[0], ends[1], use_astar=use_astar))
+        if window == whole or field.potential(goal) <= _way_outside(start, goal, window, whole):
+            break
+    return field
+
+
+def _region(start: Cell, goal: Cell, whole: Window) -> Window:
+    left, right = sorted((start[0], goal[0]))
+    low, high = sorted((start[1], goal[1]))
+    margin = max(_LEAST_CELLS, (right - left + high - low) // 4)
+    region = Window(
+        max(0, left - margin),
+        max(0, low - margin),
+        min(whole.xn, right + margin + 1),
+        min(whole.yn, high + margin + 1),
+    )
+    area = (region.xn - region.x0) * (region.yn - region.y0)
+    return region if 2 * area <= whole.xn * whole.yn else whole
+
+
+def _way_outside(start: Cell, goal: Cell, window: Window, whole: Window) -> float:
+    """Return the least potential of a way that touches an edge of the region that is not one of the map."""
+    across, along = abs(start[0] - goal[0]), abs(start[1] - goal[1])
+    edges = (
+        (window.x0 > whole.x0, start[0] + goal[0] - 2 * window.x0, along),
+        (window.xn < whole.xn, 2 * window.xn - start[0] - goal[0], along),
+        (window.y0 > whole.y0, start[1] + goal[1] - 2 * window.y0, across),
+        (window.yn < whole.yn, 2 * window.yn - start[1] - goal[1], across),
+    )
+    lengths = [math.hypot(there_and_back, aside) for is_inner, there_and_back, aside in edges if is_inner]
+    return _LEAST_SHARE * NEUTRAL * min(lengths, default=math.inf)
