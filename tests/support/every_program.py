@@ -168,6 +168,7 @@ laser_filters scan_to_cloud_filter_chain
 laser_filters scan_to_scan_filter_chain
 map_server map_saver
 map_server map_server map.yaml
+move_base move_base
 navfn navfn_node
 nodelet nodelet manager
 pipros_sim sim

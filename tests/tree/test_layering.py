@@ -48,7 +48,8 @@ LAYERS: list[list[set[str]]] = [
     ],
     [
         {"testing", "health"},
-        {"assistants", "bridges", "data", "fleet", "navigation", "ros2", "simulation", "web", "wheels"},
+        {"assistants", "bridges", "data", "fleet", "ros2", "simulation", "web", "wheels"},
+        {"navigation"},
     ],
     [{"cli"}],
 ]

@@ -5,7 +5,17 @@ from pipros.basics.rooms import Room
 ROOM = Room(
     "navigation",
     "navigation for mobile robots",
+    needs=("simulation",),
     limits="pipros.navigation.limits:NavigationLimits",
-    share=("amcl", "costmap_2d", "gmapping", "navfn", "robot_localization"),
+    offers={"pytest": "pipros.navigation.pytest_world"},
+    share=(
+        "amcl",
+        "costmap_2d",
+        "dwa_local_planner",
+        "gmapping",
+        "move_base",
+        "navfn",
+        "robot_localization",
+    ),
     extras={"navigation": ("pipros[vision]",)},
 )

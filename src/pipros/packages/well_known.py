@@ -12,9 +12,9 @@ from pipros.packages.nodelets import package_of
 
 _NAMES = """
     amcl carrot_planner cartographer_ros controller_manager depth_image_proc
-    dwa_local_planner explore_lite filters freenect_launch gazebo gazebo_plugins
+    explore_lite filters freenect_launch gazebo gazebo_plugins
     gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hls_lfcd_lds_driver hokuyo_node
-    image_proc image_publisher image_rotate mavros move_base move_group
+    image_proc image_publisher image_rotate mavros move_group
     moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant octomap_server
     opencv_apps openni2_camera openni2_launch pcl_ros realsense2_camera
     robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
@@ -29,7 +29,6 @@ COMPILED = frozenset(_NAMES.split())
 _STARTING = {
     "hector_slam_launch": "hector_mapping",
     "husky_gazebo": "Gazebo",
-    "turtlebot3_navigation": "amcl and move_base",
     "turtlebot3_slam": "gmapping",
 }
 """Packages with launch files, and the C++ programs that the launch files start."""
@@ -44,8 +43,8 @@ _PYPI = {"catkin": "catkin-tools"}
 
 _PYTHON_NAMES = """
     executive_smach ros_numpy rosserial_python smach smach_ros sound_play
-    turtlebot3_bringup turtlebot3_description turtlebot3_example turtlebot3_msgs turtlebot3_teleop
-    turtlebot_teleop turtlesim_cleaner
+    turtlebot3_bringup turtlebot3_description turtlebot3_example turtlebot3_msgs
+    turtlebot3_navigation turtlebot3_teleop turtlebot_teleop turtlesim_cleaner
 """
 
 _PYTHON = frozenset(_PYTHON_NAMES.split())

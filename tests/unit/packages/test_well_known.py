@@ -24,12 +24,12 @@ def on_debian(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_program_in_c_plus_plus_names_its_package() -> None:
-    assert why_not_here("move_base") == (
-        "The programs of move_base are written in C++, and are not part of pipros, which is pure Python. "
-        "Debian has no package of move_base. Run it where ROS 1 Noetic is installed (Ubuntu 20.04: apt-get "
-        "install ros-noetic-move-base): with this machine's ROS_MASTER_URI, it joins the same graph. On this "
-        "machine, roslaunch pipros_sim localized.launch simulates a robot with a map and amcl_pose; it "
-        "neither maps nor plans."
+    assert why_not_here("hector_mapping") == (
+        "The programs of hector_mapping are written in C++, and are not part of pipros, which is pure "
+        "Python. Debian has no package of hector_mapping. Run it where ROS 1 Noetic is installed (Ubuntu "
+        "20.04: apt-get install ros-noetic-hector-mapping): with this machine's ROS_MASTER_URI, it joins the "
+        "same graph. On this machine, roslaunch pipros_sim localized.launch simulates a robot with a map and "
+        "amcl_pose; it does not map."
     )
     assert why_not_here("my_package") is None
 
@@ -62,7 +62,7 @@ def test_the_shell_functions_know_the_same_commands(shell: str) -> None:
 
 def test_a_package_with_programs_of_this_machine_is_not_called_compiled() -> None:
     assert why_not_here("turtlesim", ["turtlesim_node"]) is None
-    assert why_not_here("move_base", ["MoveBase.cfg"])
+    assert why_not_here("teb_local_planner", ["Teb.cfg"])
 
 
 def test_a_nodelet_names_its_plugin() -> None:
@@ -99,7 +99,7 @@ def test_advice_names_the_package_of_the_running_distribution(
     assert advice in str(why_missing("image_proc"))
 
 
-@pytest.mark.parametrize(("package", "code"), [("gmapping", 2), ("move_base", 2)])
+@pytest.mark.parametrize(("package", "code"), [("hector_mapping", 2), ("teb_local_planner", 2)])
 def test_rosrun_adds_advice_after_noetics_line(
     package: str,
     code: int,
@@ -119,7 +119,7 @@ def test_rosrun_adds_advice_after_noetics_line(
 
 def test_roslaunch_omits_advice_that_does_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
-    for package, helps in (("move_base", False), ("my_package", True)):
+    for package, helps in (("hector_mapping", False), ("my_package", True)):
         with pytest.raises(LaunchError) as refused:
             find_in_package(package, "a.launch", PackageIndex.from_environment())
         assert ("source the setup file" in str(refused.value)) is helps

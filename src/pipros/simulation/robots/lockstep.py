@@ -110,6 +110,11 @@ class Lockstep:
         if before // REPORT_S != self._simulated_s // REPORT_S:
             self.report()
 
+    def close(self) -> None:
+        """Close the connections to the members."""
+        for client in self._clients.values():
+            client.close()
+
     def report(self) -> None:
         """Print the ratio of simulated time to real time, since all members were there."""
         taken_s = time.monotonic() - self._began_s

@@ -94,13 +94,16 @@ class RobotsNode:
     def _run_in_lockstep(self) -> None:
         """Run as fast as the members answer, until the node is shut down or no member is left."""
         lockstep = self._lockstep
-        if not self._wait_for_members():
-            return
-        while lockstep.has_members and not self._node.is_ending:
-            if not lockstep.settle(self.stamp()):
-                self.step()
-                lockstep.count(STEP_S)
-        lockstep.report()
+        try:
+            if not self._wait_for_members():
+                return
+            while lockstep.has_members and not self._node.is_ending:
+                if not lockstep.settle(self.stamp()):
+                    self.step()
+                    lockstep.count(STEP_S)
+            lockstep.report()
+        finally:
+            lockstep.close()
 
     def _wait_for_members(self) -> bool:
         """Let time pass, but nothing move, until all members are there. Return False at a shutdown.

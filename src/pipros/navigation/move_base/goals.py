@@ -1,0 +1,201 @@
+"""A simple action server on a `Node`: one goal at a time, which a new goal replaces.
+
+The texts of the statuses are those of actionlib. `accept` and the ends are called by the thread that
+executes goals, while messages arrive in others.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.libraries.actions.goal_table import GoalTable
+from pipros.libraries.actions.server_goal import Event, after
+from pipros.libraries.actions.status import TERMINAL, Status
+from pipros.libraries.transforms.messages import in_ns
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.navigation.schedule import Schedule
+from pipros.node import Node
+
+REPLACED: Final = "This goal was canceled because another goal was recieved by the simple action server"
+"""The text of actionlib in C++; that in Python spells the word right."""
+_ACCEPTED: Final = "This goal has been accepted by the simple action server"
+_KEPT_NS: Final = 5_000_000_000
+_STATUS_S: Final = 0.2
+
+
+@dataclass(slots=True, eq=False)
+class Goal:
+    """A goal of a client: its content, its status message, and the time of its end."""
+
+    content: Any
+    status: Any
+    ended_ns: int = 0
+
+
+class GoalServer:
+    """Receives goals and cancellations, and publishes status, feedback and results."""
+
+    def __init__(
+        self, node: Node, name: str, action: str, schedule: Schedule, on_goal: Callable[[], object]
+    ) -> None:
+        """Register the topics of an action such as `move_base_msgs/MoveBase`.
+
+        Args:
+            on_goal: called, without a lock, after each message with a goal.
+        """
+        self._node, self._notify = node, on_goal
+        self._lock = threading.RLock()
+        self._current: Goal | None = None
+        self._next: Goal | None = None
+        self._is_cancelled = self._is_next_cancelled = False
+        self._last_cancel_ns = self._count = 0
+        limits = node.limits
+        self._goals: GoalTable[Goal] = GoalTable(
+            limits.goals, limits.name_characters, lambda goal: goal.ended_ns > 0
+        )
+        self._status_class: Any = load_message_class("actionlib_msgs/GoalStatus")
+        self._array_class: Any = load_message_class("actionlib_msgs/GoalStatusArray")
+        self._result_class: Any = load_message_class(f"{action}ActionResult")
+        self._feedback_class: Any = load_message_class(f"{action}ActionFeedback")
+        self._statuses = node.advertise(f"{name}/status", self._array_class, queue_size=50, latch=True)
+        self._results = node.advertise(f"{name}/result", self._result_class, queue_size=50)
+        self._feedback = node.advertise(f"{name}/feedback", self._feedback_class, queue_size=50)
+        goal_class: Any = load_message_class(f"{action}ActionGoal")
+        cancel_class: Any = load_message_class("actionlib_msgs/GoalID")
+        node.subscribe(f"{name}/goal", goal_class, self._on_goal, queue_size=50)
+        node.subscribe(f"{name}/cancel", cancel_class, self._on_cancel, queue_size=50)
+        schedule.every(_STATUS_S, self._publish_statuses)
+        self._publish_statuses()
+
+    # -- the side that executes goals --------------------------------------------
+
+    @property
+    def has_new_goal(self) -> bool:
+        return self._next is not None
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Whether the current goal should end, because a client cancelled it."""
+        return self._is_cancelled
+
+    @property
+    def is_active(self) -> bool:
+        return self._current is not None and self._current.status.status in (
+            Status.ACTIVE,
+            Status.PREEMPTING,
+        )
+
+    def accept(self) -> Any:
+        """Accept the new goal, and return its content. A goal that is active ends as PREEMPTED."""
+        with self._lock:
+            goal, self._next = self._next, None
+            if goal is None:
+                raise RuntimeError("accept was called without a new goal")
+            if self.is_active:
+                self._end(self._current, Event.CANCEL, REPLACED)
+            self._current = goal
+            self._is_cancelled, self._is_next_cancelled = self._is_next_cancelled, False
+            self._change(goal, Event.ACCEPT, _ACCEPTED)
+            self._publish_statuses()
+            return goal.content
+
+    def end(self, event: Event, text: str) -> None:
+        """End the current goal."""
+        with self._lock:
+            self._is_cancelled = False
+            self._end(self._current, event, text)
+
+    def publish_feedback(self, fields: Any) -> None:
+        """Publish the feedback of the current goal."""
+        if self._current is not None and self._feedback.connection_count:
+            message = self._feedback_class(status=deepcopy(self._current.status), feedback=fields)
+            message.header.stamp = self._now()
+            self._feedback.publish(message)
+
+    # -- messages ----------------------------------------------------------------
+
+    def _on_goal(self, message: Any) -> None:
+        self._add(message)
+        self._notify()
+
+    def _add(self, message: Any) -> None:
+        with self._lock:
+            goal_id = message.goal_id
+            known = self._goals.find(goal_id.id) if goal_id.id else None
+            if known is not None:
+                if known.status.status == Status.RECALLING:
+                    self._end(known, Event.CANCEL, "")
+                return
+            is_late = 0 < in_ns(goal_id.stamp) <= self._last_cancel_ns
+            if not goal_id.id:
+                self._count += 1
+                stamp_s = self._node.clock.now_ns() / 1e9
+                goal_id.id = f"{self._node.name}-{self._count}-{stamp_s:.9f}"
+            if not in_ns(goal_id.stamp):
+                goal_id.stamp = self._now()
+            goal = Goal(message.goal, self._status_class(goal_id, Status.PENDING, ""))
+            if not self._goals.add(goal_id.id, goal):
+                self._node.log.warning("a goal is rejected: there are too many, or its ID is too long")
+                self._end(goal, Event.REJECT, "this action server has too many goals")
+            elif is_late or any(_is_older(goal, other) for other in (self._current, self._next)):
+                self._end(goal, Event.CANCEL, REPLACED)
+            else:
+                if self._next is not None:
+                    self._end(self._next, Event.CANCEL, REPLACED)
+                self._next, self._is_next_cancelled = goal, False
+
+    def _on_cancel(self, message: Any) -> None:
+        with self._lock:
+            stamp_ns = in_ns(message.stamp)
+            for goal in self._goals.meant_by(message.id, stamp_ns, _stamp_of):
+                if self._change(goal, Event.CANCEL_REQUESTED, goal.status.text):
+                    self._is_cancelled |= goal is self._current
+                    self._is_next_cancelled |= goal is self._next
+            if message.id and self._goals.find(message.id) is None:
+                expected = Goal(None, self._status_class(message, Status.RECALLING, ""))
+                expected.ended_ns = self._node.clock.now_ns() or 1
+                self._goals.add(message.id, expected)
+            self._last_cancel_ns = max(self._last_cancel_ns, stamp_ns)
+            self._publish_statuses()
+
+    # -- statuses ----------------------------------------------------------------
+
+    def _change(self, goal: Goal, event: Event, text: str) -> bool:
+        status = after(goal.status.status, event)
+        if status is None:
+            return False
+        goal.status.status, goal.status.text = int(status), text
+        if status in TERMINAL:
+            goal.ended_ns = self._node.clock.now_ns() or 1
+        return True
+
+    def _end(self, goal: Goal | None, event: Event, text: str) -> None:
+        if goal is not None and self._change(goal, event, text):
+            message = self._result_class(status=deepcopy(goal.status))
+            message.header.stamp = self._now()
+            self._results.publish(message)
+            self._publish_statuses()
+
+    def _publish_statuses(self) -> None:
+        with self._lock:
+            now_ns = self._node.clock.now_ns()
+            self._goals.keep(lambda goal: not goal.ended_ns or goal.ended_ns + _KEPT_NS >= now_ns)
+            message = self._array_class(status_list=[deepcopy(goal.status) for goal in self._goals])
+            message.header.stamp = self._now()
+            self._statuses.publish(message)
+
+    def _now(self) -> Time:
+        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
+
+
+def _stamp_of(goal: Goal) -> int:
+    return in_ns(goal.status.goal_id.stamp)
+
+
+def _is_older(goal: Goal, other: Goal | None) -> bool:
+    return other is not None and _stamp_of(goal) < _stamp_of(other)

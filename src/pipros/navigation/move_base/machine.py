@@ -1,0 +1,215 @@
+"""What move_base does next: the states of a goal. This module reads no clock and performs no I/O.
+
+A goal begins in PLANNING. With a plan the robot is CONTROLLING, until it arrives. If there is no plan, no
+legal command, or no progress for too long, one recovery behaviour after the other is run (CLEARING), each
+followed by PLANNING; after the last one the goal is aborted. Times are in seconds of the node's clock.
+
+Source: http://wiki.ros.org/move_base, and the behaviour of the genuine node.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from enum import Enum
+from typing import Any, Protocol
+
+from pipros.libraries.actions.server_goal import Event
+from pipros.navigation.plane import Poses, Triple
+
+STILL: Triple = (0.0, 0.0, 0.0)
+
+
+class State(Enum):
+    """What the robot is doing."""
+
+    PLANNING = "planning"
+    CONTROLLING = "controlling"
+    CLEARING = "clearing"
+
+
+class Trigger(Enum):
+    """Why a recovery began. The value is the text of the goal's result if no behaviour helps."""
+
+    PLANNING = "Failed to find a valid plan. Even after executing recovery behaviors."
+    CONTROLLING = "Failed to find a valid control. Even after executing recovery behaviors."
+    OSCILLATION = "Robot is oscillating. Even after executing recovery behaviors."
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """The end of a goal: the event for the action, and the text of the result."""
+
+    event: Event
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Patience:
+    """The parameters of move_base that decide when something has taken too long; see docs/navigation.md."""
+
+    planner_frequency: float = 0.0
+    planner_patience: float = 5.0
+    controller_patience: float = 15.0
+    max_planning_retries: int = -1
+    recovery_behavior_enabled: bool = True
+    oscillation_timeout: float = 0.0
+    oscillation_distance: float = 0.5
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Patience:
+        """Return those of the parameters that belong here."""
+        return cls(**{each.name: values[each.name] for each in fields(cls)})
+
+
+class Base(Protocol):
+    """The robot as the machine sees it."""
+
+    def pose(self) -> Triple | None:
+        """Return the pose in the global frame."""
+
+    def can_see(self) -> bool:
+        """Return whether the sensor data of the local costmap is recent."""
+
+    def follow(self, plan: Poses) -> bool:
+        """Give a plan to the local planner. Return False if it refuses."""
+
+    def has_arrived(self) -> bool:
+        """Return whether the local planner has reached its goal."""
+
+    def command(self) -> Triple | None:
+        """Return the next velocity, or None if there is no legal one."""
+
+    def drive(self, velocity: Triple) -> None:
+        """Send a velocity to the robot."""
+
+    def begin_recovery(self, index: int, trigger: Trigger) -> bool:
+        """Begin a recovery behaviour. Return False if there is none of this index."""
+
+    def recover(self) -> bool:
+        """Continue the behaviour. Return True when it has ended."""
+
+
+class Machine:
+    """The state of the present goal. Not thread-safe.
+
+    Attributes:
+        state: what the robot is doing.
+        wants_plan: whether the planner should run; call `planned` with its result.
+        patience: the parameters; may be replaced.
+    """
+
+    def __init__(self, base: Base, patience: Patience) -> None:
+        self.patience = patience
+        self._base = base
+        self._plan: Poses | None = None
+        self._reset()
+
+    def _reset(self) -> None:
+        self.state = State.PLANNING
+        self.wants_plan = False
+        self.is_recovering = False
+        self._index, self._trigger = 0, Trigger.PLANNING
+        self._retries = 0
+
+    def begin(self, now_s: float, *, replaces: bool) -> None:
+        """Begin with a goal. If it replaces another, the robot goes on until there is a plan."""
+        self.state, self._index = State.PLANNING, 0
+        self.wants_plan = True
+        if not replaces:
+            self._base.drive(STILL)
+            self._swing = (math.inf, math.inf)
+        self._control_s = self._plan_s = self._swing_s = now_s
+        self._retries = 0
+
+    def stop(self) -> None:
+        """Give the goal up, and stop the robot."""
+        self._reset()
+        self._base.drive(STILL)
+
+    def planned(self, plan: Poses | None, now_s: float) -> None:
+        """Note the result of the planner, None if it found no plan. Ignore it if none is wanted any more."""
+        if not self.wants_plan:
+            return
+        if plan is not None:
+            self._plan, self._plan_s, self._retries = plan, now_s, 0
+            self.state = State.CONTROLLING
+            self.wants_plan = self.patience.planner_frequency > 0
+        elif self.state is State.PLANNING:
+            self._retries += 1
+            is_over = 0 <= self.patience.max_planning_retries < self._retries
+            if is_over or now_s > self._plan_s + self.patience.planner_patience:
+                self.wants_plan = False
+                self._clear(Trigger.PLANNING)
+
+    def _clear(self, trigger: Trigger) -> None:
+        self.state, self._trigger = State.CLEARING, trigger
+        self._base.drive(STILL)
+
+    def cycle(self, now_s: float) -> End | None:
+        """Do what is next. Return the end of the goal when it has one."""
+        if self.is_recovering:
+            self._continue_recovery(now_s)
+            return None
+        self._note_motion(now_s)
+        if not self._base.can_see():
+            self._base.drive(STILL)
+            return None
+        if self._plan is not None:
+            plan, self._plan = self._plan, None
+            if not self._base.follow(plan):
+                self.stop()
+                return End(Event.ABORT, "Failed to pass global plan to the controller.")
+            if self._trigger is Trigger.PLANNING:
+                self._index = 0
+        if self.state is State.PLANNING:
+            self.wants_plan = True
+        elif self.state is State.CONTROLLING:
+            if self._base.has_arrived():
+                self.stop()
+                return End(Event.SUCCEED, "Goal reached.")
+            self._control(now_s)
+        elif self.patience.recovery_behavior_enabled and self._base.begin_recovery(
+            self._index, self._trigger
+        ):
+            self.is_recovering = True
+            self._continue_recovery(now_s)
+        else:
+            end = End(Event.ABORT, self._trigger.value)
+            self.stop()
+            return end
+        return None
+
+    def _note_motion(self, now_s: float) -> None:
+        pose = self._base.pose()
+        if pose is None:
+            return
+        if math.dist(pose[:2], self._swing) >= self.patience.oscillation_distance:
+            self._swing, self._swing_s = pose[:2], now_s
+            if self._trigger is Trigger.OSCILLATION:
+                self._index = 0
+
+    def _control(self, now_s: float) -> None:
+        limit_s = self.patience.oscillation_timeout
+        if limit_s > 0 and now_s > self._swing_s + limit_s:
+            self._clear(Trigger.OSCILLATION)
+        command = self._base.command()
+        if command is not None:
+            self._control_s = now_s
+            self._base.drive(command)
+            if self._trigger is Trigger.CONTROLLING:
+                self._index = 0
+        elif now_s > self._control_s + self.patience.controller_patience:
+            self._clear(Trigger.CONTROLLING)
+        else:
+            self._base.drive(STILL)
+            self.state, self._plan_s, self._retries = State.PLANNING, now_s, 0
+            self.wants_plan = True
+
+    def _continue_recovery(self, now_s: float) -> None:
+        if self._base.recover():
+            self.is_recovering = False
+            self.state, self._index = State.PLANNING, self._index + 1
+            self._swing_s = self._plan_s = now_s
+            self._retries = 0

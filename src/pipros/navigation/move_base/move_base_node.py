@@ -1,0 +1,292 @@
+"""The node move_base: costmaps, planners and recovery behaviours around a `Machine`."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+from pipros.libraries.actions.server_goal import Event
+from pipros.libraries.reconfiguring.server import Reconfigurable
+from pipros.libraries.transforms.errors import TransformException
+from pipros.libraries.transforms.messages import in_ns, pose_of
+from pipros.libraries.transforms.pose import composed
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.navigation import plane
+from pipros.navigation.costmap.costmap import Costmap
+from pipros.navigation.costmap.layered import Pose2D
+from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
+from pipros.navigation.frames import Frames
+from pipros.navigation.move_base import plugins
+from pipros.navigation.move_base.goals import GoalServer
+from pipros.navigation.move_base.machine import STILL, End, Machine, Patience, State, Trigger
+from pipros.navigation.move_base.recovery import Tools
+from pipros.navigation.move_base.services import PlanService
+from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS
+from pipros.navigation.navfn.navfn_node import NavfnPlanner
+from pipros.navigation.parameters import InvalidParameter, read_parameters
+from pipros.navigation.plane import Poses, Triple
+from pipros.navigation.schedule import Schedule
+from pipros.node import Node
+
+BAD_QUATERNION = End(Event.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
+KILLED = End(Event.ABORT, "Aborting on the goal because the node has been killed")
+
+
+class MoveBase:
+    """Drives to goals. The cycle runs in one thread, the planner in another, callbacks in more."""
+
+    def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
+        """Wait for the transforms and the map, then create everything, and at last the action.
+
+        Raises:
+            InvalidParameter: a parameter has a value with which the node cannot run.
+            Interrupted: the node was shut down while it waited.
+        """
+        self._node, self._log, self._schedule = node, log, schedule
+        given = read_parameters(node, "~")
+        self._is_strict = given.boolean("strict", False)
+        self._lock = threading.RLock()
+        names = plugins.GLOBAL_PLANNER, "base_local_planner/TrajectoryPlannerROS"
+        self._check_planners(
+            given.text("base_global_planner", names[0]), given.text("base_local_planner", names[1])
+        )
+        twist: Any = load_message_class("geometry_msgs/Twist")
+        stamped: Any = load_message_class("geometry_msgs/PoseStamped")
+        self._velocities = node.advertise("cmd_vel", twist, queue_size=1)
+        self._current_goal = node.advertise("~current_goal", stamped, queue_size=None)
+        self._recoveries = node.advertise(
+            "move_base/recovery_status", load_message_class("move_base_msgs/RecoveryStatus"), queue_size=1
+        )
+        self._goal_class: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")
+        self._forwarded = node.advertise("move_base/goal", self._goal_class, queue_size=1)
+        self._feedback_class: Any = load_message_class("move_base_msgs/MoveBaseFeedback")
+        node.subscribe("move_base_simple/goal", stamped, self._forward, queue_size=1)
+
+        frames = Frames(node, log)
+        self._frames = frames
+        self._global_map = Costmap(node, log, frames, schedule, "global_costmap")
+        self._planner = NavfnPlanner(node, log, self._global_map)
+        self._local_map = Costmap(node, log, frames, schedule, "local_costmap")
+        self._controller = DwaLocalPlanner(node, log, self._local_map)
+        self._goal: Any = None
+        self._target: Triple | None = None
+        self._planned_s = -math.inf
+        self._values: dict[str, Any] = {}
+        self._initial: dict[str, Any] = {}
+        self._machine = Machine(self, Patience())
+        self._reconfigurable = Reconfigurable(node, "~", SETTINGS, self._apply)
+        radius = read_parameters(node, "~local_costmap").number("circumscribed_radius", 0.46)
+        self._plan_service = PlanService(
+            node, log, self._planner, self._global_map, self._local_map,
+            given.number("clearing_radius", radius), self._target_of, lambda: self._goals.is_active,
+        )  # fmt: skip
+        self._plan_service.settings = self._values
+        tools = Tools(node, log, self._global_map, self._local_map, self.drive)
+        self._behaviours = plugins.behaviours(
+            given.values.get("recovery_behaviors"),
+            {**self._values, "circumscribed_radius": radius},
+            tools,
+            is_strict=self._is_strict,
+        )
+        self._rest(is_resting=True)
+        self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)
+        period_s = self._period_s()
+        self._change_planning = schedule.every(period_s, self._plan_if_due)
+        self._change_cycle = schedule.every(period_s, self._cycle)
+        node.on_shutdown(self._on_shutdown)
+
+    # -- parameters --------------------------------------------------------------
+
+    def _check_planners(self, global_planner: str, local_planner: str) -> None:
+        log, strict = self._log, self._is_strict
+        plugins.check_planner(
+            global_planner, plugins.GLOBAL_PLANNER, "base_global_planner", log, is_strict=strict
+        )
+        plugins.check_planner(
+            local_planner, plugins.LOCAL_PLANNER, "base_local_planner", log, is_strict=strict
+        )
+
+    def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
+        if values["restore_defaults"]:
+            values = {**self._initial, "restore_defaults": False}
+        with self._lock:
+            before = dict(self._values)
+            self._values.update(values)
+            if not before:
+                given = read_parameters(self._node, "~")
+                self._initial = dict(values)
+                patience = given.number("controller_patience", INITIAL_PATIENCE)
+                self._machine.patience = Patience.of({**values, "controller_patience": patience})
+                return values
+            self._machine.patience = Patience.of(values)
+            planners = "base_global_planner", "base_local_planner"
+            if any(values[name] != before[name] for name in planners):
+                try:
+                    self._check_planners(*(values[name] for name in planners))
+                except InvalidParameter as error:
+                    self._log.error("%s", error)
+                    self._values.update({name: before[name] for name in planners})
+            if values["controller_frequency"] != before["controller_frequency"]:
+                self._change_planning(self._period_s())
+                self._change_cycle(self._period_s())
+        return self._values
+
+    def _period_s(self) -> float:
+        return 1.0 / max(float(self._values["controller_frequency"]), 0.1)
+
+    # -- goals -------------------------------------------------------------------
+
+    def _forward(self, message: Any) -> None:
+        """Send a goal of `move_base_simple/goal` on as one of the action, with an empty ID."""
+        goal = self._goal_class()
+        goal.header.stamp, goal.goal.target_pose = self._now(), message
+        self._forwarded.publish(goal)
+
+    def _on_goal(self) -> None:
+        """Accept a new goal at once if there is no other."""
+        with self._lock:
+            if not self._goals.is_active and self._goals.has_new_goal:
+                self._accept(self._node.clock.now_ns() / 1e9)
+
+    def _cycle(self) -> None:
+        with self._lock:
+            now_s = self._node.clock.now_ns() / 1e9
+            if not self._machine.is_recovering:
+                if self._goals.has_new_goal:
+                    self._accept(now_s)
+                if self._goals.is_active and self._goals.is_cancelled:
+                    self._machine.stop()
+                    self._finish(End(Event.CANCEL, ""))
+            if not self._goals.is_active or not now_s:
+                return
+            if not self._machine.is_recovering:
+                self._publish_feedback()
+                if self._target is None:
+                    self._target = self._target_of(self._goal)
+            end = self._machine.cycle(now_s)
+            if end is not None:
+                self._finish(end)
+
+    def _accept(self, now_s: float) -> None:
+        is_replacement = self._goals.is_active
+        self._goal = self._goals.accept().target_pose
+        if not _is_upright(self._goal.pose.orientation):
+            self._log.error("the goal's quaternion must be finite, not 0, and keep z upright")
+            self._finish(BAD_QUATERNION)
+            return
+        self._target = self._target_of(self._goal)
+        self._planned_s = -math.inf
+        if not is_replacement:
+            self._rest(is_resting=False)
+        self._machine.begin(now_s, replaces=is_replacement)
+        shown = self._goal
+        if self._target is not None:
+            shown = plane.stamped_pose(self._target, self._global_map.global_frame, self._goal.header.stamp)
+        self._current_goal.publish(shown)
+
+    def _target_of(self, goal: Any) -> Triple | None:
+        """Return a goal's pose in the global frame, at the goal's time; warn and return None without it."""
+        frame, pose = goal.header.frame_id.lstrip("/"), pose_of(goal.pose.position, goal.pose.orientation)
+        if frame == self._global_map.global_frame:
+            return plane.flat(pose)
+        try:
+            outer = self._frames.at(self._global_map.global_frame, frame, in_ns(goal.header.stamp))
+        except TransformException as error:
+            self._global_map.warn(f"the goal cannot be transformed to the global frame: {error}")
+            return None
+        return plane.flat(composed(outer, pose))
+
+    def _finish(self, end: End) -> None:
+        self._goals.end(end.event, end.text)
+        self._rest(is_resting=True)
+
+    def _rest(self, *, is_resting: bool) -> None:
+        """Stop or start the costmaps between goals, if `shutdown_costmaps` is set."""
+        if self._values["shutdown_costmaps"]:
+            for costmap in (self._global_map, self._local_map):
+                costmap.stop() if is_resting else costmap.start()
+
+    def _publish_feedback(self) -> None:
+        pose = self._global_map.robot_pose()
+        if pose is not None:
+            stamped = plane.stamped_pose(pose, self._global_map.global_frame, self._now())
+            self._goals.publish_feedback(self._feedback_class(stamped))
+
+    def _on_shutdown(self) -> None:
+        with self._lock:
+            if self._goals.is_active:
+                self.drive(STILL)
+                self._goals.end(KILLED.event, KILLED.text)
+
+    # -- the planner -------------------------------------------------------------
+
+    def _plan_if_due(self) -> None:
+        with self._lock:
+            machine, now_s, target = self._machine, self._node.clock.now_ns() / 1e9, self._target
+            frequency = machine.patience.planner_frequency
+            is_due = machine.state is State.PLANNING or now_s >= self._planned_s + 1 / max(frequency, 1e-6)
+            if not (self._goals.is_active and machine.wants_plan and is_due):
+                return
+            self._planned_s = now_s
+        plan = self._make_plan(target)
+        with self._lock:
+            if target == self._target:
+                machine.planned(plan, self._node.clock.now_ns() / 1e9)
+
+    def _make_plan(self, target: Triple | None) -> Poses | None:
+        start = None if target is None else self._global_map.robot_pose()
+        if start is None or target is None:
+            return None
+        return self._planner.make_plan(start, Pose2D(*target))
+
+    # -- what the machine asks ---------------------------------------------------
+
+    def pose(self) -> Triple | None:
+        return self._global_map.robot_pose()
+
+    def can_see(self) -> bool:
+        if not self._local_map.is_current:
+            self._local_map.warn("sensor data is too old: the robot does not drive")
+        return self._local_map.is_current
+
+    def follow(self, plan: Poses) -> bool:
+        return self._controller.set_plan(self._global_map.global_frame, plan)
+
+    def has_arrived(self) -> bool:
+        return self._controller.is_goal_reached()
+
+    def command(self) -> Triple | None:
+        return self._controller.command()
+
+    def drive(self, velocity: Triple) -> None:
+        self._velocities.publish(plane.twist(velocity))
+
+    def begin_recovery(self, index: int, trigger: Trigger) -> bool:
+        if index not in self._behaviours:
+            return False
+        name, self._behaviour = self._behaviours[index]
+        self._log.warning("recovery behaviour [%s] runs: no progress while %s", name, trigger.name.lower())
+        if self._recoveries.connection_count:
+            pose = self._global_map.robot_pose() or STILL
+            stamped = plane.stamped_pose(pose, self._global_map.global_frame, self._now())
+            status: Any = load_message_class("move_base_msgs/RecoveryStatus")
+            self._recoveries.publish(status(stamped, index, len(self._behaviours), name))
+        self._behaviour.begin()
+        return True
+
+    def recover(self) -> bool:
+        return bool(self._behaviour.recover())
+
+    def _now(self) -> Time:
+        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
+
+
+def _is_upright(turn: Any) -> bool:
+    """Return whether a quaternion is finite, not too small, and keeps the z axis upright."""
+    x, y, z, w = turn.x, turn.y, turn.z, turn.w
+    squared = x * x + y * y + z * z + w * w
+    return math.isfinite(squared) and squared >= 1e-6 and abs(1 - 2 * (x * x + y * y) / squared - 1) <= 1e-3

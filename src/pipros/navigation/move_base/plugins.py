@@ -1,0 +1,102 @@
+"""The names of planners and recovery behaviours in the parameters, and what runs for each."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from pipros.navigation.move_base.recovery import Behaviour, ClearCostmap, Rotate, Tools
+from pipros.navigation.parameters import InvalidParameter
+
+GLOBAL_PLANNER: Final = "navfn/NavfnROS"
+LOCAL_PLANNER: Final = "dwa_local_planner/DWAPlannerROS"
+BEHAVIOURS: Final[dict[str, Callable[[Tools, str], Behaviour]]] = {
+    "clear_costmap_recovery/ClearCostmapRecovery": ClearCostmap,
+    "rotate_recovery/RotateRecovery": Rotate,
+}
+_CLEAR, _ROTATE = BEHAVIOURS
+_CIRCUMSCRIBED: Final = 0.46
+_FACTOR: Final = 4.0
+"""Multiple of the circumscribed radius within which the last behaviour keeps obstacles."""
+
+
+def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, is_strict: bool) -> None:
+    """Say which planner runs, if the one in a parameter is another: in pipros there is one of each kind.
+
+    Raises:
+        InvalidParameter: it is another one, and `is_strict` is true.
+    """
+    if name == ours:
+        return
+    if name == ours.partition("/")[2]:
+        log.warning("%s: the name of [%s] lacks its package: write [%s]", parameter, name, ours)
+        return
+    space = f"~{ours.partition('/')[2]}"
+    text = f"{parameter}: [{name}] is C++, which pipros cannot load; [{ours}] runs instead, with {space}/…"
+    if is_strict:
+        raise InvalidParameter(f"{text}, unless strict is set")
+    log.warning("%s", text)
+
+
+def default_behaviours(values: Mapping[str, Any], circumscribed: float) -> list[dict[str, Any]]:
+    """Return the list for an absent or faulty parameter, with the parameters of each behaviour."""
+    clear = {"type": _CLEAR, "reset_distance": values["conservative_reset_dist"]}
+    rotate = [{"name": "rotate_recovery", "type": _ROTATE}] if values["clearing_rotation_allowed"] else []
+    aggressive = {"type": _CLEAR, "reset_distance": circumscribed * _FACTOR}
+    return [
+        {"name": "conservative_reset", **clear},
+        *rotate,
+        {"name": "aggressive_reset", **aggressive},
+        *rotate,
+    ]
+
+
+def behaviours(given: Any, values: Mapping[str, Any], tools: Tools, *, is_strict: bool) -> dict[int, Any]:
+    """Create the recovery behaviours: name and behaviour by index.
+
+    Raises:
+        InvalidParameter: a behaviour does not exist in pipros, and `is_strict` is true.
+    """
+    listed = _checked(given, tools.log, is_strict=is_strict)
+    if listed is None:
+        circumscribed = values["circumscribed_radius"]
+        listed = default_behaviours(values, circumscribed)
+        for each in listed:
+            if "reset_distance" in each:
+                tools.node.params.set(f"~{each['name']}/reset_distance", each["reset_distance"])
+    made = [(each["name"], BEHAVIOURS[_full(each["type"])](tools, each["name"])) for each in listed]
+    return dict(enumerate(made))
+
+
+def _full(name: str) -> str:
+    """Return a type with its package."""
+    return next((full for full in BEHAVIOURS if name in (full, full.partition("/")[2])), name)
+
+
+def _checked(given: Any, log: logging.Logger, *, is_strict: bool) -> list[dict[str, Any]] | None:
+    """Return those of the behaviours that pipros has; None if the parameter is absent or faulty."""
+    if given is None:
+        return None
+    problem = "" if isinstance(given, list) else f"it must be a list, got {given!r}"
+    names: set[str] = set()
+    found = []
+    for each in given if not problem else ():
+        if not isinstance(each, dict) or not {"name", "type"} <= each.keys():
+            problem = f"each behaviour must have a name and a type, got {each!r}"
+        elif each["name"] in names:
+            problem = f"the name [{each['name']}] occurs twice"
+        elif _full(str(each["type"])) in BEHAVIOURS:
+            found.append(each)
+        else:
+            text = f"recovery_behaviors: [{each['type']}] is C++, which pipros cannot load: it is left out"
+            if is_strict:
+                raise InvalidParameter(f"{text}, unless strict is set")
+            log.warning("%s", text)
+        if problem:
+            break
+        names.add(each["name"])
+    if problem:
+        log.error("recovery_behaviors: %s; the default behaviours are used", problem)
+        return None
+    return found

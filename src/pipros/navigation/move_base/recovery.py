@@ -1,0 +1,137 @@
+"""Recovery behaviours: clear what the costmaps have seen, and turn on the spot.
+
+A behaviour is begun and then continued, once per cycle of move_base, until it has ended.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+import numpy as np
+
+from pipros.navigation.costmap.costmap import Costmap
+from pipros.navigation.dwa.footprint_costs import outline_costs
+from pipros.navigation.parameters import Parameters, read_parameters
+from pipros.navigation.plane import Triple
+from pipros.node import Node
+
+_MOST_STEPS: Final = 10_000
+"""Maximum number of poses that are checked before each command of a turn."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tools:
+    """What behaviours use: the node, both maps, and a function that sends a velocity to the robot."""
+
+    node: Node
+    log: logging.Logger
+    global_map: Costmap
+    local_map: Costmap
+    drive: Callable[[Triple], None]
+
+
+class Behaviour(Protocol):
+    """A recovery behaviour."""
+
+    def begin(self) -> None:
+        """Begin, from the robot's present pose."""
+
+    def recover(self) -> bool:
+        """Do the next step. Return True when it has ended."""
+
+
+class ClearCostmap:
+    """Forgets obstacles outside (or inside) a square around the robot, in layers with certain names."""
+
+    def __init__(self, tools: Tools, name: str) -> None:
+        given = read_parameters(tools.node, f"~{name}")
+        self._tools = tools
+        self._side = given.number("reset_distance", 3.0)
+        self._is_inside = given.boolean("invert_area_to_clear", False)
+        self._updates_at_once = given.boolean("force_updating", False)
+        self._layers = _texts(given, "layer_names", ["obstacles"])
+        self._affected = given.text("affected_maps", "both")
+        if self._affected not in ("local", "global", "both"):
+            tools.log.warning("~%s/affected_maps must be local, global or both: both are cleared", name)
+            self._affected = "both"
+
+    def begin(self) -> None:
+        """Do nothing."""
+
+    def recover(self) -> bool:
+        tools = self._tools
+        for costmap, name in ((tools.global_map, "global"), (tools.local_map, "local")):
+            pose = costmap.robot_pose() if self._affected in (name, "both") else None
+            if pose is None:
+                continue
+            with costmap.lock:
+                for layer in costmap.layered.layers:
+                    if layer.name.rpartition("/")[2] in self._layers and hasattr(layer, "clear_area"):
+                        self._clear(layer, pose)
+            if self._updates_at_once:
+                costmap.update()
+        return True
+
+    def _clear(self, layer: Any, pose: Triple) -> None:
+        grid, half = layer.grid, self._side / 2
+        left, low = pose[0] - half - grid.origin_x, pose[1] - half - grid.origin_y
+        cells = [int(place / grid.resolution) for place in (left, low, left + 2 * half, low + 2 * half)]
+        layer.clear_area(*cells, inside=self._is_inside)
+
+
+class Rotate:
+    """Turns the robot once around, to the left, so that the sensors see everything."""
+
+    def __init__(self, tools: Tools, name: str) -> None:
+        given = read_parameters(tools.node, f"~{name}")
+        limits = read_parameters(tools.node, "~TrajectoryPlannerROS")
+        self._tools = tools
+        self._step = max(given.number("sim_granularity", 0.017), 2 * math.pi / _MOST_STEPS)
+        self._gain = limits.number("acc_lim_theta", limits.number("acc_lim_th", 3.2))
+        self._fastest = limits.number("max_vel_theta", limits.number("max_rotational_vel", 1.0))
+        slowest = limits.number("min_in_place_rotational_vel", 0.4)
+        self._slowest = limits.number("min_in_place_vel_theta", slowest)
+        self._tolerance = limits.number("yaw_goal_tolerance", 0.10)
+        self._start: float | None = None
+        self._is_half = False
+
+    def begin(self) -> None:
+        pose = self._tools.local_map.robot_pose()
+        self._start, self._is_half = (None if pose is None else pose[2]), False
+
+    def recover(self) -> bool:
+        tools, pose = self._tools, self._tools.local_map.robot_pose()
+        if self._start is None or pose is None:
+            return True
+        left = abs(math.remainder(pose[2] - self._start, math.tau))
+        if self._is_half and left <= self._tolerance:
+            return True
+        if not self._is_half:
+            to_half = abs(math.remainder(pose[2] - self._start - math.pi, math.tau))
+            left = math.pi + to_half
+            self._is_half = to_half < self._tolerance
+        if not self._is_free(pose, left):
+            tools.log.error("the robot cannot turn on the spot: there may be a collision")
+            return True
+        speed = min(max(math.sqrt(2 * self._gain * left), self._slowest), self._fastest)
+        tools.drive((0.0, 0.0, speed))
+        return False
+
+    def _is_free(self, pose: Triple, turn: float) -> bool:
+        """Return whether the footprint is free of obstacles in all directions of the rest of the turn."""
+        yaw = pose[2] + np.arange(0.0, turn, self._step)
+        costmap = self._tools.local_map
+        with costmap.lock:
+            places = np.full(yaw.shape, pose[0]), np.full(yaw.shape, pose[1])
+            return bool((outline_costs(costmap.grid, costmap.footprint, *places, yaw) >= 0).all())
+
+
+def _texts(given: Parameters, name: str, default: Sequence[str]) -> Sequence[str]:
+    value = given.values.get(name)
+    if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+        return default
+    return value

@@ -1,0 +1,109 @@
+"""The services of move_base: `~make_plan` and `~clear_costmaps`."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from pipros.msg import load_service_class
+from pipros.msg.time import Time
+from pipros.navigation import plane
+from pipros.navigation.costmap.costmap import Costmap
+from pipros.navigation.costmap.grid import FREE
+from pipros.navigation.costmap.layered import Pose2D
+from pipros.navigation.navfn.navfn_node import NavfnPlanner
+from pipros.navigation.plane import Triple
+from pipros.node import Node
+from pipros.node.service_server import CallFailed
+
+
+class PlanService:
+    """Serves plans to other nodes, and clears the costmaps at their request.
+
+    Attributes:
+        settings: the reconfigurable parameters of move_base.
+    """
+
+    settings: Mapping[str, Any]
+
+    def __init__(
+        self,
+        node: Node,
+        log: logging.Logger,
+        planner: NavfnPlanner,
+        global_map: Costmap,
+        local_map: Costmap,
+        clearing_radius: float,
+        locate: Callable[[Any], Triple | None],
+        is_active: Callable[[], bool],
+    ) -> None:
+        """Offer the services.
+
+        Args:
+            clearing_radius: half the side of the square that is freed around the robot, in metres.
+            locate: returns a PoseStamped in the global frame, or None.
+            is_active: returns whether move_base has a goal.
+        """
+        self._node, self._log, self._planner = node, log, planner
+        self._maps = global_map, local_map
+        self._radius, self._locate, self._is_active = clearing_radius, locate, is_active
+        self._plan_class: Any = load_service_class("nav_msgs/GetPlan")
+        self._empty_class: Any = load_service_class("std_srvs/Empty")
+        node.serve("~make_plan", self._plan_class, self._make_plan)
+        node.serve("~clear_costmaps", self._empty_class, self._clear)
+
+    def _clear(self, _: Any) -> Any:
+        for costmap in self._maps:
+            costmap.reset_layers()
+        return self._empty_class._response_class()
+
+    def _make_plan(self, request: Any) -> Any:
+        if self._is_active():
+            self._log.error("make_plan works only while move_base has no goal")
+            raise CallFailed
+        global_map = self._maps[0]
+        start = self._locate(request.start) if request.start.header.frame_id else global_map.robot_pose()
+        goal = self._locate(request.goal)
+        if start is None:
+            self._log.error("make_plan: the start is unknown")
+            raise CallFailed
+        if self.settings["make_plan_clear_costmap"]:
+            self._free_surroundings()
+        response = self._plan_class._response_class()
+        if goal is None:
+            return response
+        for tried in (goal, *_around(goal, request.tolerance, global_map.grid.resolution)):
+            plan = self._planner.make_plan(Pose2D(*start), Pose2D(*tried))
+            if plan is not None:
+                stamp = Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
+                if tried != goal and self.settings["make_plan_add_unreachable_goal"]:
+                    plan = np.vstack((plan, goal))
+                response.plan.poses = plane.path(plan, global_map.global_frame, stamp).poses
+                break
+        return response
+
+    def _free_surroundings(self) -> None:
+        for costmap in self._maps:
+            pose, reach = costmap.robot_pose(), self._radius
+            if pose is not None:
+                x, y, _ = pose
+                square = [(x + a * reach, y + b * reach) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+                with costmap.lock:
+                    costmap.grid.fill_polygon(square, FREE)
+
+
+def _around(goal: Triple, tolerance: float, resolution: float) -> Iterator[Triple]:
+    """Yield places around a goal, on squares of growing size up to the tolerance."""
+    step = 3 * resolution
+    if 0 < tolerance < step:
+        step = tolerance
+    for ring in range(1, int(tolerance / step + 1e-6) + 1 if tolerance > 0 else 1):
+        for up in range(ring + 1):
+            for across in range(ring + 1):
+                if max(up, across) == ring:
+                    for y in {-up, up}:
+                        for x in {-across, across}:
+                            yield goal[0] + x * step, goal[1] + y * step, goal[2]
