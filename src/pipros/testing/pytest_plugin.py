@@ -83,6 +83,18 @@ def pytest_sessionfinish(session: pytest.Session) -> Iterator[None]:
         file.write_text(with_cases(text), "utf-8")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Add the fixtures that rooms offer, before the first test with a fixture that nothing else defines."""
+    defined = getattr(getattr(item, "_fixtureinfo", None), "name2fixturedefs", {})
+    if not set(getattr(item, "fixturenames", ())) <= {"request", *defined}:
+        from pipros.basics.rooms import all_offered
+
+        for module in all_offered("pytest"):
+            if not item.config.pluginmanager.is_registered(module):
+                item.config.pluginmanager.register(module)
+
+
 @pytest.fixture
 def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
     """A master for the test, in this process and on a free port.

@@ -1,0 +1,49 @@
+"""The pytest fixture `navigation_world`, which pipros's pytest plugin finds among the offers of rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import pytest
+
+if TYPE_CHECKING:
+    from pipros.launch.roscore import Core
+    from pipros.navigation.plane import Triple
+    from pipros.navigation.world import NavigationWorld
+
+
+class MakeWorld(Protocol):
+    """The type of `navigation_world`."""
+
+    def __call__(self, map_file: str | Path, start: Triple, **options: Any) -> NavigationWorld: ...
+
+
+@pytest.fixture
+def navigation_world(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[MakeWorld]:
+    """Start a simulated robot with amcl and move_base: `navigation_world("flat.yaml", (1.0, 2.0, 0.0))`.
+
+    The map's file is relative to the test module's folder; `"apartment"` and `"room"` are maps of pipros_sim.
+    `start` is x, y and yaw of the robot; see `NavigationWorld` for the options. The nodes run in this process
+    and in lockstep. After the test, the factor of simulated to real time is printed.
+    """
+    from pipros.navigation.world import NavigationWorld
+    from pipros.workspace.index import SHARED_PACKAGES
+
+    worlds: list[NavigationWorld] = []
+
+    def make(map_file: str | Path, start: Triple, **options: Any) -> NavigationWorld:
+        file = request.path.parent / map_file
+        known = SHARED_PACKAGES / "pipros_sim" / "maps" / f"{map_file}.yaml"
+        if not file.exists() and known.exists():
+            file = known
+        worlds.append(NavigationWorld(ros_master.uri, str(file), start=start, **options))
+        return worlds[-1]
+
+    try:
+        yield make
+    finally:
+        for world in worlds:
+            world.close()
+            print(world.report)
