@@ -172,6 +172,8 @@ move_base move_base
 navfn navfn_node
 nodelet nodelet manager
 pipros_sim sim
+pcl_ros pcd_to_pointcloud
+pcl_ros pointcloud_to_pcd
 pointcloud_to_laserscan pointcloud_to_laserscan_node
 robot_localization ekf_localization_node
 robot_localization ukf_localization_node

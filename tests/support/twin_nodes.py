@@ -43,6 +43,7 @@ class Twins:
         inputs: Mapping[str, str],
         outputs: Mapping[str, str],
         services: Mapping[str, str] | None = None,
+        private: Mapping[str, str] | None = None,
     ) -> Any:
         """Start both nodes, and subscribe to their outputs. Return the node of pipros.
 
@@ -52,14 +53,16 @@ class Twins:
             inputs: topics of the test by names in the node.
             outputs: types by topics of the node, such as `scan` or `~output`.
             services: names in the node's namespace by names in the node.
+            private: more parameters, in which SIDE becomes the name of the side.
         """
         made = None
         for side in SIDES:
             remappings = [f"{old}:={new}" for old, new in inputs.items()]
             remappings += [f"{old}:=/{side}/{new}" for old, new in (services or {}).items()]
             arguments = [f"__name:={name}", f"__ns:=/{side}", *remappings]
-            if parameters:
-                self.node.params.set(f"/{side}/{name}", dict(parameters))
+            own = {key: value.replace("SIDE", side) for key, value in (private or {}).items()}
+            if parameters or own:
+                self.node.params.set(f"/{side}/{name}", {**parameters, **own})
             for topic, type_name in outputs.items():
                 inbox = self._inboxes[side, f"{name} {topic}"] = Inbox()
                 place = f"{name}/{topic[1:]}" if topic[0] == "~" else topic
@@ -120,7 +123,7 @@ class Twins:
             return all(each.messages for each in self._inboxes.values())
 
         wait_until(react, 60, "an output of each node")
-        self._mark_ns = self.clock_ns
+        self._mark_ns = self.clock_ns + 50_000_000  # clusters have later timestamps than their cloud
 
     def _since_mark(self, inbox: Inbox) -> list[Any]:
         return [each for each in inbox.messages if each.header.stamp.to_nsec() > self._mark_ns]

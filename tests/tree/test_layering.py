@@ -41,10 +41,10 @@ LAYERS: list[list[set[str]]] = [
             "reconfiguring",
         },
         {"maps", "nodelets", "robot_model", "teleoperation", "topic_tools", "policy"},
-        {"clouds"},
-        {"laser"},
         {"server"},
         {"images"},
+        {"clouds"},
+        {"laser"},
     ],
     [
         {"testing", "health"},

@@ -16,7 +16,7 @@ _NAMES = """
     gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hls_lfcd_lds_driver hokuyo_node
     image_proc image_publisher image_rotate mavros move_group
     moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant octomap_server
-    opencv_apps openni2_camera openni2_launch pcl_ros realsense2_camera
+    opencv_apps openni2_camera openni2_launch realsense2_camera
     robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
     turtlebot3_gazebo urg_node uvc_camera velodyne_driver

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.libraries.clouds.extras import numpy as np
-from pipros.libraries.transforms.pose import Pose
+from pipros.libraries.transforms.pose import Pose, rotation_matrix
 from pipros.msg import load_message_class
 
 FLOAT32: Final = 7
@@ -156,6 +156,12 @@ def matrix_of(pose: Pose, kind: Any = np.float32) -> Any:
         ],
         kind,
     )
+
+
+def exact_matrix_of(pose: Pose) -> Any:
+    """Return the first three rows of a pose's matrix, computed in float64 as tf does, in float32."""
+    rotation = np.array(rotation_matrix(pose)).reshape(3, 3)
+    return np.concatenate([rotation, np.array(pose[:3])[:, np.newaxis]], 1).astype(np.float32)
 
 
 def moved(points: Any, matrix: Any) -> Any:

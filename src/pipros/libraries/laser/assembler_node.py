@@ -9,11 +9,11 @@ from typing import Any, Final
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
+from pipros.libraries.clouds.parameters import private
 from pipros.libraries.clouds.points import cloud_of
 from pipros.libraries.laser.assembler import Assembler, StoredScan
 from pipros.libraries.laser.chain_node import ScanChain
 from pipros.libraries.laser.filters.base import FilterFailed
-from pipros.libraries.laser.parameters import private
 from pipros.libraries.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
 from pipros.libraries.laser.scan import Scan
 from pipros.libraries.transforms.errors import TransformException

@@ -8,11 +8,11 @@ from typing import Any, Final
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
+from pipros.libraries.clouds.parameters import private, raw
 from pipros.libraries.clouds.points import cloud_of
 from pipros.libraries.laser.filters.base import FilterFailed, InvalidFilter, Place, ScanFilter
 from pipros.libraries.laser.filters.chain import FilterChain, chain_of
 from pipros.libraries.laser.filters.shapes import PolygonFilter
-from pipros.libraries.laser.parameters import private, raw
 from pipros.libraries.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
 from pipros.libraries.laser.scan import Scan
 from pipros.libraries.reconfiguring.server import Reconfigurable

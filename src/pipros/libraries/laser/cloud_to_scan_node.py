@@ -8,9 +8,9 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.throttle import Throttle
+from pipros.libraries.clouds.parameters import private
 from pipros.libraries.clouds.points import InvalidCloud, matrix_of, moved, positions, rows_of
 from pipros.libraries.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
-from pipros.libraries.laser.parameters import private
 from pipros.libraries.topic_tools.lazy import LazyInputs
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformGate, TransformListener

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Mapping
 from typing import Any, Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.filters.synchronizer import ExactSynchronizer
+from pipros.libraries.images.ports import camera, synchronized
 from pipros.libraries.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyInputs
-from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.node import Node
 
@@ -31,11 +29,9 @@ class DepthToScanNode:
     def __init__(self, node: Node) -> None:
         """Advertise, and serve the settings. Blocks until the master answers."""
         self._node, self._warnings = node, Throttle(node.log, 1.0)
-        self._lock = threading.Lock()
         self._scan_class: Any = load_message_class("sensor_msgs/LaserScan")
         self._settings: Mapping[str, Any] = {}
         self._server = Reconfigurable(node, "~", SETTINGS, self._configure)
-        self._pairs = ExactSynchronizer(2, QUEUE_SIZE)
         self._output = node.advertise("scan", self._scan_class, queue_size=QUEUE_SIZE)
         self._inputs = LazyInputs([self._output], self._subscribe)
 
@@ -47,24 +43,7 @@ class DepthToScanNode:
         self._settings = values
 
     def _subscribe(self) -> list[Any]:
-        image_class: Any = load_message_class("sensor_msgs/Image")
-        info_class: Any = load_message_class("sensor_msgs/CameraInfo")
-        self._pairs = ExactSynchronizer(2, QUEUE_SIZE)
-        image = self._node.resolve("image")
-        info = f"{image.rpartition('/')[0]}/camera_info"
-        return [
-            self._node.subscribe(
-                image, image_class, lambda each: self._add(each, 0), queue_size=QUEUE_SIZE, zero_copy=True
-            ),
-            self._node.subscribe(info, info_class, lambda each: self._add(each, 1), queue_size=QUEUE_SIZE),
-        ]
-
-    def _add(self, message: Any, index: int) -> None:
-        with self._lock:
-            pairs = self._pairs
-            stamp_ns = in_ns(message.header.stamp)
-            for image, info in pairs.add(message, stamp_ns, pairs.queues[index], index, None):
-                self._on_image(image, info)
+        return synchronized(self._node, camera(self._node, "image"), self._on_image, QUEUE_SIZE)
 
     def _on_image(self, image: Any, info: Any) -> None:
         given = self._settings

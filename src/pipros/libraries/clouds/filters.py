@@ -1,0 +1,210 @@
+"""The filters of pcl_ros: functions that return a new cloud. Arithmetic is in float32, as in PCL.
+
+Selected points keep all their bytes. Names and rules are those of PCL; `values` are the settings of the
+nodelets by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from pipros.libraries.clouds.extras import numpy as np
+from pipros.libraries.clouds.extras import tree_of
+from pipros.libraries.clouds.points import (
+    POSITION,
+    TYPES,
+    InvalidCloud,
+    column,
+    has_field,
+    positions,
+    reorganized,
+    rows_of,
+    with_rows,
+)
+
+Values = Mapping[str, Any]
+
+_FARTHEST: Final = 2.0**60
+"""Cells farther from the origin count as being there."""
+
+_NUMBERS: Final = 2.0**62
+"""Bounding boxes of voxel grids with this many cells are numbered by their used cells only."""
+
+
+def pass_through(cloud: Any, values: Values) -> Any:
+    """Return the points whose field `filter_field_name` is within the limits, or outside of them."""
+    rows, name = rows_of(cloud), values["filter_field_name"]
+    organized = values["keep_organized"]
+    if name and not has_field(cloud, name):
+        raise InvalidCloud(f"field {name} of a cloud must exist and be of type FLOAT32")
+    if not name and organized:
+        return reorganized(cloud, rows, is_dense=cloud.is_dense)
+    kept = np.ones(len(rows), bool) if organized else np.isfinite(positions(cloud, rows)).all(1)
+    if name:
+        kept &= _within(column(cloud, rows, name), values)
+    return _without(cloud, rows, ~kept) if organized else with_rows(cloud, rows[kept], is_dense=True)
+
+
+def _within(field: Any, values: Values) -> Any:
+    """Return which values of a field are finite and within the limits; if they are negative, not between."""
+    low, high = values["filter_limit_min"], values["filter_limit_max"]
+    with np.errstate(invalid="ignore"):
+        if values["filter_limit_negative"]:
+            return np.isfinite(field) & ((field <= low) | (field >= high))
+        return np.isfinite(field) & (field >= low) & (field <= high)
+
+
+def _without(cloud: Any, rows: Any, removed: Any) -> Any:
+    """Return the cloud in its shape, with NaN for the position of the removed points."""
+    changed = rows.copy()
+    positions(cloud, changed)  # the fields must be of type FLOAT32
+    for name in POSITION:
+        column(cloud, changed, name)[removed] = np.nan
+    return reorganized(cloud, changed, is_dense=False)
+
+
+def crop_box(cloud: Any, values: Values) -> Any:
+    """Return the points inside a box, its faces included, or outside of it. NaN counts as inside."""
+    rows = rows_of(cloud)
+    points = positions(cloud, rows)
+    low, high = (
+        np.array([values[f"{end}_{axis}"] for axis in POSITION], np.float32) for end in ("min", "max")
+    )
+    with np.errstate(invalid="ignore"):
+        outside = ((points < low) | (points > high)).any(1)
+    removed = outside != values["negative"]
+    if values["keep_organized"]:
+        return _without(cloud, rows, removed)
+    return with_rows(cloud, rows[~removed], is_dense=cloud.is_dense)
+
+
+def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
+    """Return the points with these indices, in their order, or all others in the order of the cloud.
+
+    Raises:
+        InvalidCloud: an index is not that of a point.
+    """
+    rows = rows_of(cloud)
+    chosen = np.asarray(indices, np.int64)
+    if len(chosen) and not 0 <= chosen.min() <= chosen.max() < len(rows):
+        raise InvalidCloud(f"indices must be 0 to {len(rows) - 1}, got {chosen.min()} to {chosen.max()}")
+    is_all, negative = len(chosen) == len(rows), values["negative"]
+    if (is_all and not negative) or (not len(chosen) and negative):
+        return reorganized(cloud, rows, is_dense=cloud.is_dense)
+    if negative:
+        kept = np.ones(len(rows), bool)
+        kept[chosen] = False
+        found = rows[kept]
+    else:
+        found = rows[chosen]
+    return with_rows(cloud, found, is_dense=False) if len(found) else emptied(cloud)
+
+
+def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
+    """Return a cloud without points, as PCL returns it; its steps are 0 unless `keeps_sizes`."""
+    made = type(cloud)(header=cloud.header, fields=cloud.fields, is_bigendian=cloud.is_bigendian)
+    if keeps_sizes:
+        made.point_step, made.row_step, made.is_dense = cloud.point_step, cloud.row_step, True
+    return made
+
+
+def statistical_outlier_removal(cloud: Any, values: Values) -> Any:
+    """Return the points whose mean distance to their `mean_k` - 1 nearest others is not extreme.
+
+    The limit is the mean over all points plus `stddev` times the standard deviation. NaN points are kept.
+
+    Raises:
+        InvalidCloud: `stddev` is 0.
+    """
+    if values["stddev"] == 0.0:
+        raise InvalidCloud("stddev must not be 0")
+    rows = rows_of(cloud)
+    points = positions(cloud, rows)
+    finite = np.isfinite(points).all(1)
+    count = int(finite.sum())
+    distances = np.zeros(len(rows))
+    near = min(values["mean_k"], count)
+    if near > 1:
+        tree = tree_of(points[finite], "pcl/StatisticalOutlierRemoval")
+        found, _ = tree.query(points[finite], k=near)
+        distances[finite] = found[:, 1:].sum(1) / (values["mean_k"] - 1)
+    valid = distances[finite]
+    deviation = valid.std(ddof=1) if count > 1 else 0.0
+    is_outlier = distances > (valid.mean() if count else 0.0) + values["stddev"] * deviation
+    return with_rows(cloud, rows[is_outlier == values["negative"]], is_dense=cloud.is_dense)
+
+
+def voxel_grid(cloud: Any, values: Values) -> Any:
+    """Return one point for each cell of a grid that has points: the mean of each field.
+
+    The points are sorted by cell. `rgb` and `rgba` are averaged byte by byte.
+
+    Raises:
+        InvalidCloud: a leaf size is not greater than 0, or a field of the limits is missing.
+    """
+    rows, name = rows_of(cloud), values["filter_field_name"]
+    leaf = leaf_sizes(values)
+    points = positions(cloud, rows)
+    kept = np.isfinite(points).all(1)
+    if name:
+        if not has_field(cloud, name):
+            raise InvalidCloud(f"field {name} of a cloud must exist and be of type FLOAT32")
+        kept &= _within(column(cloud, rows, name), values)
+    if not kept.all():
+        rows, points = rows[kept], points[kept]
+    if not len(rows):
+        return with_rows(cloud, rows, is_dense=True)
+    keys = _cell_numbers(points, leaf)
+    order = np.argsort(keys)
+    keys = keys[order]
+    starts = np.flatnonzero(np.concatenate([[True], keys[1:] != keys[:-1]]))
+    counts = np.diff(np.append(starts, len(keys)))
+    enough = counts >= values["min_points_per_voxel"]
+    means = _means(cloud, rows[order], starts, counts)
+    return with_rows(cloud, means[enough], is_dense=True)
+
+
+def _cell_numbers(points: Any, leaf: Any) -> Any:
+    """Return the number of each point's cell; x changes fastest."""
+    with np.errstate(over="ignore"):
+        scaled = np.floor(points * (np.float32(1.0) / leaf)).astype(np.float64)
+    cells = np.clip(scaled, -_FARTHEST, _FARTHEST).astype(np.int64)
+    cells -= cells.min(0)
+    sizes = cells.max(0) + 1
+    volume = np.prod(sizes.astype(np.float64))
+    if volume >= _NUMBERS:
+        return np.unique(cells[:, ::-1], axis=0, return_inverse=True)[1].reshape(-1)
+    numbers = cells[:, 0] + sizes[0] * (cells[:, 1] + sizes[1] * cells[:, 2])
+    return numbers.astype(np.int32) if volume < 2**31 else numbers
+
+
+def leaf_sizes(values: Values) -> Any:
+    """Return the sizes of a cell in float32. A negative `leaf_size_x` means `leaf_size`.
+
+    Raises:
+        InvalidCloud: one is not greater than 0.
+    """
+    general = values["leaf_size"]
+    own = [values.get(f"leaf_size_{axis}", -1.0) for axis in POSITION]
+    leaf = np.array([each if each >= 0 else general for each in own], np.float32)
+    if not (leaf > 0).all():
+        raise InvalidCloud(f"leaf_size must be greater than 0, got {general:g}")
+    return leaf
+
+
+def _means(cloud: Any, rows: Any, starts: Any, counts: Any) -> Any:
+    """Return the rows of points whose fields are the means of consecutive groups of rows."""
+    means = np.zeros((len(starts), rows.shape[1]), np.uint8)
+    for field in cloud.fields:
+        if field.datatype not in TYPES:
+            continue
+        if field.name in ("rgb", "rgba"):
+            for at in range(field.offset, min(field.offset + 4, rows.shape[1])):
+                means[:, at] = np.add.reduceat(rows[:, at], starts, dtype=np.float64) / counts
+            continue
+        target, source = column(cloud, means, field.name), column(cloud, rows, field.name)
+        with np.errstate(all="ignore"):
+            sums = np.add.reduceat(source, starts, dtype=np.float64) / counts
+            target[:] = sums if target.dtype.kind == "f" else np.rint(sums).astype(target.dtype)
+    return means

@@ -1,0 +1,69 @@
+"""The inputs that all nodelets of pcl_ros share: clouds, and optionally the indices of their points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from pipros.libraries.clouds.parameters import private
+from pipros.libraries.images.ports import Input, synchronized
+from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.msg import load_message_class
+from pipros.node import Node
+
+_CLOUD: Final = "sensor_msgs/PointCloud2"
+
+
+class CloudInputs:
+    """Subscribes to `~input`, and to `~indices` if requested, while an output has subscribers.
+
+    Attributes:
+        outputs: the publishers.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        outputs: Mapping[str, Any],
+        receive: Callable[[Any, Any], object],
+        needs_indices: bool = False,
+    ) -> None:
+        """Advertise the outputs. Blocks until the master answers.
+
+        Args:
+            outputs: message classes by topic.
+            receive: called with each cloud, and the list of its indices or None.
+            needs_indices: whether `~indices` is an input even without `~use_indices`.
+        """
+        self._node, self._receive = node, receive
+        self.queue_size = max(private(node, "max_queue_size", 3), 1)
+        self._has_indices = needs_indices or private(node, "use_indices", False)
+        self._is_approximate = private(node, "approximate_sync", False)
+        self.outputs = [
+            node.advertise(topic, kind, queue_size=self.queue_size) for topic, kind in outputs.items()
+        ]
+        self._lazy = LazyInputs(self.outputs, self._subscribe)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._lazy.close()
+
+    def _subscribe(self) -> list[Any]:
+        if self._has_indices:
+            return synchronized(
+                self._node,
+                [Input("~input", _CLOUD), Input("~indices", "pcl_msgs/PointIndices")],
+                lambda cloud, indices: self._receive(cloud, indices.indices),
+                self.queue_size,
+                is_exact=not self._is_approximate,
+            )
+        kind = load_message_class(_CLOUD)
+        return [
+            self._node.subscribe(
+                "~input",
+                kind,
+                lambda cloud: self._receive(cloud, None),
+                queue_size=self.queue_size,
+                zero_copy=True,
+            )
+        ]

@@ -1,0 +1,126 @@
+"""Planes by RANSAC, and clusters of points that are near each other, as in PCL."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+from pipros.libraries.clouds.extras import numpy as np
+from pipros.libraries.clouds.extras import tree_of
+
+_PAIRS: Final = 10_000_000
+"""Maximum number of pairs of neighbours in memory."""
+
+
+def plane(
+    points: Any,
+    threshold: float,
+    iterations: int = 50,
+    probability: float = 0.99,
+    optimize: bool = True,
+    has_ended: Callable[[], bool] = bool,
+) -> tuple[Any, Any] | None:
+    """Return the coefficients (a, b, c, d) of the plane with most inliers, and their indices, or None.
+
+    The normal (a, b, c) has length 1. Random, but equal for equal points.
+
+    Args:
+        points: an array of shape (n, 3); others than finite ones do not count.
+        threshold: maximum distance of an inlier from the plane.
+        iterations: maximum number of planes to try.
+        probability: with which a plane without outliers shall have been tried; the search ends then.
+        optimize: whether to fit the plane to its inliers.
+        has_ended: asked between the planes; if it returns True, the best one so far is returned.
+    """
+    finite = np.flatnonzero(np.isfinite(points).all(1))
+    found = points[finite].astype(np.float64)
+    if len(found) < 3:
+        return None
+    numbers = np.random.default_rng(12345)
+    best, most, needed = None, 0, float(iterations)
+    for tried in range(iterations):
+        if tried >= needed or has_ended():
+            break
+        a, b, c = found[numbers.choice(len(found), 3, replace=False)]
+        normal = np.cross(b - a, c - a)
+        length = float(np.sqrt(normal @ normal))
+        if length < 1e-12:
+            continue
+        normal = normal / length
+        count = int(np.count_nonzero(np.abs(found @ normal - a @ normal) <= threshold))
+        if count > most:
+            best, most = np.append(normal, -(a @ normal)), count
+            needed = _tries(count / len(found), probability)
+    if best is None:
+        return None
+    inliers = _inliers(found, best, threshold)
+    if optimize and len(inliers) > 3:
+        best = _fitted(found[inliers], best)
+        inliers = _inliers(found, best, threshold)
+    return best, finite[inliers]
+
+
+def _tries(share: float, probability: float) -> float:
+    """Return how many planes to try until one of three inliers is found with this probability."""
+    chance = share**3
+    return 1.0 if chance >= 1.0 else math.log(1.0 - probability) / math.log1p(-max(chance, 1e-300))
+
+
+def _inliers(points: Any, coefficients: Any, threshold: float) -> Any:
+    return np.flatnonzero(np.abs(points @ coefficients[:3] + coefficients[3]) <= threshold)
+
+
+def _fitted(points: Any, before: Any) -> Any:
+    """Return the plane with the least squares of distances, with its normal on the same side as before."""
+    center = points.mean(0)
+    normal = np.linalg.eigh(np.cov((points - center).T))[1][:, 0]
+    normal = normal if normal @ before[:3] >= 0 else -normal
+    return np.append(normal, -(normal @ center))
+
+
+def clusters(points: Any, tolerance: float, smallest: int, largest: int) -> list[Any]:
+    """Return the sorted indices of each cluster, the largest cluster first.
+
+    Two points are in one cluster if a chain of points joins them in steps of at most `tolerance`. Others than
+    finite points are in none. The time grows with the number of pairs of neighbours, the memory does not.
+
+    Args:
+        smallest, largest: clusters of other sizes are left out.
+    """
+    finite = np.flatnonzero(np.isfinite(points).all(1))
+    if not len(finite):
+        return []
+    labels = _labels(points[finite].astype(np.float64), tolerance)
+    order = np.argsort(labels, kind="stable")
+    groups = np.split(finite[order], np.flatnonzero(np.diff(labels[order])) + 1)
+    return sorted((each for each in groups if smallest <= len(each) <= largest), key=lambda each: -len(each))
+
+
+def _labels(points: Any, tolerance: float) -> Any:
+    tree = tree_of(points, "pcl/EuclideanClusterExtraction")
+    try:
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+    except ImportError as error:
+        raise MissingExtra(
+            f"clusters of points need scipy. Try: {install_command('perception')}", name=error.name
+        ) from error
+    count = len(points)
+    total = np.cumsum(tree.query_ball_point(points, tolerance, return_length=True))
+    labels, start = np.arange(count), 0
+    while start < count:
+        before = total[start - 1] if start else 0
+        end = max(int(np.searchsorted(total, before + _PAIRS)), start + 1)
+        part = tree_of(points[start:end], "pcl/EuclideanClusterExtraction")
+        near = part.sparse_distance_matrix(tree, tolerance, output_type="coo_matrix")
+        # The points of each group so far are joined to its first one.
+        firsts = np.unique(labels, return_index=True)[1][labels]
+        rows = np.concatenate([near.row + start, np.arange(count)])
+        columns = np.concatenate([near.col, firsts])
+        graph = coo_matrix((np.ones(len(rows), np.int8), (rows, columns)), shape=(count, count))
+        labels = connected_components(graph, directed=False)[1]
+        start = end
+    return labels
