@@ -32,11 +32,10 @@ def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, 
     if name == ours.partition("/")[2]:
         log.warning("%s: the name of [%s] lacks its package: write [%s]", parameter, name, ours)
         return
-    space = f"~{ours.partition('/')[2]}"
-    text = f"{parameter}: [{name}] is C++, which pipros cannot load; [{ours}] runs instead, with {space}/…"
+    text = f"{parameter}: [{name}] is C++, which pipros cannot load"
     if is_strict:
-        raise InvalidParameter(f"{text}, unless strict is set")
-    log.warning("%s", text)
+        raise InvalidParameter(f"{text}, and strict is set. Set it to [{ours}]")
+    log.warning("%s; [%s] runs instead, with ~%s/…", text, ours, ours.partition("/")[2])
 
 
 def default_behaviours(values: Mapping[str, Any], circumscribed: float) -> list[dict[str, Any]]:
@@ -89,10 +88,10 @@ def _checked(given: Any, log: logging.Logger, *, is_strict: bool) -> list[dict[s
         elif _full(str(each["type"])) in BEHAVIOURS:
             found.append(each)
         else:
-            text = f"recovery_behaviors: [{each['type']}] is C++, which pipros cannot load: it is left out"
+            text = f"recovery_behaviors: [{each['type']}] is C++, which pipros cannot load"
             if is_strict:
-                raise InvalidParameter(f"{text}, unless strict is set")
-            log.warning("%s", text)
+                raise InvalidParameter(f"{text}, and strict is set. Remove it")
+            log.warning("%s: it is left out", text)
         if problem:
             break
         names.add(each["name"])
