@@ -59,7 +59,7 @@ def test_a_map_is_served_and_saved(ros: RosSystem) -> None:
         "floor 3 1 0.5 [100, -1, 0] True",
         "2.000 0.707",
         "True",
-        "[0, 1, 3, 2]",
+        "[0, 255, 255, 255]",
         "[0]",
     ], asked.output
     assert saved.returncode == 0, saved.output

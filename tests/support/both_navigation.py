@@ -108,8 +108,9 @@ def both_nodes(
     name: str = "node",
     before: Callable[[Node], object] = lambda _: None,
     remaps: Sequence[str] = (),
+    arguments: Sequence[str] = (),
 ) -> Iterator[BothNodes]:
-    """Run both nodes with these parameters; `before` is called before they start."""
+    """Run both nodes with these parameters and arguments; `before` is called before they start."""
     ros.serve_master()
     folder = add_to(ros.genuine)
     with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
@@ -122,7 +123,7 @@ def both_nodes(
         }
         processes = [
             getattr(ros, side).start(
-                *commands[side], f"__name:={name}", f"__ns:=/{side}", f"/tf:=/{side}/tf", *remaps
+                *commands[side], *arguments, f"__name:={name}", f"__ns:=/{side}", f"/tf:=/{side}/tf", *remaps
             )
             for side in SIDES
         ]

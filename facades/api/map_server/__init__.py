@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from array import array
 from math import cos, sin
 from typing import Any
 
@@ -14,7 +15,7 @@ from std_msgs.msg import Header
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.maps.errors import BadMapDescription, BadMapImage, MapError, NoMapFile
+from pipros.libraries.maps.errors import BadMapDescription, MapError
 from pipros.libraries.maps.map_file import Grid, MapDescription, make_grid, read_map
 from pipros.libraries.maps.picture import read_picture
 
@@ -25,18 +26,17 @@ DEPRECATED USAGE: map_server <map> <resolution>
   map: image file to load
   resolution: map resolution [meters/pixel]"""
 
-_RESULTS = {
-    NoMapFile: LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST,
-    BadMapImage: LoadMapResponse.RESULT_INVALID_MAP_DATA,
-    BadMapDescription: LoadMapResponse.RESULT_INVALID_MAP_METADATA,
-}
-
 
 def message_of(grid: Grid, frame_id: str) -> Any:
-    """Return a map as an OccupancyGrid, stamped with the current time."""
+    """Return a map as an OccupancyGrid, stamped with the current time.
+
+    As in Noetic, the orientation is computed with 32 bits.
+    """
     now = rospy.Time.now()
     x, y, yaw = grid.description.origin
-    origin = Pose(Point(x, y, 0.0), Quaternion(0.0, 0.0, sin(yaw / 2), cos(yaw / 2)))
+    half = array("f", [yaw])[0] / 2
+    z, w = array("f", [sin(half), cos(half)])
+    origin = Pose(Point(x, y, 0.0), Quaternion(0.0, 0.0, z, w))
     info = MapMetaData(now, grid.description.resolution, grid.width, grid.height, origin)
     return OccupancyGrid(Header(stamp=now, frame_id=frame_id), info, grid.cells)
 
@@ -44,7 +44,8 @@ def message_of(grid: Grid, frame_id: str) -> Any:
 class MapServer:
     """Server of a map: the latched topics `map` and `map_metadata`, and the service `static_map`.
 
-    The service `change_map` loads another map from a YAML file.
+    The service `change_map` loads another map from a YAML file. As in Noetic, its response has no map, and
+    its result is 0 or 255.
     """
 
     def __init__(self, grid: Grid, frame_id: str = "map") -> None:
@@ -72,9 +73,9 @@ class MapServer:
             grid = read_map(request.map_url)
         except MapError as error:
             rospy.logerr("%s", error)
-            return LoadMapResponse(result=_RESULTS[type(error)])
+            return LoadMapResponse(result=LoadMapResponse.RESULT_UNDEFINED_FAILURE)
         self._publish(grid)
-        return LoadMapResponse(self._map, LoadMapResponse.RESULT_SUCCESS)
+        return LoadMapResponse(result=LoadMapResponse.RESULT_SUCCESS)
 
 
 @exits_after_ctrl_c()
@@ -84,29 +85,39 @@ def main() -> int:
     if len(arguments) not in (1, 2):
         print(USAGE, file=sys.stderr)
         return 255
-    rospy.init_node("map_server")
+    rospy.init_node("map_server", anonymous=True)
     try:
         if len(arguments) == 2:
             rospy.logwarn("map_server <map> <resolution> is deprecated: pass only the YAML file of the map.")
-            grid = make_grid(
-                MapDescription(arguments[0], _resolution(arguments[1])), read_picture(arguments[0])
-            )
+            grid = make_grid(_old_description(*arguments), read_picture(arguments[0]))
         else:
             rospy.loginfo('Loading map from image "%s"', arguments[0])
             grid = read_map(os.path.abspath(arguments[0]))
     except MapError as error:
         rospy.logerr("%s", error)
         return 255
+    rospy.sleep(0)  # wait for simulated time
     MapServer(grid, str(rospy.get_param("~frame_id", "map")))
     rospy.spin()
     return 0
 
 
-def _resolution(text: str) -> float:
+def _old_description(image: str, text: str) -> MapDescription:
+    """Return what the old form has instead of a YAML file: a resolution and private parameters."""
     try:
         resolution = float(text)
     except ValueError:
         resolution = 0.0
     if not 0.0 < resolution < float("inf"):
         raise BadMapDescription(f"resolution must be > 0 m/pixel, got {text}")
-    return resolution
+    values = {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
+    for name, default in values.items():
+        given = rospy.get_param(f"~{name}", default)
+        values[name] = given if isinstance(given, int | float) else default
+    return MapDescription(
+        image,
+        resolution,
+        negate=bool(values["negate"]),
+        occupied=values["occupied_thresh"],
+        free=values["free_thresh"],
+    )

@@ -69,7 +69,9 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
     rospy.loginfo("Writing map occupancy data to %s.pgm", name)
     pixels = grid_pixels(info.width, message.data, free, occupied)
     with open(f"{name}.pgm", "wb") as file:
-        file.write(write_pgm(info.width, info.height, pixels, f"map_saver {info.resolution:.3f} m/pix"))
+        file.write(
+            write_pgm(info.width, info.height, pixels, f"CREATOR: map_saver.cpp {info.resolution:.3f} m/pix")
+        )
     rospy.loginfo("Writing map occupancy data to %s.yaml", name)
     position, q = info.origin.position, info.origin.orientation
     yaw = atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))

@@ -127,11 +127,12 @@ def make_grid(description: MapDescription, picture: Picture) -> Grid:
     """Convert an image to the cells of a map.
 
     As in Noetic, the grey value of a coloured pixel is the mean of its channels, which include alpha in mode
-    `trinary`. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
+    `trinary`, where a grey picture with alpha counts as one with three equal colours. In mode `scale`,
+    transparent cells that are neither free nor occupied are unknown.
     """
     channels = picture.colors
     if picture.alpha is not None and description.mode == "trinary":
-        channels = (*channels, picture.alpha)
+        channels = (*(channels * 3 if len(channels) == 1 else channels), picture.alpha)
     count = len(channels)
     table = [_cell(description, total / count) for total in range(255 * count + 1)]
     if count == 1:

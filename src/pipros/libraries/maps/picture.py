@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from pipros.basics.input_file import read_file
 from pipros.libraries.maps.errors import BadMapImage, NoMapFile
 from pipros.pictures.errors import PictureError
 from pipros.pictures.pgm import MAX_PIXELS
 from pipros.pictures.planes import Picture, decode_picture
 
+_TIFF = (b"II*\0", b"MM\0*")
 _FILE_BYTES = 2 * MAX_PIXELS + 4096
 
 
 def read_picture(file: str) -> Picture:
     """Read a picture from a file.
 
+    As in Noetic, TIFF files always have an alpha channel.
+
     Raises:
         NoMapFile: the file cannot be opened.
         BadMapImage: the file is not a picture, is too large, or needs Pillow, which is not installed.
     """
     try:
-        return decode_picture(read_file(file, _FILE_BYTES), file)
+        content = read_file(file, _FILE_BYTES)
+        picture = decode_picture(content, file)
     except OSError as error:
         raise NoMapFile(f"cannot read the image {file}: {error.strerror}") from None
     except PictureError as error:
         raise BadMapImage(str(error)) from None
+    if content.startswith(_TIFF) and picture.alpha is None:
+        return replace(picture, alpha=b"\xff" * (picture.width * picture.height))
+    return picture

@@ -18,6 +18,7 @@ Costs = npt.NDArray[np.uint8]
 Points = Sequence[tuple[float, float]]
 Numbers = npt.NDArray[Any]
 
+_MOST_CELLS: Final = 2**31  # no grid is wider
 _PUBLISHED: Final = np.array(
     [0, *(1 + 97 * (cost - 1) // 251 for cost in range(1, 253)), 99, 100, -1], np.int8
 )
@@ -85,7 +86,7 @@ class CostGrid:
 
     def in_cells(self, distance: float) -> int:
         """Return the number of cells that cover a distance."""
-        return max(0, math.ceil(distance / self.resolution))
+        return max(0, math.ceil(min(distance / self.resolution, _MOST_CELLS)))
 
     def center_on(self, x: float, y: float) -> None:
         """Move the grid by whole cells, so that the position is in the middle. Keep what overlaps.

@@ -8,6 +8,9 @@ import numpy as np
 from pipros.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costs, Numbers
 from pipros.navigation.costmap.layered import Bounds, LayeredCostmap, Pose2D, Window
 
+_ROUNDING = 1e-4
+"""Tolerance for distances of 32 bits, in cells."""
+
 
 class InflationLayer:
     """Raises costs around cells of cost 254, up to a radius.
@@ -34,9 +37,7 @@ class InflationLayer:
         self.footprint_changed()
 
     def match_size(self) -> None:
-        grid = self._costmap.grid
-        self._cells = min(grid.in_cells(self._radius), grid.width + grid.height)
-        self._table = self._costs(np.sqrt(np.arange(self._cells**2 + 1)) * grid.resolution)
+        self._cells = self._costmap.grid.in_cells(self._radius)
 
     def footprint_changed(self) -> None:
         self.match_size()
@@ -44,13 +45,6 @@ class InflationLayer:
 
     def reset(self) -> None:
         """Do nothing: the layer measures nothing."""
-
-    def _costs(self, distances: Numbers) -> Costs:
-        inscribed = self._costmap.inscribed_radius
-        far = (INSCRIBED - 1) * np.exp(-self._scaling * np.maximum(distances - inscribed, 0.0))
-        costs = np.where(distances <= inscribed, INSCRIBED, far).astype(np.uint8)
-        costs[0] = LETHAL
-        return costs
 
     def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:  # noqa: ARG002 # part of the interface
         now = Bounds()
@@ -68,35 +62,33 @@ class InflationLayer:
         self._last = now
 
     def update_costs(self, window: Window) -> None:
-        if self._cells:
-            inflate(self._costmap.grid.costs, self._table, self._reached(window), self._inflates_unknown)
-
-    def _reached(self, window: Window) -> tuple[Window, Window]:
+        """Raise the costs around the obstacles in a part of the map, and around those near it."""
+        if not self._cells:
+            return
         grid = self._costmap.grid
-        near = window.grown(self._cells, grid)
-        return near, near.grown(self._cells, grid)
+        sources = window.grown(self._cells, grid)
+        reached = sources.grown(self._cells, grid)
+        part = grid.costs[reached.slices]
+        open_cells = np.ones(part.shape, np.uint8)
+        inner = (
+            slice(sources.y0 - reached.y0, sources.yn - reached.y0),
+            slice(sources.x0 - reached.x0, sources.xn - reached.x0),
+        )
+        open_cells[inner] = part[inner] != LETHAL
+        if open_cells.all():
+            return
+        distances = cv2.distanceTransform(open_cells, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        near = np.nonzero((distances > 0) & (distances < self._cells + _ROUNDING))
+        costs = self._costs_at(distances[near])
+        old = part[near]
+        least = FREE + 1 if self._inflates_unknown else INSCRIBED
+        part[near] = np.where(
+            (old == UNKNOWN) & (costs >= least) | (old != UNKNOWN) & (costs > old), costs, old
+        )
 
-
-def inflate(costs: Costs, table: Costs, areas: tuple[Window, Window], inflates_unknown: bool) -> None:
-    """Raise costs around obstacles.
-
-    Args:
-        table: the cost by squared distance in cells.
-        areas: the rectangle of the obstacles that count, and the one in which costs are raised.
-    """
-    sources, reached = areas
-    part = costs[reached.slices]
-    open_cells = np.ones(part.shape, np.uint8)
-    inner = (
-        slice(sources.y0 - reached.y0, sources.yn - reached.y0),
-        slice(sources.x0 - reached.x0, sources.xn - reached.x0),
-    )
-    open_cells[inner] = part[inner] != LETHAL
-    if open_cells.all():
-        return
-    distances = cv2.distanceTransform(open_cells, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    squares = np.rint(np.minimum(distances * distances, len(table)))
-    found = np.append(table, np.uint8(FREE))[squares.astype(np.int32)]
-    least = FREE + 1 if inflates_unknown else INSCRIBED
-    raised = np.where(part == UNKNOWN, found >= least, found > part)
-    np.copyto(part, found, where=raised)
+    def _costs_at(self, distances: Numbers) -> Costs:
+        """Return the costs at distances of 32 bits in cells, which are square roots of whole numbers."""
+        metres = np.sqrt(np.rint(distances.astype(np.float64) ** 2)) * self._costmap.grid.resolution
+        inscribed = self._costmap.inscribed_radius
+        far = (INSCRIBED - 1) * np.exp(-self._scaling * np.maximum(metres - inscribed, 0.0))
+        return np.where(metres <= inscribed, INSCRIBED, far).astype(np.uint8)

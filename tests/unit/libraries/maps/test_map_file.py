@@ -51,7 +51,7 @@ def test_colours_count_by_their_mean() -> None:
 
 
 def test_transparency_is_interpreted_as_in_noetic() -> None:
-    assert cells("trinary", b"\x80\x80", alpha=b"\xff\0") == [-1, 100]
+    assert cells("trinary", b"\x80\x60", alpha=b"\xff\0") == [-1, 100]
     assert cells("scale", b"\x80\x80\0", alpha=b"\xff\0\0") == [66, -1, 100]
     assert cells("raw", b"\x10", alpha=b"\0") == [16]
 
