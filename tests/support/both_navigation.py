@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
 from pipros.graph.services import type_of
 from pipros.graph.system_state import of_node, read_state
 from pipros.msg import load_message_class, load_service_class
@@ -46,7 +47,7 @@ class BothNodes:
     def _publisher(self, name: str, message_class: Any, subscribers: int) -> Any:
         """Return a publisher with this number of subscribers."""
         if name not in self._publishers:
-            latch = name in ("/tf_static", "/map")
+            latch = name.endswith(("/tf_static", "/map"))
             self._publishers[name] = self.node.advertise(name, message_class, queue_size=1000, latch=latch)
         publisher = self._publishers[name]
         wait_until(lambda: publisher.connection_count >= subscribers, 60, lambda: f"{name}: {self.output}")
@@ -62,6 +63,13 @@ class BothNodes:
         request = service_class._request_class(**values)
         clients = [self.node.client(f"/{side}/{service}", service_class) for side in SIDES]
         return [client.call(request, timeout_s=60.0) for client in clients]
+
+    def try_call(self, service: str, type_name: str, **values: Any) -> list[Any] | None:
+        """Like `call`, but return None if one of the nodes fails."""
+        try:
+            return self.call(service, type_name, **values)
+        except PiprosError:
+            return None
 
     def parameters(self) -> list[dict[str, Any]]:
         """Return the private parameters of both nodes."""

@@ -12,10 +12,12 @@ ROOM = Room(
         "amcl",
         "costmap_2d",
         "dwa_local_planner",
+        "geographic_msgs",
         "gmapping",
         "move_base",
         "navfn",
         "robot_localization",
+        "uuid_msgs",
     ),
     extras={"navigation": ("pipros[vision]",)},
 )
