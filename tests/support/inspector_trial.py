@@ -1,7 +1,7 @@
 """The command line of the inspector of the Model Context Protocol, as a client of `pipros mcp`.
 
-`python -m tests.support.inspector_trial` installs Node.js from PyPI and the inspector from npm into a new folder,
-and lists and calls tools over both transports, with a policy. It exits with 1 if an answer is wrong.
+`python -m tests.support.inspector_trial` installs Node.js from PyPI and the inspector from npm into a new
+folder, and lists and calls tools over both transports, with a policy. It exits with 1 if an answer is wrong.
 `script/long inspector` runs it.
 """
 
@@ -54,7 +54,7 @@ class Inspector:
 
 
 def run(command: Sequence[str], variables: Mapping[str, str] | None = None) -> str:
-    """Return the output of a command, which must succeed or, for the inspector, report the error of a tool."""
+    """Return the output of a command, which must succeed, or report the error of a tool."""
     done = subprocess.run(
         list(command), env=variables, capture_output=True, text=True, timeout=LIMIT_S, check=False
     )
