@@ -36,8 +36,7 @@ class Kind(Enum):
     RECORD = "recordings"
 
 
-RUNS: Final = (Kind.LAUNCH, Kind.RECORD)
-"""Acts that start a program, which ends by itself after the time limit."""
+RUNS: Final = (Kind.LAUNCH, Kind.RECORD)  # acts that start a program, which ends after the time limit
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,10 +168,12 @@ class Policy:
     """A policy. Acts that no rule names are refused.
 
     Attributes:
+        file, text: the name and the content of the file.
         actions: names and types of the actions, whose goal and cancel topics are in `rules`.
     """
 
     file: str
+    text: str
     rules: Mapping[tuple[Kind, str], ActRule]
     conditions: Mapping[str, Condition] = field(default_factory=dict)
     actions: Mapping[str, str] = field(default_factory=dict)

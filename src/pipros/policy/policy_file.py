@@ -51,17 +51,16 @@ def parse_policy(text: str, file: str) -> Policy:
         top = Settings.parsed(text, file)
     except YamlError as error:
         raise BadSettings(str(error)) from None
-    return _Reader(top, file).policy()
+    return _Reader(top, file).policy(text)
 
 
 class _Reader:
     """Reads one file."""
 
     def __init__(self, top: Settings, file: str) -> None:
-        self._top = top
-        self._file = file
+        self._top, self._file = top, file
 
-    def policy(self) -> Policy:
+    def policy(self, text: str) -> Policy:
         self._top.only([*(kind.value for kind in Kind), "actions", "conditions"])
         conditions = {each.name: each for each in self._conditions()}
         rules: dict[tuple[Kind, str], ActRule] = {}
@@ -84,7 +83,7 @@ class _Reader:
                     f"reads {condition.topic}, which clients may publish. Remove one of the two",
                 )
         types = {key: actions.section(key).text("type") for key in actions.values}
-        return Policy(self._file, rules, conditions, types)
+        return Policy(self._file, text, rules, conditions, types)
 
     def _names(self, section: Settings) -> Iterator[str]:
         for key in section.values:

@@ -28,7 +28,7 @@ from pipros.policy.model import ActRefused
 MINUTE_S: Final = 60.0
 ONCE, FOR_A_MINUTE, REFUSE = VERDICTS = ("once", "minute", "refuse")
 KEPT: Final = 100
-"""Maximum number of acts that are kept to be shown."""
+"""Maximum number of acts that are kept to be shown, and of refused ones."""
 MOST_PROGRAMS: Final = 20
 """Maximum number of programs whose acts are shown."""
 _FOLDER: Final = "approvals"
@@ -76,6 +76,7 @@ class Approvals:
         self._waiting: dict[str, _Waiting] = {}
         self._granted: dict[tuple[Hashable, str, str], float] = {}
         self._acts: deque[Mapping[str, Any]] = deque(maxlen=KEPT)
+        self._refused: deque[Mapping[str, Any]] = deque(maxlen=KEPT)
         self._changed = threading.Condition()
         self._server = LocalServer(_FOLDER, self.answer)
 
@@ -133,9 +134,9 @@ class Approvals:
         return waiting.verdict
 
     def note(self, act: Mapping[str, Any]) -> None:
-        """Keep an act, to show it."""
+        """Keep an act, to show it. Refused acts do not displace others."""
         with self._changed:
-            self._acts.appendleft(act)
+            (self._refused if act.get("outcome") == "refused" else self._acts).appendleft(act)
 
     def answer(self, request: Any) -> Mapping[str, Any]:
         """Return the response to a request of another program.
@@ -158,7 +159,7 @@ class Approvals:
                     }
                     for identity, each in self._waiting.items()
                 ]
-                return {"master": self._master, "waiting": waiting, "acts": list(self._acts)}
+                return {"master": self._master, "waiting": waiting, "acts": [*self._acts, *self._refused]}
             if wanted != "answer" or request["verdict"] not in VERDICTS:
                 raise PiprosError(f"do must be list, or answer with one of {', '.join(VERDICTS)}")
             found = self._waiting.get(request["id"])

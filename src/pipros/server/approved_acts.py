@@ -162,7 +162,7 @@ class ApprovedActs:
             Unreachable: the master does not answer.
         """
         system = self.system()
-        text = json.dumps(safe(values), ensure_ascii=False)
+        text = json.dumps(safe(values))  # in ASCII, because other letters look alike
         name = ", ".join(each.name for each in acts)
         with self._logged(tool, name, text) as note:
             rules = [system.gate.preview(each) for each in acts]

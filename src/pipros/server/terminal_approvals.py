@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import os
 import select
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.hidden_text import safe_text
 from pipros.server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, waiting_acts
 
 KEYS: Final = {"y": ONCE, "m": FOR_A_MINUTE, "n": REFUSE}
 POLL_S: Final = 0.5
-LONGEST: Final = 20_000
-"""Maximum number of characters of one value that is shown; programs refuse longer acts."""
+LINE_BYTES: Final = 1000
+"""Maximum length of a typed line; the rest counts as another one."""
 
 
 def ask_humans(
@@ -48,7 +49,10 @@ def ask_humans(
 
 
 def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
-    """Return an act as lines, whose texts cannot imitate other lines."""
+    """Return an act as lines, whose texts cannot imitate other lines, not even where a terminal breaks them.
+
+    Letters outside ASCII are shown as escapes, because some look like others, and their widths differ.
+    """
     rows = {
         "tool": act["tool"],
         "name": act["name"],
@@ -57,7 +61,13 @@ def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
         "master": program["master"],
         "process": program["process"],
     }
-    return "\n".join(f"  {name:8}{safe_text(str(value), LONGEST)}" for name, value in rows.items())
+    width = max(shutil.get_terminal_size().columns - 11, 20)
+    lines: list[str] = []
+    for name, value in rows.items():
+        text = ascii(str(value))[1:-1].replace("\\'", "'").replace("\\\\", "\\")
+        parts = [text[at : at + width] for at in range(0, len(text), width)] or [""]
+        lines += [f"  {name if not at else '':8}{part}" for at, part in enumerate(parts)]
+    return "\n".join(lines)
 
 
 def _acts(found: list[Mapping[str, Any]]) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
@@ -78,10 +88,10 @@ def _read_verdict(
         prompt = f"{remaining_s:3.0f} s left. y: once, m: for a minute, n: refuse > "
         print(f"\r{prompt}", end="", flush=True)
         if select.select([sys.stdin], [], [], 1.0)[0]:
-            line = sys.stdin.readline()
+            line = os.read(sys.stdin.fileno(), LINE_BYTES)  # without a buffer, which could hold another line
             if not line:
                 return None
-            if verdict := KEYS.get(line.strip().lower()):
+            if verdict := KEYS.get(line.decode("utf-8", "replace").strip().lower()):
                 return verdict
         known = {each["id"] for other, each in _acts(find()) if other["process"] == program["process"]}
         if remaining_s <= 0 or act["id"] not in known:
@@ -90,5 +100,5 @@ def _read_verdict(
 
 def _discard_typed() -> None:
     """Discard lines that were typed before the act was shown, which they cannot approve."""
-    while select.select([sys.stdin], [], [], 0.0)[0] and sys.stdin.readline():
+    while select.select([sys.stdin], [], [], 0.0)[0] and os.read(sys.stdin.fileno(), LINE_BYTES):
         pass

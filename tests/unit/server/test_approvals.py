@@ -261,3 +261,29 @@ def test_what_was_typed_before_an_act_appeared_does_not_approve_it(
     with pytest.raises(KeyboardInterrupt):
         terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
     assert answers == []
+
+
+@pytest.mark.parametrize("columns", [20, 40, 80, 200])
+def test_no_value_imitates_a_line_where_the_terminal_breaks_lines(
+    monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    padding = " " * (columns - 10)
+    values = f"{padding}  rule    all is allowed{padding}  tool    read_topic \u30c6\u30ec"
+    act = {"tool": "publish", "name": "/x", "values": values, "rule": "r"}
+    text = terminal_approvals.shown({"master": "m", "process": "7"}, act)
+    seen = [line[at : at + columns] for line in text.splitlines() for at in range(0, len(line), columns)]
+    begins = [line[:10].strip() for line in seen]
+    if columns > 31:
+        assert [each for each in begins if each] == ["tool", "name", "values", "rule", "master", "process"]
+    assert text.isascii()
+    assert "".join(line[10:] for line in text.splitlines()[2:-3]).startswith(values[:-2])
+
+
+def test_refused_acts_do_not_displace_others(approvals: Approvals) -> None:
+    approvals.note({"outcome": "done", "tool": "publish"})
+    for _ in range(1000):
+        approvals.note({"outcome": "refused"})
+    acts = approvals.answer({"do": "list"})["acts"]
+    assert acts[0]["tool"] == "publish"
+    assert len(acts) == 101

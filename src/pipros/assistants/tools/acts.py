@@ -18,8 +18,6 @@ from pipros.assistants.robot import Robot
 from pipros.assistants.tools.arguments import Cursor, Name
 from pipros.assistants.tools.packages import launch_file
 from pipros.assistants.values import shown, whole
-from pipros.basics.input_file import read_text
-from pipros.basics.limits import process_limits
 from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.graph.service_call import ServiceCaller
 from pipros.graph.system_state import SystemState
@@ -52,8 +50,7 @@ class ActTools:
     def read_policy(self, cursor: Cursor = 0) -> Answer:
         """Show the policy, a YAML file of the user, line by line: what the tools that act may do, with which
         values, how often, and what stops it. Everything else is refused."""
-        text = read_text(self._acts.policy.file, process_limits().policy_file_bytes)
-        return Answer(text.splitlines())
+        return Answer(self._acts.policy.text.splitlines())
 
     def publish(
         self,
