@@ -21,6 +21,7 @@ from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.server.approvals import answer_act, waiting_acts
+from pipros.server.guardian_process import REPETITIONS
 from tests.graph.test_assistant_command import TOKEN, over_http
 from tests.support.assistants import LocalAssistant, call, run
 from tests.support.nodes import Inbox, MakeNode
@@ -173,6 +174,28 @@ def test_nodes_and_recordings_end_when_the_server_is_killed(
     server.kill()
     wait_until(lambda: "/talker" not in nodes() and "/record" not in nodes())
     wait_until(lambda: [each.suffix for each in (system.home / "bags").iterdir()] == [".bag"])
+
+
+def test_a_robot_stops_when_the_server_is_killed_during_an_act(serve: Serve, robot: Node) -> None:
+    driven = Inbox()
+    robot.subscribe("/cmd_vel", Twist, driven)
+    server, port = serve()
+
+    async def drive(client: Any) -> None:
+        await call(client, "publish", **DRIVE, seconds=10)
+
+    def ask() -> None:
+        with contextlib.suppress(BaseException):  # the connection ends
+            run(over_http(port), drive)
+
+    thread = threading.Thread(target=ask)
+    with human():
+        thread.start()
+        driven.wait(3)
+        server.kill()
+    wait_until(lambda: [message.linear.x for message in driven.messages].count(0.0) == REPETITIONS)
+    assert driven.messages[-1].linear.x == 0.0
+    thread.join()
 
 
 def test_the_policy_in_force_is_that_of_the_start(serve: Serve, system: RosSystem, robot: Node) -> None:

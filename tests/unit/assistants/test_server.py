@@ -31,8 +31,6 @@ ARGUMENTS = st.one_of(
     st.text(max_size=20),
     st.lists(st.text()),
 )
-QUICK = {"list_packages", "list_launch_files", "read_launch_file", "list_bags", "read_bag", "show_definition"}
-"""Tools that fail fast without a master; the schemas of all others have the same kinds of fields."""
 
 
 @pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.name)
@@ -74,14 +72,18 @@ def test_the_texts_of_errors_and_notes_have_no_values() -> None:
     assert found > 10
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.data())
-def test_wrong_arguments_are_refused_as_the_schema_says(data: st.DataObject) -> None:
-    tool = data.draw(st.sampled_from([tool for tool in TOOLS if tool.name in QUICK]))
+@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: tool.name)
+@settings(deadline=None, max_examples=8, suppress_health_check=[HealthCheck.too_slow])
+@given(data=st.data())
+def test_wrong_arguments_are_refused_as_the_schema_says(tool: Any, data: st.DataObject) -> None:
+    """Without a master, all tools but the doctor end at once."""
     names = list(tool.input_schema["properties"])
     arguments = {name: data.draw(ARGUMENTS) for name in names if data.draw(st.booleans())}
+    is_valid = jsonschema.Draft202012Validator(tool.input_schema).is_valid(arguments)
+    if is_valid and tool.name == "doctor":
+        return
     text, is_error = LOCAL.reply(tool.name, arguments)
-    if jsonschema.Draft202012Validator(tool.input_schema).is_valid(arguments):
+    if is_valid:
         assert text.startswith("{"), "the tool itself answers"
     elif not text.startswith("{"):
         assert is_error
