@@ -110,6 +110,9 @@ def test_filters_give_the_same_points(plain_ros: RosSystem, genuine: Side) -> No
             both.publish("/cloud", cloud)
             both.publish("/indices", indices_class(cloud.header, indices.tolist()))
 
+        for name in ("default", "box", "indices", "outliers", "coarse"):
+            mine, his = both.settings(name)
+            assert mine == his, name
         both.warm_up(lambda: publish(0, chosen[0]))
         for index, indices in enumerate(chosen):
             publish(index, indices)
@@ -158,6 +161,9 @@ def test_the_same_planes_and_clusters_are_found(plain_ros: RosSystem, genuine: S
             columns = dict(zip("xyz", points.astype(np.float32).T, strict=True))
             both.publish("/cloud", cloud_of(both.next_header("lidar"), columns, 16))
 
+        for name in ("plane", "points"):
+            mine_settings, his_settings = both.settings(name)
+            assert mine_settings == his_settings
         both.warm_up(publish)
         publish()
         for name in ("plane", "unrefined"):

@@ -91,6 +91,8 @@ def test_depth_images_become_the_same_scans(plain_ros: RosSystem) -> None:
         inputs = {"image": "/cam/image"}
         for name, parameters in DEPTHS.items():
             both.add(name, DepthToScanNode, [program], parameters, inputs, SCAN)
+        mine, his = both.settings("default")
+        assert mine == his
         both.expect("/cam/camera_info", 2 * len(DEPTHS))
         for index in range(8):
             image, info = depth_image(both, index, numbers)

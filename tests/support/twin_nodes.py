@@ -141,6 +141,31 @@ class Twins:
         ours, genuine = map(self._since_mark, inboxes)
         return ours, genuine
 
+    def settings(self, name: str) -> list[dict[str, Any]]:
+        """Return the settings of dynamic_reconfigure in a namespace of both sides.
+
+        The values are type, level, minimum, maximum and default, by the name of the setting.
+        """
+        found = []
+        for side in SIDES:
+            inbox = Inbox()
+            kind = load_message_class("dynamic_reconfigure/ConfigDescription")
+            handle = self.node.subscribe(f"/{side}/{name}/parameter_descriptions", kind, inbox)
+            message = inbox.wait()[0]
+            handle.unregister()
+            values = [
+                {each.name: each.value for part in config.__slots__[:4] for each in getattr(config, part)}
+                for config in (message.min, message.max, message.dflt)
+            ]
+            (group,) = message.groups
+            found.append(
+                {
+                    each.name: (each.type, each.level, *(part.get(each.name) for part in values))
+                    for each in group.parameters
+                }
+            )
+        return found
+
     def close(self) -> None:
         for node in self._nodes:
             node.shutdown()

@@ -23,16 +23,20 @@ from pipros.node.roscpp_program import roscpp_program
 
 FAILED: Final = 255
 _WAIT_S: Final = 3.0
+_POLL_S: Final = 0.05
 
 
 @exits_after_ctrl_c()
 def pcd_to_pointcloud(argv: Sequence[str] | None = None) -> int:
-    """Publish the cloud of a file on `cloud_pcd`, once or periodically. Return the exit code."""
+    """Publish the cloud of a file on `cloud_pcd` for its first subscriber, then periodically if requested.
+
+    Return the exit code.
+    """
     with roscpp_program("pcd_to_pointcloud", "pcl_ros", argv) as (node, log):
         words = node.identity.arguments.rest
         name = words[0] if words else private(node, "file_name", "")
         try:
-            interval_s = float(words[1]) if len(words) > 1 else private(node, "interval", 0.0)
+            interval_s = _seconds(words[1]) if len(words) > 1 else private(node, "interval", 0.0)
             if not name:
                 raise InvalidPcd("the file must be given: pcd_to_pointcloud FILE [INTERVAL], or ~file_name")
             cloud, _ = parse(read_file(name))
@@ -41,19 +45,26 @@ def pcd_to_pointcloud(argv: Sequence[str] | None = None) -> int:
             log.critical("cannot load the cloud in [%s]: %s", name, reason)
             return FAILED
         cloud.header.frame_id = private(node, "frame_id", "base_link")
-        output = node.advertise("cloud_pcd", type(cloud), queue_size=1, latch=private(node, "latch", False))
+        is_latched = private(node, "latch", False)
+        output = node.advertise("cloud_pcd", type(cloud), queue_size=1, latch=is_latched)
         log.info("%d points from %s on %s", cloud.width * cloud.height, name, output.topic)
-        if interval_s <= 0:
-            while not output.connection_count and not private(node, "latch", False):
-                if node.wait_for_shutdown(0.05):
-                    return 0
-            _publish(node, output, cloud)
-            node.wait_for_shutdown()
-            return 0
+        while not (is_latched or output.connection_count):
+            if node.wait_for_shutdown(_POLL_S):
+                return 0
         _publish(node, output, cloud)
-        while not node.wait_for_shutdown(interval_s):
-            _publish(node, output, cloud)
+        if interval_s <= 0:
+            node.wait_for_shutdown()
+        else:
+            while not node.wait_for_shutdown(interval_s):
+                _publish(node, output, cloud)
     return 0
+
+
+def _seconds(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidPcd(f"INTERVAL must be a number of seconds, got {text}") from None
 
 
 def _publish(node: Node, output: Any, cloud: Any) -> None:

@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable
 from typing import Any, Final
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
 from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.extras import tree_of
 
@@ -101,13 +99,9 @@ def clusters(points: Any, tolerance: float, smallest: int, largest: int) -> list
 
 def _labels(points: Any, tolerance: float) -> Any:
     tree = tree_of(points, "pcl/EuclideanClusterExtraction")
-    try:
-        from scipy.sparse import coo_matrix
-        from scipy.sparse.csgraph import connected_components
-    except ImportError as error:
-        raise MissingExtra(
-            f"clusters of points need scipy. Try: {install_command('perception')}", name=error.name
-        ) from error
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     count = len(points)
     total = np.cumsum(tree.query_ball_point(points, tolerance, return_length=True))
     labels, start = np.arange(count), 0

@@ -64,7 +64,7 @@ class ScanChain:
         def apply(values: Mapping[str, Any], _: int) -> None:
             if is_ready:
                 with self._lock:
-                    one.values = values
+                    one.values = {**one.values, **values}
                     one.changed()
 
         server = Reconfigurable(self.node, f"~{one.name}", one.settings, apply)

@@ -42,6 +42,7 @@ class ScanFilter:
 
     Attributes:
         settings: its parameters with their defaults. Clients can change them if `is_reconfigurable`.
+        fixed: parameters that clients cannot change.
         required: names of the parameters that must be given.
         from_server: names of settings whose value in a chain's description has no effect: that of the
             filter's namespace on the parameter server counts.
@@ -49,6 +50,7 @@ class ScanFilter:
     """
 
     settings: ClassVar[tuple[Setting, ...]] = ()
+    fixed: ClassVar[tuple[Setting, ...]] = ()
     required: ClassVar[tuple[str, ...]] = ()
     from_server: ClassVar[tuple[str, ...]] = ()
     is_reconfigurable: ClassVar[bool] = False
@@ -60,7 +62,9 @@ class ScanFilter:
             InvalidFilter: one is missing or invalid.
         """
         self.name, self.place = name, place
-        self.values: Mapping[str, Any] = {each.name: typed(params, each) for each in self.settings}
+        self.values: Mapping[str, Any] = {
+            each.name: typed(params, each) for each in (*self.settings, *self.fixed)
+        }
         for each in self.required:
             if not is_given(params, each, self._default(each)):
                 raise InvalidFilter(
@@ -83,7 +87,8 @@ class ScanFilter:
         raise NotImplementedError
 
     def _default(self, name: str) -> Any:
-        return next((each.default for each in self.settings if each.name == name), 0.0)
+        described = (*self.settings, *self.fixed)
+        return next((each.default for each in described if each.name == name), 0.0)
 
 
 def is_given(params: Mapping[str, Any], name: str, default: Any) -> bool:

@@ -49,8 +49,9 @@ class ShadowsFilter(ScanFilter):
         steepest = abs(np.tan(np.float32(np.radians(given["min_angle"]))))
         flattest = -abs(np.tan(np.float32(np.radians(given["max_angle"]))))
         is_start = np.zeros(len(ranges), bool)
+        window, around = (min(given[name], len(ranges)) for name in ("window", "neighbors"))
         with np.errstate(all="ignore"):
-            for by in range(-given["window"], given["window"] + 1):
+            for by in range(-window, window + 1):
                 if by == 0:
                     continue
                 other, angle = _shifted(ranges, by), np.float32(by) * np.float32(scan.angle_increment)
@@ -60,7 +61,7 @@ class ShadowsFilter(ScanFilter):
                 is_start |= ((tangent > 0) & (tangent < steepest)) | (~(tangent > 0) & (tangent > flattest))
             removed = is_start & given["remove_shadow_start_point"]
             starts = np.where(is_start, ranges, np.nan)
-            for by in range(-given["neighbors"], given["neighbors"] + 1):
+            for by in range(-around, around + 1):
                 removed |= _shifted(starts, by) < ranges
         return scan.without(removed)
 

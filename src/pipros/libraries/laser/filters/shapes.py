@@ -78,11 +78,11 @@ class PolygonFilter(ShapeFilter):
     """
 
     settings = (
-        Setting("polygon", ""),
-        Setting("polygon_frame", ""),
+        Setting("polygon", "[]"),
         Setting("invert", False),
         Setting("polygon_padding", 0.0, 0.0, 100.0),
     )
+    fixed = (Setting("polygon_frame", ""),)
     required = ("polygon_frame",)
     is_reconfigurable = True
 
@@ -108,7 +108,7 @@ class PolygonFilter(ShapeFilter):
 class StaticPolygonFilter(PolygonFilter):
     """Like `PolygonFilter`, but transforms the polygon once, and judges the beams in the scan's plane."""
 
-    settings = (*PolygonFilter.settings, Setting("transform_timeout", 5.0, 0.0))  # type: ignore[assignment]
+    fixed = (*PolygonFilter.fixed, Setting("transform_timeout", 5.0))  # type: ignore[assignment]
 
     def changed(self) -> None:
         super().changed()
