@@ -1,0 +1,286 @@
+#!/usr/bin/env python3
+"""Processor time of nodes for images, of pipros and the genuine ones of Debian in one run.
+
+    benchmarks/perception.py [--only rectify,cloud,chain] [--seconds 10]
+
+A row is one node, or a chain of nodes. The benchmark publishes the inputs at a fixed rate, subscribes to the
+last output, and reads the processor time of the nodes' processes from /proc. Chains run in one manager, and
+with one process for each nodelet. The relays pass on the pixels that they receive, so their row is the cost
+of handing messages over.
+"""
+
+import argparse
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import xmlrpc.client
+from pathlib import Path
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
+from pipros.launch.roscore import Core
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.support.pictures_of_cameras import camera_info, depths, image, picture
+
+COMMANDS = {
+    "pipros": [str(Path(sys.executable).parent / "rosrun"), "nodelet", "nodelet"],
+    "genuine": ["/usr/lib/nodelet/nodelet"],
+}
+TICKS = os.sysconf("SC_CLK_TCK")
+WARM_UP_S = 1.5
+RELAY = """
+import copy
+from pipros.msg import load_message_class
+
+class Relay:
+    def __init__(self, node):
+        kind = load_message_class("{}")
+        output = node.advertise("out", kind, queue_size=10)
+        node.subscribe("in", kind, lambda m: output.publish(copy.copy(m)), queue_size=10, zero_copy=True)
+"""
+
+
+def cpu_s(pid):
+    """Return the processor time that a process has used."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+class Bench:
+    """A master, a node that publishes inputs and receives outputs, and the processes that are measured."""
+
+    def __init__(self, seconds):
+        self.seconds = seconds
+        self.folder = Path(tempfile.mkdtemp(prefix="perception-"))
+        self.processes = []
+        port = 20000 + os.getpid() % 20000
+        environment = Environment(master_uri=f"http://127.0.0.1:{port}", ros_home=self.folder)
+        self.variables = {"ROS_MASTER_URI": environment.master_uri, "ROS_HOME": str(self.folder)}
+        self.core = Core(run_id="perception", environment=environment, port=port)
+        self.core.start_master()
+        self.node = Node("bench", environment=environment)
+        self.node.start()
+
+    def row(self, name, side, nodelets, inputs, output, rate_hz, *, shares_process=True):
+        """Start nodelets, measure them, print a row, and return the processor time per output.
+
+        Args:
+            nodelets: plugin and remappings by name.
+            inputs: returns the message of each topic for a number.
+            output: the last topic, and its type.
+            shares_process: whether all are in one process.
+        """
+        if shares_process and len(nodelets) > 1:
+            self._start(side, "manager", "__name:=manager")
+            pids = [self._pid_of("/manager")]
+            load = load_service_class("nodelet/NodeletLoad")
+            client = self.node.client("/manager/load_nodelet", load)
+            client.wait_until_available(60, pause=time.sleep, report=print)
+            for each, (plugin, moved) in nodelets.items():
+                client.call(load._request_class(f"/{each}", plugin, [*moved], [*moved.values()], [], ""))
+        else:
+            for each, (plugin, moved) in nodelets.items():
+                remappings = [f"{old}:={new}" for old, new in moved.items()]
+                self._start(side, "standalone", plugin, f"__name:={each}", *remappings)
+            pids = [self._pid_of(f"/{each}") for each in nodelets]
+        used_s, took_s, received = self._measure(pids, inputs, *output, rate_hz)
+        each_ms = used_s / max(received, 1) * 1e3
+        print(
+            f"| {name}, {rate_hz} Hz | {side} | {used_s / took_s:.1%} | {each_ms:.2f} ms | "
+            f"{received / took_s:.1f} Hz |",
+            flush=True,
+        )
+        self._end_processes()
+        return each_ms
+
+    def _start(self, side, *arguments):
+        variables = {**os.environ, **self.variables, "PYTHONPATH": str(self.folder / "site")}
+        if side == "genuine":
+            variables = {"PATH": "/usr/bin:/bin", "ROS_PACKAGE_PATH": "/usr/share", "ROS_IP": "127.0.0.1"}
+            variables |= {**self.variables, "HOME": str(self.folder)}
+        quiet = subprocess.DEVNULL
+        command = [*COMMANDS[side], *arguments]
+        self.processes.append(subprocess.Popen(command, env=variables, stdout=quiet, stderr=quiet))
+
+    def _measure(self, pids, inputs, output, kind, rate_hz):
+        """Return the processor time of the processes, the duration, and the number of outputs."""
+        count, lock = 0, threading.Lock()
+
+        def on_output(_):
+            nonlocal count
+            with lock:
+                count += 1
+
+        subscriber = self.node.subscribe(output, load_message_class(kind), on_output, queue_size=100)
+        publishers = {
+            topic: self.node.advertise(topic, type(message), queue_size=5)
+            for topic, message in inputs(0).items()
+        }
+        self._wait(lambda: all(each.connection_count for each in publishers.values()), "the inputs")
+
+        def run(seconds, number):
+            began = due = time.monotonic()
+            while due - began < seconds:
+                for topic, message in inputs(number).items():
+                    publishers[topic].publish(message)
+                number += 1
+                due += 1 / rate_hz
+                time.sleep(max(0.0, due - time.monotonic()))
+            return number, time.monotonic() - began
+
+        number, _ = run(WARM_UP_S, 1)
+        before, begun = sum(map(cpu_s, pids)), count
+        _, took_s = run(self.seconds, number)
+        result = sum(map(cpu_s, pids)) - before, took_s, count - begun
+        for each in (subscriber, *publishers.values()):
+            each.unregister()
+        return result
+
+    def _pid_of(self, name):
+        """Return the process ID of a node, which may be a child of the process that was started."""
+        found = []
+
+        def asks():
+            # until it has started, the master may know an ended node of that name
+            with contextlib.suppress(PiprosError, OSError):
+                uri = self.node.master.lookup_node(name)
+                found.append(xmlrpc.client.ServerProxy(uri).getPid("/bench")[2])
+            return bool(found)
+
+        self._wait(asks, name)
+        return found[0]
+
+    def _wait(self, is_reached, what):
+        end = time.monotonic() + 60
+        while not is_reached():
+            if time.monotonic() > end:
+                raise SystemExit(f"waited too long for {what}")
+            time.sleep(0.02)
+
+    def _end_processes(self):
+        for each in self.processes:
+            each.send_signal(signal.SIGINT)
+        for each in self.processes:
+            try:
+                each.wait(5)
+            except subprocess.TimeoutExpired:
+                each.kill()
+                each.wait()
+        self.processes.clear()
+
+    def close(self):
+        self._end_processes()
+        self.node.shutdown()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def stamped(number, info_topic, **images):
+    """Return images with the stamp of a camera's calibration, and the calibration, by topic."""
+    info = camera_info(number)
+    for each in images.values():
+        each.header.stamp = info.header.stamp
+    return {f"/{topic.replace('__', '/')}": each for topic, each in images.items()} | {info_topic: info}
+
+
+def rectify(bench):
+    colors = image(picture(), "bgr8", 0)
+    for side in COMMANDS:
+        bench.row(
+            "image_proc/rectify",
+            side,
+            {"n": ("image_proc/rectify", {})},
+            lambda number: stamped(number, "/camera_info", image_mono=colors),
+            ("/image_rect", "sensor_msgs/Image"),
+            30,
+        )
+
+
+def cloud(bench):
+    colors, depth = image(picture(), "rgb8", 0), image(depths("16UC1"), "16UC1", 0)
+    for side in COMMANDS:
+        bench.row(
+            "depth_image_proc/point_cloud_xyzrgb",
+            side,
+            {"n": ("depth_image_proc/point_cloud_xyzrgb", {})},
+            lambda number: stamped(
+                number, "/rgb/camera_info", depth_registered__image_rect=depth, rgb__image_rect_color=colors
+            ),
+            ("/depth_registered/points", "sensor_msgs/PointCloud2"),
+            15,
+        )
+
+
+def both_ways(bench, name, side, *arguments):
+    """Print the rows of a chain in one process and in several, and the ratio of their costs."""
+    together = bench.row(f"{name} in one manager", side, *arguments)
+    apart = bench.row(f"{name} in {len(arguments[0])} processes", side, *arguments, shares_process=False)
+    print(f"| {name}: one manager / processes | {side} | | {together / apart:.2f} | |", flush=True)
+
+
+def chain(bench):
+    """Three nodelets that pass messages on, then debayer and rectify."""
+    info = bench.folder / "site" / "relays-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: relays\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        "[pipros.nodelets]\nrelays/image = relays_image:Relay\nrelays/twist = relays_twist:Relay\n"
+    )
+    topics = ["/a", "/b", "/c", "/d"]
+    pixels, twist = image(picture(), "bgr8", 0), load_message_class("geometry_msgs/Twist")()
+    for name, message, rate_hz in (("image", pixels, 30), ("twist", twist, 200)):
+        (info.parent / f"relays_{name}.py").write_text(RELAY.format(type(message)._type))
+        nodelets = {
+            f"n{at}": (f"relays/{name}", {"/in": topics[at], "/out": topics[at + 1]}) for at in range(3)
+        }
+        inputs = {"/a": message}
+        output = "/d", type(message)._type
+        both_ways(
+            bench, f"3 relays of {name}", "pipros", nodelets, lambda _, kept=inputs: kept, output, rate_hz
+        )
+    raw = image(picture(1), "bayer_rggb8", 0)
+    for side in COMMANDS:
+        both_ways(
+            bench,
+            "debayer, rectify",
+            side,
+            {
+                "debayer": ("image_proc/debayer", {}),
+                "rectify": ("image_proc/rectify", {"/image_mono": "/image_color"}),
+            },
+            lambda number: stamped(number, "/camera_info", image_raw=raw),
+            ("/image_rect", "sensor_msgs/Image"),
+            30,
+        )
+
+
+ROWS = {"rectify": rectify, "cloud": cloud, "chain": chain}
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", default=",".join(ROWS))
+    parser.add_argument("--seconds", type=float, default=10.0)
+    options = parser.parse_args()
+    bench = Bench(options.seconds)
+    print("| 640 x 480 pixels | node | of a core | per output | outputs |")
+    print("| --- | --- | ---: | ---: | ---: |", flush=True)
+    try:
+        for name in options.only.split(","):
+            ROWS[name](bench)
+    finally:
+        bench.close()
+
+
+if __name__ == "__main__":
+    main()
