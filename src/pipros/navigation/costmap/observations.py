@@ -107,7 +107,8 @@ def scan_points(scan: Any, *, is_infinity_valid: bool = False) -> Points3D:
     ranges = np.asarray(scan.ranges, np.float32)
     if is_infinity_valid:
         ranges = np.where(np.isposinf(ranges), np.float32(scan.range_max) - np.float32(0.0001), ranges)
-    angles = scan.angle_min + np.arange(len(ranges)) * scan.angle_increment
+    with np.errstate(all="ignore"):  # angles that are not finite give no point
+        angles = scan.angle_min + np.arange(len(ranges)) * scan.angle_increment
     chosen = (ranges < scan.range_max) & (ranges >= scan.range_min) & np.isfinite(angles)
     points = np.zeros((int(chosen.sum()), 3), np.float32)
     points[:, 0] = ranges[chosen] * np.cos(angles[chosen])

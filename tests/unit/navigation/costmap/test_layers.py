@@ -102,6 +102,54 @@ def test_a_rolling_costmap_looks_into_a_turned_map() -> None:
     assert found == [pytest.approx((0.25, 0.65))]
 
 
+class Filled:
+    """A layer that sets all cells to a cost."""
+
+    name, is_enabled, is_current = "filled", True, True
+
+    def __init__(self, costmap: LayeredCostmap, cost: int) -> None:
+        self._costmap, self._cost = costmap, cost
+
+    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
+        bounds.touch(robot.x - 99.0, robot.y - 99.0)
+        bounds.touch(robot.x + 99.0, robot.y + 99.0)
+
+    def update_costs(self, window: Window) -> None:
+        self._costmap.grid.costs[window.slices] = self._cost
+
+    def footprint_changed(self) -> None: ...
+
+    def match_size(self) -> None: ...
+
+    def reset(self) -> None: ...
+
+
+def test_a_map_is_combined_by_maximum_and_kept_by_a_reset() -> None:
+    for is_rolling in (False, True):
+        costmap = LayeredCostmap(is_rolling=is_rolling)
+        costmap.resize(3, 1, 0.1, -0.1, -0.05)
+        layer = StaticLayer("static", costmap, StaticSettings(uses_maximum=True), lambda _: IDENTITY)
+        costmap.layers += [Filled(costmap, 100), layer]
+        costmap.update(ROBOT)
+        assert costmap.grid.costs.tolist() == [[100, 100, 100]]  # without a map
+        layer.set_map(map_message([[100, 0, -1]], x=-0.1, y=-0.05))
+        layer.reset()
+        costmap.update(ROBOT)
+        assert costmap.grid.costs.tolist() == [[254, 100, 255 if is_rolling else 100]]
+
+
+def test_a_map_without_a_transform_or_without_cells_changes_nothing() -> None:
+    costmap = LayeredCostmap(is_rolling=True)
+    costmap.resize(3, 1, 0.1, -0.1, -0.05)
+    unknown = StaticLayer("static", costmap, StaticSettings())
+    empty = StaticLayer("empty", costmap, StaticSettings(), lambda _: IDENTITY)
+    costmap.layers += [Filled(costmap, 100), unknown, empty]
+    unknown.set_map(map_message([[100, 100, 100]]))
+    empty.set_map(map_message(np.zeros((0, 0))))
+    costmap.update(ROBOT)
+    assert costmap.grid.costs.tolist() == [[100, 100, 100]]
+
+
 def obstacles(
     *sources: SourceSettings, clears_footprint: bool = False
 ) -> tuple[LayeredCostmap, ObstacleLayer]:
@@ -179,28 +227,6 @@ def test_observations_are_kept_for_their_time_and_within_the_limit() -> None:
     assert [each.stamp_ns for each in only_last.observations()] == [2]
 
 
-class Filled:
-    """A layer that sets all cells to a cost."""
-
-    name, is_enabled, is_current = "filled", True, True
-
-    def __init__(self, costmap: LayeredCostmap, cost: int) -> None:
-        self._costmap, self._cost = costmap, cost
-
-    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
-        bounds.touch(robot.x - 99.0, robot.y - 99.0)
-        bounds.touch(robot.x + 99.0, robot.y + 99.0)
-
-    def update_costs(self, window: Window) -> None:
-        self._costmap.grid.costs[window.slices] = self._cost
-
-    def footprint_changed(self) -> None: ...
-
-    def match_size(self) -> None: ...
-
-    def reset(self) -> None: ...
-
-
 @pytest.mark.parametrize(("combination", "expected"), [(0, 0), (1, 200), (99, 200)])
 def test_costs_are_combined_with_those_of_earlier_layers(combination: int, expected: int) -> None:
     costmap, layer = obstacles(SCANNER, clears_footprint=True)
@@ -228,6 +254,28 @@ def test_a_cleared_area_is_computed_again() -> None:
     assert not np.any(costmap.grid.costs == LETHAL)
     layer.reset()
     assert not np.any(layer.grid.costs)
+
+
+def test_an_inflation_of_radius_0_does_nothing_and_reset_keeps_it() -> None:
+    costmap, _ = static(np.array([[100, 0, 0]]))
+    inflation = InflationLayer("inflation", costmap)
+    costmap.layers.append(inflation)
+    costmap.set_footprint(circle(0.11))
+    for radius, expected in ((0.0, [254, 0, 0]), (0.1, [254, 253, 0])):
+        inflation.configure(radius=radius, scaling=1.0, inflate_unknown=False)
+        inflation.reset()
+        costmap.update(ROBOT)
+        assert costmap.grid.costs.tolist() == [expected]
+
+
+def test_inflation_of_a_long_map_with_tiny_cells_takes_little_memory() -> None:
+    costmap = LayeredCostmap()
+    costmap.resize(40_001, 1, 1e-30, 0.0, 0.0)
+    inflation = InflationLayer("inflation", costmap)
+    inflation.configure(radius=0.5, scaling=3.0, inflate_unknown=False)
+    costmap.grid.costs[0, 0] = LETHAL
+    inflation.update_costs(Window(0, 0, 40_001, 1))
+    assert np.count_nonzero(costmap.grid.costs == 253) == 40_000
 
 
 def inflated(cells: Any, inflate_unknown: bool = False) -> tuple[LayeredCostmap, StaticLayer]:

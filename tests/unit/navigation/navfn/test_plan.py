@@ -12,6 +12,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from pipros.navigation.navfn.path import Descent
 from pipros.navigation.navfn.plan import find_field, plan
 from pipros.navigation.navfn.potential import UNREACHED, crossing_costs
 
@@ -152,6 +153,19 @@ def test_unknown_cells_are_crossed_only_if_allowed() -> None:
 def test_the_border_cannot_be_crossed(start: tuple[int, int], goal: tuple[int, int]) -> None:
     path = plan(np.zeros((20, 20), np.uint8), start, goal)
     assert path == ([(5.0, 5.0)] if start == goal else [])
+
+
+def test_a_way_down_ends_where_it_cannot_go_on() -> None:
+    field = np.full((9, 9), 1e10, np.float32)
+    assert Descent(field).follow((4, 4), (1, 1), 100) == []  # no potential around
+    field[1:8, 1:8] = 500.0
+    assert Descent(field).follow((4, 4), (1, 1), 100) == []  # no slope
+    field[:] = np.arange(9) * 100 + 1000.0
+    assert Descent(field).follow((4, 4), (0, 4), 100) == []  # to the border, not to the start
+    field[:, 1] = 10.0
+    down = Descent(field).follow((6, 4), (1, 4), 100)
+    assert down[-1] == (1.0, 4.0)
+    assert Descent(field).follow((6, 4), (1, 4), len(down) - 1) == []  # too many points
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (2, 2), (3, 3)])
