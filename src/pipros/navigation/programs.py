@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 import sys
+from collections.abc import Callable
 from importlib import import_module
 
-from pipros.basics.errors import MissingExtra
+from pipros.basics.errors import Interrupted, MissingExtra
+from pipros.navigation.parameters import InvalidParameter
+from pipros.navigation.schedule import Schedule
+from pipros.node import Node
+from pipros.node.roscpp_program import roscpp_program
 
 
 def run_program(module: str, *arguments: str) -> int:
@@ -19,3 +25,19 @@ def run_program(module: str, *arguments: str) -> int:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
     return int(program.main(*arguments))
+
+
+def run_node(name: str, package: str, make: Callable[[Node, logging.Logger, Schedule], object]) -> int:
+    """Run a node until it is shut down; `make` connects it. Return 1 if a parameter is invalid."""
+    with roscpp_program(name, package) as (node, log):
+        schedule = Schedule(node)
+        try:
+            make(node, log, schedule)
+        except InvalidParameter as error:
+            log.critical("%s", error)
+            return 1
+        except Interrupted:
+            return 0
+        schedule.start()
+        node.wait_for_shutdown()
+    return 0

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-from pipros.basics.errors import Interrupted
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.frames import Frames
-from pipros.navigation.parameters import InvalidParameter
-from pipros.navigation.schedule import Schedule
-from pipros.node.roscpp_program import roscpp_program
+from pipros.navigation.programs import run_node
 
 
 @exits_after_ctrl_c()
 def main() -> int:
     """Run the node until it is shut down. Return 1 if a parameter is invalid."""
-    with roscpp_program("costmap_node", "costmap_2d") as (node, log):
-        schedule = Schedule(node)
-        try:
-            Costmap(node, log, Frames(node, log), schedule, "costmap")
-        except InvalidParameter as error:
-            log.critical("%s", error)
-            return 1
-        except Interrupted:
-            return 0
-        schedule.start()
-        node.wait_for_shutdown()
-    return 0
+    return run_node(
+        "costmap_node",
+        "costmap_2d",
+        lambda node, log, schedule: Costmap(node, log, Frames(node, log), schedule, "costmap"),
+    )

@@ -7,26 +7,23 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from pipros.basics.errors import Interrupted
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.messages import pose_of
-from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
+from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import FREE, CostGrid
 from pipros.navigation.costmap.layered import Pose2D
 from pipros.navigation.frames import Frames
 from pipros.navigation.navfn.plan import Field, find_field
-from pipros.navigation.navfn.potential import UNREACHED
-from pipros.navigation.parameters import InvalidParameter, read_parameters
+from pipros.navigation.navfn.potential import UNREACHED, Cell
+from pipros.navigation.parameters import read_parameters
+from pipros.navigation.plane import Poses
+from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
 from pipros.node import Node
-from pipros.node.roscpp_program import roscpp_program
 
-Poses = npt.NDArray[np.float64]
 _POTENTIAL_HEIGHT_M = 20.0
 
 
@@ -41,13 +38,11 @@ class NavfnPlanner:
         given = read_parameters(node, namespace)
         self._allow_unknown = given.boolean("allow_unknown", True)
         self._tolerance = given.number("default_tolerance", 0.0)
-        self._path: Any = load_message_class("nav_msgs/Path")
-        self._pose: Any = load_message_class("geometry_msgs/PoseStamped")
-        self._plans = node.advertise(f"{namespace}/plan", self._path, queue_size=1)
-        self._cloud: Any = load_message_class("sensor_msgs/PointCloud2")
+        self._plans = node.advertise(f"{namespace}/plan", load_message_class("nav_msgs/Path"), queue_size=1)
         self._potentials: Any = None
         if given.boolean("visualize_potential", False):
-            self._potentials = node.advertise(f"{namespace}/potential", self._cloud, queue_size=1)
+            cloud = load_message_class("sensor_msgs/PointCloud2")
+            self._potentials = node.advertise(f"{namespace}/potential", cloud, queue_size=1)
         self._service: Any = load_service_class("nav_msgs/GetPlan")
         node.serve(f"{namespace}/make_plan", self._service, self._on_make_plan)
 
@@ -75,7 +70,7 @@ class NavfnPlanner:
         field = find_field(seen.costs, first, last or (0, 0), allow_unknown=self._allow_unknown)
         poses = self._poses(seen, field, goal)
         if self._potentials is not None and self._potentials.connection_count:
-            self._potentials.publish(self._potential_cloud(seen, field, last or (0, 0)))
+            self._publish_potentials(seen, field, last or (0, 0))
         if poses is not None:
             self.publish_plan(poses[:-1])
         self.publish_plan(np.empty((0, 3)) if poses is None else poses)
@@ -115,77 +110,52 @@ class NavfnPlanner:
 
     def publish_plan(self, poses: Poses) -> None:
         """Publish a path, which may be empty."""
-        self._plans.publish(self._path_message(poses))
+        self._plans.publish(plane.path(poses, self._costmap.global_frame, self._now()))
 
-    def _path_message(self, poses: Poses) -> Any:
-        message = self._path()
-        self._stamp(message)
-        message.poses = self._stamped_poses(poses)
-        return message
+    def _now(self) -> Time:
+        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
 
-    def _stamped_poses(self, poses: Poses) -> list[Any]:
-        made = []
-        for x, y, yaw in poses.tolist():
-            pose = self._pose()
-            self._stamp(pose)
-            pose.pose.position.x, pose.pose.position.y = x, y
-            pose.pose.orientation.z, pose.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
-            made.append(pose)
-        return made
-
-    def _stamp(self, message: Any) -> None:
-        message.header.frame_id = self._costmap.global_frame
-        message.header.stamp = Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
-
-    def _potential_cloud(self, grid: CostGrid, field: Field, goal: tuple[int, int]) -> Any:
+    def _publish_potentials(self, grid: CostGrid, field: Field, goal: Cell) -> None:
         rows, columns = np.nonzero(field.values < UNREACHED)
         values = field.values[rows, columns]
-        points = np.empty((len(values), 4), np.float32)
-        points[:, 0] = grid.origin_x + (columns + field.window.x0) * grid.resolution
-        points[:, 1] = grid.origin_y + (rows + field.window.y0) * grid.resolution
-        points[:, 2] = values / max(field.potential(goal), 1.0) * _POTENTIAL_HEIGHT_M
-        points[:, 3] = values
-        message = self._cloud(height=1, width=len(points), point_step=16, row_step=16 * len(points))
-        self._stamp(message)
-        field_class: Any = load_message_class("sensor_msgs/PointField")
-        message.fields = [field_class(name, 4 * at, 7, 1) for at, name in enumerate(("x", "y", "z", "pot"))]
-        message.data, message.is_dense = points.tobytes(), True
-        return message
+        points = np.column_stack(
+            (
+                grid.origin_x + (columns + field.window.x0) * grid.resolution,
+                grid.origin_y + (rows + field.window.y0) * grid.resolution,
+                values / max(field.potential(goal), 1.0) * _POTENTIAL_HEIGHT_M,
+                values,
+            )
+        )
+        fields = ("x", "y", "z", "pot")
+        self._potentials.publish(plane.cloud(fields, points, self._costmap.global_frame, self._now()))
 
     # -- service -----------------------------------------------------------------
 
     def _on_make_plan(self, request: Any) -> Any:
-        response = self._service._response_class()
-        self._stamp(response.plan)
+        frame = self._costmap.global_frame
+        response = self._service._response_class(plane.path((), frame, self._now()))
         for name, pose in (("goal", request.goal), ("start", request.start)):
-            if pose.header.frame_id.lstrip("/") != self._costmap.global_frame:
+            if pose.header.frame_id.lstrip("/") != frame:
                 self._log.error(
-                    "the %s must be in the frame %s, got one in %s",
-                    name, self._costmap.global_frame, pose.header.frame_id,
-                )  # fmt: skip
+                    "the %s must be in the frame %s, got one in %s", name, frame, pose.header.frame_id
+                )
                 return response
         response.plan.poses = self.stamped_plan(request.start, request.goal)
         return response
 
     def stamped_plan(self, start: Any, goal: Any) -> list[Any]:
         """Plan between two `geometry_msgs/PoseStamped`, and return such poses; none if there is no path."""
-        poses = self.make_plan(flat(start.pose), flat(goal.pose))
+        poses = self.make_plan(*(Pose2D(*plane.flat_message(each.pose)) for each in (start, goal)))
         if poses is None:
             return []
-        made = self._stamped_poses(poses)
+        made: list[Any] = plane.path(poses, self._costmap.global_frame, self._now()).poses
         made[-1].pose.orientation = goal.pose.orientation
         return made
 
 
-def flat(pose: Any) -> Pose2D:
-    """Return the position and the yaw of a `geometry_msgs/Pose`; a quaternion of zeros counts as yaw 0."""
-    q = pose.orientation
-    yaw = roll_pitch_yaw(pose_of(pose.position, q))[2] if any((q.x, q.y, q.z, q.w)) else 0.0
-    return Pose2D(pose.position.x, pose.position.y, yaw)
-
-
-def _serve_plans(node: Node, log: logging.Logger, costmap: Costmap) -> None:
+def _serve_plans(node: Node, log: logging.Logger, schedule: Schedule) -> None:
     """Offer what `navfn_node` has: plans from any pose to another, and from the robot to a goal."""
+    costmap = Costmap(node, log, Frames(node, log), schedule, "costmap")
     planner = NavfnPlanner(node, log, costmap, "~navfn_planner")
     service: Any = load_service_class("navfn/MakeNavPlan")
 
@@ -196,7 +166,7 @@ def _serve_plans(node: Node, log: logging.Logger, costmap: Costmap) -> None:
     def on_goal(message: Any) -> None:
         robot = costmap.robot_pose()
         if robot is not None:
-            planner.make_plan(robot, flat(message.pose))
+            planner.make_plan(robot, Pose2D(*plane.flat_message(message.pose)))
 
     node.serve("~make_plan", service, on_make_plan)
     node.subscribe("~goal", load_message_class("geometry_msgs/PoseStamped"), on_goal, queue_size=1)
@@ -205,16 +175,4 @@ def _serve_plans(node: Node, log: logging.Logger, costmap: Costmap) -> None:
 @exits_after_ctrl_c()
 def main() -> int:
     """Run `navfn_node` until it is shut down. Return 1 if a parameter is invalid."""
-    with roscpp_program("global_planner", "navfn") as (node, log):
-        schedule = Schedule(node)
-        try:
-            costmap = Costmap(node, log, Frames(node, log), schedule, "costmap")
-        except InvalidParameter as error:
-            log.critical("%s", error)
-            return 1
-        except Interrupted:
-            return 0
-        _serve_plans(node, log, costmap)
-        schedule.start()
-        node.wait_for_shutdown()
-    return 0
+    return run_node("global_planner", "navfn", _serve_plans)
