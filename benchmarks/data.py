@@ -1,11 +1,12 @@
 """The time of tables of bags, of data sets, and of the loop of a policy.
 
-    python benchmarks/data.py [--only tables,loop] [--count 20000] [--rounds 5] [--minutes 5]
+    python benchmarks/data.py [--only tables,sets,large,loop] [--dir FOLDER] [--count 20000] [--minutes 5]
 
-`tables`: writes one bag with messages of four types, and reads each topic in three ways, by turns: as a
-table (`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, and in a loop that decodes with rosbags.
+`tables`: writes one bag with messages of four types, and reads each topic by turns: as a table
+(`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, in a loop that decodes with rosbags, and as pandas
+dataframes with both. Needs rosbags-dataframe and pandas.
 Prints the medians of the rounds. Processor time of this process counts, so that other work disturbs little.
-`loop`: see data_loop.py.
+`sets`, `large`, `loop`: see data_sets.py, data_large.py and data_loop.py.
 """
 
 from __future__ import annotations
@@ -18,8 +19,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import data_large
 import data_loop
+import data_sets
 from geometry_msgs.msg import TransformStamped
+from rosbags.dataframe import get_dataframe
+from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from sensor_msgs.msg import Imu, JointState, LaserScan
@@ -29,6 +34,21 @@ import rosbag
 import rospy
 from pipros.data import open_bags
 
+TOPICS = {
+    "/imu": [
+        f"{field}.{axis}"
+        for field, axes in (
+            ("orientation", "xyzw"),
+            ("angular_velocity", "xyz"),
+            ("linear_acceleration", "xyz"),
+        )
+        for axis in axes
+    ],
+    "/joint_states": ["name", "position", "velocity", "effort"],
+    "/scan": ["angle_min", "angle_max", "range_min", "range_max", "ranges", "intensities"],
+    "/tf": ["transforms"],
+}
+"""The fields that rosbags-dataframe is asked for."""
 GOALS = {"/imu": (2, 10), "/joint_states": (2, 10), "/scan": (2, 10), "/tf": (None, 5)}
 """Maximum of the ratio to a raw read, and minimum of that of rosbags."""
 
@@ -78,6 +98,19 @@ def with_rosbags(path: Path, topic: str) -> int:
     return count
 
 
+def as_dataframe(path: Path, topic: str) -> int:
+    with open_bags(path) as bags:
+        return len(bags.table(topic).to_pandas())
+
+
+def with_rosbags_dataframe(path: Path, topic: str) -> int:
+    with AnyReader([path]) as reader:
+        return len(get_dataframe(reader, topic, TOPICS[topic]))
+
+
+READERS = (as_table, raw, with_rosbags, as_dataframe, with_rosbags_dataframe)
+
+
 def measured(read: Callable[[Path, str], int], path: Path, topic: str) -> tuple[float, int]:
     start = time.process_time()
     count = read(path, topic)
@@ -88,6 +121,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=20_000, help="messages on /imu (default: %(default)s)")
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--gigabytes", type=float, default=20, help="of `large` (default: %(default)s)")
+    parser.add_argument("--dir", help="the folder for files of `sets` and `large`")
     parser.add_argument("--minutes", type=float, default=5, help="of each loop (default: %(default)s)")
     parser.add_argument("--only", default=",".join(PARTS), help="parts (default: %(default)s)")
     arguments = parser.parse_args()
@@ -100,10 +135,11 @@ def tables(arguments: argparse.Namespace) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.bag"
         write_bag(path, arguments.count)
-        print("| topic | messages | table | raw read | rosbags | table : raw read | rosbags : table |")
-        print("| --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+        print("| topic | messages | table | raw read | rosbags | to pandas | rosbags-dataframe ", end="")
+        print("| table : raw read | rosbags : table | rosbags-dataframe : table | : to pandas |")
+        print(f"| --- |{' ---: |' * 10}")
         for topic, (most, least) in GOALS.items():
-            times: dict[Any, list[float]] = {as_table: [], raw: [], with_rosbags: []}
+            times: dict[Any, list[float]] = {each: [] for each in READERS}
             counts = set()
             for round_number in range(arguments.rounds + 1):
                 for read, values in times.items():
@@ -112,15 +148,18 @@ def tables(arguments: argparse.Namespace) -> None:
                     if round_number:  # the first round imports modules
                         values.append(seconds)
             assert len(counts) == 1, counts
-            ours, plain, theirs = (statistics.median(values) for values in times.values())
+            ours, plain, theirs, pandas, others = (statistics.median(values) for values in times.values())
             goals = (f" (goal: {most})" if most else "", f" (goal: {least})")
-            figures = " | ".join(f"{1000 * each:.0f} ms" for each in (ours, plain, theirs))
+            figures = " | ".join(f"{1000 * each:.0f} ms" for each in (ours, plain, theirs, pandas, others))
             ratios = f"{ours / plain:.2f}{goals[0]} | {theirs / ours:.1f}{goals[1]}"
+            ratios += f" | {others / ours:.1f}{goals[1]} | {others / pandas:.1f}"
             print(f"| `{topic}` | {count:,} | {figures} | {ratios} |")
 
 
 PARTS: dict[str, Callable[[argparse.Namespace], object]] = {
     "tables": tables,
+    "sets": lambda arguments: data_sets.main(arguments.dir),
+    "large": lambda arguments: data_large.main(arguments.gigabytes, arguments.dir),
     "loop": lambda arguments: data_loop.main(arguments.minutes),
 }
 

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 BagPath = str | os.PathLike[str]
+_BATCHES = 8
+"""How many times `table_batch_bytes` a table in memory is read at once."""
 Counted = Callable[[int], None]
 """Called with the number of messages that have been read so far."""
 
@@ -122,7 +124,8 @@ class Bags:
         """
         limit = self._limits.table_bytes
         tables, left = [], limit
-        for part, table in self._tables(topic, start, end, every, datetimes, None):
+        batch = min(limit, _BATCHES * self._limits.table_batch_bytes)  # large ones need no copy at the end
+        for part, table in self._tables(topic, start, end, every, datetimes, None, batch):
             tables.append(table)
             left -= len(part.data)
             if left < 0:
@@ -151,7 +154,8 @@ class Bags:
         Memory is bounded by this limit, not by the size of the bags. See `table` for arguments and errors.
         `progress` is called after each batch.
         """
-        for _, table in self._tables(topic, start, end, every, datetimes, progress):
+        limit = self._limits.table_batch_bytes
+        for _, table in self._tables(topic, start, end, every, datetimes, progress, limit):
             yield table
 
     def asof(
@@ -204,12 +208,13 @@ class Bags:
         every: int,
         datetimes: bool,
         progress: Counted | None,
+        limit: int,
     ) -> Iterator[tuple[MessageGroup, Table]]:
         if every < 1:
             raise ValueError(f"every must be >= 1, got {every}")
         plan = self._plan(topic)
         done = 0
-        for part in self._parts(topic, ns_of(start), ns_of(end), every):
+        for part in self._parts(topic, ns_of(start), ns_of(end), every, limit):
             times = part.times
             try:
                 columns = decode(plan, part.data, np.cumsum(part.sizes), datetimes=datetimes)
@@ -233,13 +238,14 @@ class Bags:
         ((kind, _), (_, text)) = next(iter(found.items()))
         return plan_of(kind, text)
 
-    def _parts(self, topic: str, start: int | None, end: int | None, every: int) -> Iterator[MessageGroup]:
+    def _parts(
+        self, topic: str, start: int | None, end: int | None, every: int, limit: int
+    ) -> Iterator[MessageGroup]:
         """Yield the messages of a topic in batches. There is at least one, which may be empty."""
-        limit = self._limits.table_batch_bytes
         waiting: list[MessageGroup] = []
         size = seen = 0
         is_first = True
-        for group in self._groups(topic, start, end):
+        for group in self._groups(topic, start, end, limit):
             some = group if every == 1 else group.take(np.arange(-seen % every, len(group.sizes), every))
             seen += len(group.sizes)
             for each in some.parts(limit):
@@ -251,16 +257,16 @@ class Bags:
         if waiting or is_first:
             yield joined_groups(waiting)
 
-    def _groups(self, topic: str, start: int | None, end: int | None) -> Iterator[MessageGroup]:
+    def _groups(self, topic: str, start: int | None, end: int | None, limit: int) -> Iterator[MessageGroup]:
         bags = [bag for bag in self.readers if bag.connections_of(topic)]
         ranges = [_range_of(bag) for bag in bags]
         if any(late[0] < early[1] for early, late in pairwise(ranges)):
             merged = merged_raw(bags, lambda each: each.topic == topic, start, end)
-            yield from grouped((fields for _, fields in merged), self._limits.table_batch_bytes)
+            yield from grouped((fields for _, fields in merged), limit)
             return
         for bag in bags:
             wanted = bag.connections_of(topic)
-            yield from message_groups(bag, wanted, start, end, self._limits.table_batch_bytes)
+            yield from message_groups(bag, wanted, start, end, limit)
 
 
 def matching_files(path: BagPath) -> list[str]:

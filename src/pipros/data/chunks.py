@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _LENGTH = np.dtype("<u4")
-_LONG_BYTES = 1024
-"""Mean size of messages from which on copying them one by one is faster: it touches less new memory."""
+_BUFFER_BYTES = 1 << 22
+"""For arrays from this size on, numpy asks the system for large pages, which are touched faster."""
 
 
 class MessageGroup(NamedTuple):
@@ -73,14 +73,14 @@ def message_groups(
     """Yield the messages that `BagReader.stored_fields` yields, in the same order.
 
     Args:
-        limit: approximate maximum of a group in bytes. The messages of a chunk are one group, however.
+        limit: approximate maximum of a group in bytes. The messages of a chunk are in one group, however.
 
     Raises:
         BagFormatError: the bag is damaged.
     """
     done = 0
     try:
-        for group in _of_chunks(bag, connections, start_ns, end_ns):
+        for group in _of_chunks(bag, connections, start_ns, end_ns, limit):
             yield group
             done += len(group.sizes)
     except _Unusual:
@@ -119,7 +119,7 @@ def _group(pieces: list[bytes], times: list[int]) -> MessageGroup:
 
 
 def _of_chunks(
-    bag: BagReader, connections: Sequence[Connection], start_ns: int | None, end_ns: int | None
+    bag: BagReader, connections: Sequence[Connection], start_ns: int | None, end_ns: int | None, limit: int
 ) -> Iterator[MessageGroup]:
     if type(bag) is not BagReader or bag.layout.version.number != 200:
         raise _Unusual
@@ -138,20 +138,60 @@ def _of_chunks(
         raise _Unusual
     numbers = [number for _, number in chunks]
     chunk_reader = _ChunkReader(bag)
+    count = sum(chunk.counts.get(each, 0) for chunk, _ in chunks for each in wanted)
+    collected = _Collected(limit, count)
     try:
         for at, (chunk, number) in enumerate(chunks):
             data = chunk_reader.read(number, numbers[at + 1 : at + 9])
             times, begins, sizes = _messages(bag, number, connections, data)
             if len(times) and not chunk.start_ns <= times[0] <= times[-1] <= min(chunk.end_ns, TIMES_NS - 1):
                 raise _Unusual
-            if int(sizes.sum()) > _LONG_BYTES * len(sizes):
-                raise _Unusual
             first = 0 if start_ns is None else int(np.searchsorted(times, start_ns, "left"))
             last = len(times) if end_ns is None else int(np.searchsorted(times, end_ns, "right"))
             rows = slice(first, last)
-            yield MessageGroup(joined_parts(data, begins[rows], sizes[rows]), sizes[rows], times[rows])
+            yield from collected.add(data, begins[rows], sizes[rows], times[rows])
+    except _Unusual:
+        yield from collected.taken()
+        raise
     finally:
         chunk_reader.store.close()
+    yield from collected.taken()
+
+
+class _Collected:
+    """The messages of several chunks, copied behind each other into one array.
+
+    Touching new memory takes longer than the copy, so this array is the only new one.
+    """
+
+    def __init__(self, limit: int, count: int) -> None:
+        """Begin without messages. `count` is the number of those that will follow."""
+        self._limit = limit
+        self._count = count
+        self._buffer: NDArray[np.uint8] = np.empty(0, np.uint8)
+        self._filled = 0
+        self._parts: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
+
+    def add(self, data: NDArray[np.uint8], begins: Any, sizes: Any, times: Any) -> Iterator[MessageGroup]:
+        """Add the messages of a chunk. Yields those before it if there is no room for both."""
+        size = int(sizes.sum())
+        if self._filled + size > len(self._buffer):
+            yield from self.taken()
+            expected = 1 + size * self._count // max(len(sizes), 1) * 9 // 8
+            self._buffer = np.empty(max(size, min(self._limit, expected)), np.uint8)
+        end = self._filled + size
+        joined_parts(data, begins, sizes, out=self._buffer[self._filled : end])
+        self._filled = end
+        self._count -= len(sizes)
+        self._parts.append((sizes, times))
+
+    def taken(self) -> Iterator[MessageGroup]:
+        """Yield the messages, if there are any."""
+        if self._parts:
+            sizes, times = map(np.concatenate, zip(*self._parts, strict=True))
+            yield MessageGroup(self._buffer[: self._filled], sizes, times)
+        self._filled, self._parts = 0, []
+        self._buffer = np.empty(0, np.uint8)
 
 
 class _ChunkReader:
@@ -160,7 +200,7 @@ class _ChunkReader:
     def __init__(self, bag: BagReader) -> None:
         self._bag = bag
         self._limits = process_limits()
-        self._buffer = bytearray()
+        self._buffer: NDArray[np.uint8] = np.empty(0, np.uint8)
         self.store = ChunkStore(bag.source, bag.chunk_header, self._limits)
 
     def read(self, number: int, upcoming: Sequence[int]) -> NDArray[np.uint8]:
@@ -169,10 +209,10 @@ class _ChunkReader:
         if header.compression == NONE and header.size == header.data_size <= LARGE_BYTES:
             check_chunk(self._bag.source, header, self._limits)
             if len(self._buffer) < header.size:
-                self._buffer = bytearray(header.size)
-            content = memoryview(self._buffer)[: header.size]
-            self._bag.source.read_into(content, header.data_position)
-            return np.frombuffer(content, np.uint8)
+                self._buffer = np.empty(max(header.size, _BUFFER_BYTES), np.uint8)
+            content = self._buffer[: header.size]
+            self._bag.source.read_into(content.data, header.data_position)
+            return content
         data = self.store.get(number, upcoming)
         if data is None:
             raise _Unusual
@@ -199,8 +239,12 @@ def _messages(
             raise _Unusual
         sizes = values_at(data, begins - 4, None, _LENGTH).astype(np.int64)
         found.append((times, begins, sizes, np.full(len(times), rank)))
-    times, begins, sizes, ranks = (np.concatenate(each) for each in zip(*found, strict=True))
+    times, begins, sizes, ranks = (
+        found[0] if len(found) == 1 else map(np.concatenate, zip(*found, strict=True))
+    )
     if (begins + sizes > len(data)).any() or int(sizes.sum()) > len(data):
         raise _Unusual  # which reading one by one reports as damage
+    if len(found) == 1 and (times[1:] > times[:-1]).all():
+        return times, begins, sizes
     order = np.lexsort((begins, ranks, times))
     return times[order], begins[order], sizes[order]

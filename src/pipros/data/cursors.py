@@ -14,6 +14,8 @@ _BLOCK_BYTES = 1 << 22
 
 _LONG_BYTES = 64
 """Mean size above which slices are copied one by one."""
+_LONG_EQUAL_BYTES = 2048
+"""The same, if all have one size."""
 
 
 class TooShort(Exception):
@@ -96,37 +98,45 @@ def values_at(
     data: NDArray[np.uint8], at: NDArray[np.int64], stride: int | None, dtype: np.dtype[Any]
 ) -> NDArray[Any]:
     """Return the value of a type at each position. The caller has checked the positions."""
-    count, size = len(at), dtype.itemsize
+    count = len(at)
     if not count:
         return np.empty(0, dtype)
     if stride is not None:
         return np.ndarray(count, dtype, data.data, int(at[0]), (stride,))
-    windows: NDArray[Any] = np.ndarray(len(data) - size + 1, np.dtype((np.void, size)), data.data, 0, (1,))
+    kind = np.dtype((np.void, dtype.itemsize))
+    windows: NDArray[Any] = np.ndarray(len(data) - dtype.itemsize + 1, kind, data.data, 0, (1,))
     return windows[at].view(dtype)
 
 
 def joined_parts(
-    data: NDArray[np.uint8], at: NDArray[np.int64], sizes: NDArray[np.int64], stride: int | None = None
+    data: NDArray[np.uint8],
+    at: NDArray[np.int64],
+    sizes: NDArray[np.int64],
+    stride: int | None = None,
+    out: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.uint8]:
-    """Return the parts of `data` with these positions and sizes, joined."""
+    """Return the parts of `data` with these positions and sizes, joined; in `out`, which has their size."""
     total = int(sizes.sum())
+    joined = np.empty(total, np.uint8) if out is None else out
     if not total:
-        return np.empty(0, np.uint8)
+        return joined
     first = int(sizes[0])
-    if (sizes == first).all() and first < 1 << 30:
-        found = values_at(data, at, stride, np.dtype((np.void, first)))
-        return np.ascontiguousarray(found).view(np.uint8)
+    if first < _LONG_EQUAL_BYTES and (sizes == first).all():
+        kind = np.dtype((np.void, first))
+        joined.view(kind)[:] = values_at(data, at, stride, kind)
+        return joined
     if total >= _LONG_BYTES * len(sizes):
-        view, begins = data.data, at.tolist()
-        pieces = [view[a : a + n] for a, n in zip(begins, sizes.tolist(), strict=True)]
-        return np.frombuffer(b"".join(pieces), np.uint8)
-    joined = np.empty(total, np.uint8)
+        view, target, done = data.data, joined.data, 0
+        for begin, size in zip(at.tolist(), sizes.tolist(), strict=True):
+            target[done : done + size] = view[begin : begin + size]
+            done += size
+        return joined
     done, rows = 0, max(1, len(sizes) * _BLOCK_BYTES // total)
     for begin in range(0, len(sizes), rows):
         some = sizes[begin : begin + rows]
         ends = np.cumsum(some)
         count = int(ends[-1])
         index = np.repeat(at[begin : begin + rows] - (ends - some), some) + np.arange(count)
-        joined[done : done + count] = data[index]
+        np.take(data, index, out=joined[done : done + count], mode="clip")
         done += count
     return joined
