@@ -94,5 +94,9 @@ class BagContents(ABC):
             print(error, file=sys.stderr)
             return None
 
+    def _repr_html_(self) -> str:
+        """Return the topics, for notebooks."""
+        return _info.info_html(self._info())
+
     def _info(self) -> _info.Info:
         return _info.bag_info(self._view(), self._filename, with_frequencies=not self._skip_index)

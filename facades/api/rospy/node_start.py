@@ -65,19 +65,32 @@ def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
         if session.init_arguments is None:
             session.init_arguments = arguments
             return True
-        if session.init_arguments == arguments:
+        if session.init_arguments == arguments and not (_is_in_notebook() and session.is_shutdown):
             return False
+        if _is_in_notebook():
+            session.init_arguments = arguments
+            return True
         raise ROSException(
             f"rospy.init_node() has already been called with different arguments: {session.init_arguments}"
         )
 
 
+def _is_in_notebook() -> bool:
+    """Whether IPython runs the program, cell by cell."""
+    shell: Any = sys.modules.get("IPython")
+    return shell is not None and shell.get_ipython() is not None
+
+
 def _end_previous(session: Session) -> None:
     """Shut down the previous node, if `rospy.client._init_node_args` was set to None while it ran.
+
+    In a notebook, a cell that is run again does so, too, and also begins again after a shutdown.
 
     Raises:
         ROSInitException: shutdown was requested.
     """
+    if _is_in_notebook():
+        session.set_shutdown(False)
     if session.is_shutdown:
         raise ROSInitException(
             "init_node interrupted before it could complete: rospy has been shut down "

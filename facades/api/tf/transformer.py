@@ -34,6 +34,10 @@ class Transformer:
         """Return the frame tree in Graphviz's DOT language."""
         return self._buffer._allFramesAsDot(current_time or None)
 
+    def _repr_html_(self) -> str:
+        """Return the frame tree for notebooks."""
+        return self._buffer._repr_html_()
+
     def allFramesAsString(self) -> str:
         """Return a string with one line per frame, which names the frame and its parent."""
         return self._buffer.all_frames_as_string()

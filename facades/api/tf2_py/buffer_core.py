@@ -31,6 +31,10 @@ class BufferCore:
     def __init__(self, cache_time: Any = None) -> None:
         self._buffer = TransformBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
 
+    def _repr_html_(self) -> str:
+        """Return the frame tree for notebooks."""
+        return self._buffer._repr_html_()
+
     def set_transform(self, transform: Any, authority: str) -> None:
         """Add a TransformStamped. `authority` is the name of the node that published it."""
         self._insert(transform, authority, False)

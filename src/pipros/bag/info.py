@@ -11,6 +11,7 @@ from typing import Any
 
 from pipros.bag.errors import BagError
 from pipros.bag.reader import BagReader
+from pipros.basics.html_table import html_table
 from pipros.basics.printable import listed
 from pipros.msg.time import Time
 
@@ -172,6 +173,17 @@ def info_text(info: Info) -> str:
         rows += _column("topics", _topic_lines(info))
     width = max(len(label) for label, _ in rows) + 1
     return "\n".join(f"{label + ':' if label else '':{width}} {text}" for label, text in rows).rstrip()
+
+
+def info_html(info: Info) -> str:
+    """Return a table of the topics, for notebooks."""
+    span = "" if info.start is None or info.end is None else f", {info.end - info.start:.1f} s"
+    title = f"{info.path or ''} {human_size(info.size)}{span}, {info.messages} messages".strip()
+    rows = [
+        (each.topic, each.type, each.messages, "" if each.frequency is None else f"{each.frequency:.4g}")
+        for each in info.topics
+    ]
+    return html_table(("topic", "type", "messages", "Hz"), rows, title)
 
 
 def _column(label: str, lines: Sequence[str]) -> Iterator[tuple[str, str]]:

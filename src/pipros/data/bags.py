@@ -14,6 +14,7 @@ import numpy as np
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError, BagFormatError, NoMessages
+from pipros.bag.info import bag_info, info_html
 from pipros.bag.merge import merged_raw
 from pipros.bag.opening import is_ros1_bag, open_bag
 from pipros.bag.reader import BagReader, ns_of
@@ -87,6 +88,10 @@ class Bags:
         """Close all bags. Tables that were read remain valid."""
         for each in self.readers:
             each.close()
+
+    def _repr_html_(self) -> str:
+        """Return the topics of each bag, for notebooks."""
+        return "".join(info_html(bag_info(each, each.name, with_frequencies=True)) for each in self.readers)
 
     def topics(self, pattern: str = "*") -> list[str]:
         """Return the topics that match a pattern such as `/camera/*`, sorted."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipros.basics.html_table import html_table
 from pipros.data.columns import Column, blank, joined_columns, taken
 from pipros.data.nearest import matches
 from pipros.data.pictures import LAZY_COLUMNS
@@ -69,6 +70,23 @@ class Table(Mapping[str, Any]):
 
     def __repr__(self) -> str:
         return f"<Table of {self.topic} ({self.type}): {self.rows} rows, {len(self)} columns>"
+
+    def _repr_html_(self) -> str:
+        """Return the first and last rows, for notebooks."""
+        count = self.rows
+        ends = [*range(min(count, 5)), *range(max(count - 5, 5), count)]
+        cells = [[number, *(self._shown(name, number) for name in self)] for number in ends]
+        if count > 10:
+            cells.insert(5, ["…", *[""] * len(self)])
+        lazy = LAZY_COLUMNS.get(self.type)
+        hint = f"; {lazy[0]} decodes a cell" if lazy else ""
+        return html_table(("", *self), cells, f"{self.topic} ({self.type}): {count} rows{hint}")
+
+    def _shown(self, name: str, row: int) -> object:
+        if name in self.gaps and self.gaps[name][row]:
+            return "--"
+        value: Any = self.columns[name][row]
+        return f"{len(value)} bytes" if isinstance(value, bytes) else str(value)
 
     @property
     def rows(self) -> int:

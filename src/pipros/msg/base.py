@@ -136,6 +136,12 @@ class Message:
         """
         return cls().deserialize(bytes(data))
 
+    def _repr_html_(self) -> str:
+        """Return the display of notebooks."""
+        from pipros.msg.display import message_html
+
+        return message_html(self)
+
     def __repr__(self) -> str:
         from pipros.msg.text import strify_message
 

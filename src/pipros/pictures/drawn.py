@@ -66,6 +66,7 @@ def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
         "sensor_msgs/PointCloud2": _cloud,
         "sensor_msgs/LaserScan": _scan,
         "nav_msgs/OccupancyGrid": _grid,
+        "nav_msgs/Path": _path,
     }
     drawer = drawers.get(message._type)
     if drawer is None:
@@ -207,14 +208,22 @@ def _scan(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any
     return _from_above(points(), {"points": len(ranges)})
 
 
+def _path(message: Any, _limit: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
+    positions = [each.pose.position for each in message.poses[:: thinning_step(len(message.poses), POINTS)]]
+    points = [(each.x, each.y, each.z) for each in positions]
+    return _from_above(points, {"poses": len(message.poses)}, is_line=True)
+
+
 def _from_above(
-    points: Iterable[tuple[float, float, float]], facts: Mapping[str, Any]
+    points: Iterable[tuple[float, float, float]], facts: Mapping[str, Any], *, is_line: bool = False
 ) -> tuple[Image.Image, str, Mapping[str, Any]]:
     kept = [point for point in points if all(math.isfinite(each) and abs(each) < _FAR_M for each in point)]
     (left, right), (low, high), (bottom, top) = map(_range, zip((0.0, 0.0, 0.0), *kept, strict=True))
     scale = (SIDE - 1) / max(right - left, high - low)
     image = Image.new("RGB", (int((high - low) * scale) + 1, int((right - left) * scale) + 1), "black")
     draw = ImageDraw.Draw(image)
+    if is_line:
+        draw.line([((high - y) * scale, (right - x) * scale) for x, y, _ in kept], "white", 2)
     for x, y, z in kept:  # x is up and y is left, as seen from above by someone who looks ahead
         share = int(255 * (z - bottom) / (top - bottom))
         draw.point(

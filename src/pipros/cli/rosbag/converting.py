@@ -11,9 +11,10 @@ from pipros.bag.compression import BZ2
 from pipros.bag.errors import BagError
 from pipros.bag.opening import writer_for
 from pipros.bag.reader import BagReader
+from pipros.bag.rerun_file import rerun_file
 from pipros.bag.rewrite import copy_chosen, replaced_file
 from pipros.bag.writer import MessageSink
-from pipros.basics.errors import PiprosError
+from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.cli.rosbag.other_bags import OtherBags, opened, other_bags
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import add_flag, option_parser
@@ -24,6 +25,7 @@ _USAGE = """rosbag convert [options] IN OUT
 
 def convert(argv: Sequence[str]) -> int:
     parser = option_parser("rosbag", "", "Convert between bag files, MCAP files and other formats.")
+    parser.epilog = "OUT.rrd is written with the library of rerun: pip install rerun-sdk"
     parser.usage = _USAGE
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
     add_flag(parser, "-f", "--force", help="overwrite existing files")
@@ -58,7 +60,7 @@ def convert(argv: Sequence[str]) -> int:
                 _convert(source, target, options)
             else:
                 _convert_to_other(others, source, target, options)
-        except (OSError, PiprosError) as error:
+        except (OSError, MissingExtra, PiprosError) as error:
             print(f"ERROR converting {source}: {error}", file=sys.stderr)
             status = 1
     return status
@@ -73,6 +75,10 @@ def _convert(source: Path, target: Path, options: Values) -> None:
     compression = options.compression
     if target.suffix == ".mcap":
         compression = compression_of(compression, target)
+    if target.suffix == ".rrd":
+        with opened(source, options) as bag, rerun_file(target, bag) as sink:
+            _copy(bag, sink, source, is_quiet=options.quiet)
+        return
     with opened(source, options) as bag, replaced_file(target) as file:
         writer = writer_for(target, file, compression=compression or "none")
         _copy(bag, writer, source, is_quiet=options.quiet)

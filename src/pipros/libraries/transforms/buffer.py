@@ -17,7 +17,13 @@ from pipros.libraries.transforms.errors import (
     LookupException,
     TransformException,
 )
-from pipros.libraries.transforms.formatting import edges, frames_as_dot, frames_as_string, frames_as_yaml
+from pipros.libraries.transforms.formatting import (
+    edges,
+    frames_as_dot,
+    frames_as_html,
+    frames_as_string,
+    frames_as_yaml,
+)
 from pipros.libraries.transforms.history import MovingFrame, StaticFrame
 from pipros.libraries.transforms.pose import IDENTITY, Pose, compose_via_matrices
 from pipros.libraries.transforms.tree import Frames, find_path, latest_common_time
@@ -261,6 +267,11 @@ class TransformBuffer:
         """Return a string with one line per frame, naming the frame and its parent."""
         with self._lock:
             return frames_as_string(self._frames)
+
+    def _repr_html_(self) -> str:
+        """Return the frame tree for notebooks."""
+        with self._lock:
+            return frames_as_html(self._frames)
 
     def as_yaml(self) -> str:
         """Return all frames as YAML, in the format of the service `tf2_frames`."""

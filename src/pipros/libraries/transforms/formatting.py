@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from math import degrees
 
+from pipros.basics.html_table import html_table
 from pipros.libraries.transforms.history import FrameHistory, MovingFrame
 from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg.time import NS_PER_S
@@ -71,6 +72,24 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
         if (now is not None) if frame is None else (frame.latest()[1] is None):
             lines.append(f'{legend}"{name}";\n')
     return f"digraph G {{\n{''.join(lines)}}}"
+
+
+def frames_as_html(frames: Frames) -> str:
+    """Return the frame tree for notebooks: a table with indented names."""
+    rows = {row[0]: row for row in _rows(frames)}
+    below: dict[str, list[str]] = {}
+    for name, parent, *_ in rows.values():
+        below.setdefault(parent, []).append(name)
+    shown: dict[str, list[str]] = {}
+    waiting = [(name, 0) for name in sorted({*frames, *below}, reverse=True) if name not in rows]
+    while waiting:
+        name, depth = waiting.pop()
+        row = rows.get(name)
+        facts = ["", "", ""] if row is None else [row[2], f"{row[3]:.1f}", f"{row[4]:.3f}"]
+        if name not in shown:
+            shown[name] = ["\N{NO-BREAK SPACE}" * 4 * depth + name, *facts]
+            waiting += [(each, depth + 1) for each in sorted(below.get(name, ()), reverse=True)]
+    return html_table(("frame", "published by", "Hz", "latest (s)"), shown.values(), f"{len(shown)} frames")
 
 
 def edges(frames: Frames) -> list[tuple[str, str, str, float]]:

@@ -1,0 +1,63 @@
+"""Messages in notebooks: a table of their fields, and a picture of those that can be drawn."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any, Final
+
+from pipros.basics.html_table import html_table
+from pipros.msg.time import TVal
+
+ELEMENTS: Final = 10
+"""Number of elements of an array that are shown."""
+ROWS: Final = 200
+"""Number of rows that are shown."""
+_PIXELS, _BYTES = 64 * 1024 * 1024, 1 << 20
+
+
+def message_html(message: Any) -> str:
+    """Return a display of a message. Its texts are escaped."""
+    rows = list(islice(_rows(message, ""), ROWS + 1))
+    if len(rows) > ROWS:
+        rows[ROWS:] = [("…", "")]
+    return _picture(message) + html_table(("field", "value"), rows, message._type)
+
+
+def _rows(value: Any, path: str) -> Iterator[tuple[str, object]]:
+    if isinstance(value, bytes | bytearray | memoryview):
+        yield path, f"{len(value)} bytes"
+    elif hasattr(value, "_slot_types") and not isinstance(value, TVal):
+        for name in value.__slots__:
+            yield from _rows(getattr(value, name), f"{path}.{name}" if path else name)
+    elif not isinstance(value, str) and hasattr(value, "__len__"):
+        first = list(islice(value, ELEMENTS))
+        if first and hasattr(first[0], "_slot_types"):
+            for number, each in enumerate(first):
+                yield from _rows(each, f"{path}[{number}]")
+            if len(value) > ELEMENTS:
+                yield path, f"… {len(value)} elements"
+        else:
+            more = f", … {len(value)} elements" if len(value) > ELEMENTS else ""
+            yield path, f"[{', '.join(map(str, first))}{more}]"
+    elif isinstance(value, TVal):
+        yield path, f"{value.secs}.{value.nsecs:09d}"
+    else:
+        yield path, value
+
+
+def _picture(message: Any) -> str:
+    """Return an image of a message, or nothing if it cannot be drawn, or Pillow is not installed."""
+    try:
+        from pipros.pictures.drawn import picture_of
+        from pipros.pictures.errors import PictureError
+    except ImportError:
+        return ""
+    try:
+        picture, note, _ = picture_of(message, _PIXELS, _BYTES)
+    except PictureError:
+        return ""
+    data = b64encode(picture.content).decode("ascii")
+    source = f"data:{picture.kind};base64,{data}"
+    return f'<img src="{source}" title="{note}" style="max-width: 100%; max-height: 24em"/>'
