@@ -150,6 +150,19 @@ def test_an_episode_with_gaps_is_left_out_and_reported(capsys: pytest.CaptureFix
     assert not Path("out/data").exists()
 
 
+def test_numbers_are_interpolated_between_messages_within_the_tolerance() -> None:
+    rows: list[Row] = [
+        ("/x", Float64(value), *ns(time)) for time, value in ((1, 10), (2, 20), (5, 50), (5.25, 60))
+    ]
+    Path("run.bag").write_bytes(bag_bytes(rows))
+    config = (
+        "rate: 4\ntolerance: 0.8\ngaps: keep\ntime: receipt\nobservations: {x: {topic: /x, pick: linear}}\n"
+    )
+    found = [row[0] for row in made(config=config)["observations.x"].to_pylist()]
+    # From 2 to 5 s, the messages are too far apart: the nearest one counts, or none.
+    assert found == [10, 12.5, 15, 17.5, 20, 20, 20, 20, *[None] * 5, 50, 50, 50, 50, 60]
+
+
 @pytest.mark.parametrize(("pick", "first"), [("backward", 1), ("forward", 2), ("nearest", 2)])
 def test_the_message_of_a_row_is_chosen(pick: str, first: int) -> None:
     """Rows are at 0.00, 0.25, …, messages at 0.0, 0.1, 0.3, …"""

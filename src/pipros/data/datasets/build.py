@@ -23,8 +23,8 @@ from pipros.data.bags import open_bags
 from pipros.data.datasets.config import DatasetConfig
 from pipros.data.datasets.drawing import episode_svg
 from pipros.data.datasets.episodes import Episode, find_episodes
-from pipros.data.datasets.formats import WRITERS, Writer
-from pipros.data.datasets.lerobot import lerobot_writer
+from pipros.data.datasets.formats import WRITERS
+from pipros.data.datasets.lerobot import LEROBOT, check_lerobot, join_lerobot, write_lerobot
 from pipros.data.datasets.rows import EpisodeRows, episode_rows
 from pipros.data.extras import library
 from pipros.msg.time import NS_PER_S
@@ -51,7 +51,9 @@ def build(
         BagError: a bag is damaged. Episodes that are finished stay so.
         MissingExtra: a library is not installed.
     """
-    if kind != LEROBOT:
+    if kind == LEROBOT:
+        check_lerobot(config)
+    else:
         library(WRITERS[kind][1], f"the format {kind}")
     if any(each.store == "video" for each in config.cameras):
         library("av", "a video")
@@ -65,27 +67,29 @@ def build(
     threads = max(1, (os.cpu_count() or 1) // jobs)
     work = [(each, config, str(folder), kind, tuple(msgs), threads) for each in left]
     done = len(episodes) - len(left)
-    for _ in _in_lerobot(work) if kind == LEROBOT else _in_processes(work, jobs):
+    for _ in _in_processes(work, jobs):
         done += 1
         if shown is not None:
             shown(done, len(episodes))
+    if kind == LEROBOT:
+        join_lerobot(folder, episodes)
     results = [json.loads(_check_file(folder, each).read_text(encoding="utf-8")) for each in episodes]
     _write(folder / "report.md", _report(results))
     return results
 
 
-LEROBOT = "lerobot"
 _Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int]
 
 
-def write_episode(work: _Work, writer: Writer | None = None) -> None:
+def write_episode(work: _Work) -> None:
     """Write the files of an episode. Raise the errors of `build`, which name the bag."""
     episode, config, name, kind, msgs, threads = work
     folder = Path(name)
     try:
         with open_bags(episode.bag, msgs=msgs) as bags:
             rows = episode_rows(bags, episode, config)
-            broken = 0 if rows.problem else (writer or WRITERS[kind][0])(folder, rows, bags, threads)
+            writer = write_lerobot if kind == LEROBOT else WRITERS[kind][0]
+            broken = 0 if rows.problem else writer(folder, rows, bags, threads)
     except BadSettings:
         raise
     except PiprosError as error:
@@ -154,15 +158,6 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
         for process in multiprocessing.active_children():
             process.terminate()
         raise
-
-
-def _in_lerobot(work: Sequence[_Work]) -> Iterator[None]:
-    """Write all episodes in this process, because the library keeps one data set open."""
-    if work:
-        with lerobot_writer(Path(work[0][2]) / LEROBOT, work[0][1]) as writer:
-            for each in work:
-                write_episode(each, writer)
-                yield
 
 
 def _check_file(folder: Path, episode: Episode) -> Path:

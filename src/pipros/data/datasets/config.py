@@ -15,6 +15,7 @@ from pipros.safe.yaml import YamlError
 
 GAPS = ("skip", "keep", "hold")
 TIMES = ("header", "receipt")
+LINEAR = "linear"  # between the messages before and after a row
 STORES = ("video", "jpeg")
 STOPS = ("zero", "hold", "")
 
@@ -37,8 +38,8 @@ class Source:
     topic: str
     time: str  # one of TIMES, by which messages are aligned
     tolerance: float  # maximum difference between the times of a message and its row (s)
-    pick: str  # one of DIRECTIONS: which message a row gets
     checks: Mapping[str, float]
+    pick: str  # one of DIRECTIONS: which message a row gets; or LINEAR, for numbers
 
     @property
     def short_name(self) -> str:
@@ -150,7 +151,6 @@ def _shared(section: Settings, shared: Mapping[str, Any]) -> dict[str, Any]:
         "topic": section.text("topic"),
         "time": section.choice("time", TIMES, shared["time"]),
         "tolerance": section.number("tolerance", shared["tolerance"], least=0),
-        "pick": section.choice("pick", DIRECTIONS, "backward"),
         "checks": _checks(section, shared["checks"]),
     }
 
@@ -161,6 +161,7 @@ def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
     is_word = isinstance(section.values.get("stop", ""), str)
     return SignalSource(
         **_shared(section, shared),
+        pick=section.choice("pick", (*DIRECTIONS, LINEAR), "backward"),
         fields=section.texts("fields"),
         names=section.texts("names"),
         unit=section.text("unit", ""),
@@ -175,4 +176,5 @@ def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
 
 def _camera(section: Settings, shared: Mapping[str, Any]) -> CameraSource:
     section.only([*_SOURCE_KEYS, "store"])
-    return CameraSource(**_shared(section, shared), store=section.choice("store", STORES, "video"))
+    pick = section.choice("pick", DIRECTIONS, "backward")
+    return CameraSource(**_shared(section, shared), pick=pick, store=section.choice("store", STORES, "video"))

@@ -11,7 +11,7 @@ import numpy as np
 from pipros.basics.limits import limit_text, process_limits
 from pipros.data.datasets.cameras import Picture, pictures, read_times
 from pipros.data.datasets.checks import Finding, examine
-from pipros.data.datasets.config import CameraSource, DatasetConfig, SignalSource, Source
+from pipros.data.datasets.config import LINEAR, CameraSource, DatasetConfig, SignalSource, Source
 from pipros.data.datasets.signals import Recording, read_signal
 from pipros.data.limits import DataLimits
 from pipros.data.nearest import matches
@@ -88,6 +88,8 @@ def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> Episode
         if isinstance(source, SignalSource):
             values = np.full((count, len(recording.names)), np.nan)
             values[~is_gap] = recording.values[index[~is_gap]]
+            if source.pick == LINEAR:
+                _interpolate(values, rows, recording, source.tolerance)
             signals.append(SignalRows(source, recording.names, values))
         else:
             messages = np.zeros(count, np.int64)
@@ -115,12 +117,27 @@ def aligned(
 
     If `is_held`, rows without a message get the last one before them, however old it is.
     """
-    index, is_gap = matches(rows, times, source.tolerance, source.pick)
+    pick = "nearest" if source.pick == LINEAR else source.pick
+    index, is_gap = matches(rows, times, source.tolerance, pick)
     if is_held:
         last, is_before_all = matches(rows, times, None, "backward")
         index = np.where(is_gap, last, index)
         is_gap = is_gap & is_before_all
     return index, is_gap
+
+
+def _interpolate(
+    values: NDArray[np.float64], rows: NDArray[np.int64], recording: Recording, tolerance: float
+) -> None:
+    """Replace the numbers of rows that lie between two messages within the tolerance."""
+    before, is_first = matches(rows, recording.times, tolerance, "backward")
+    after, is_last = matches(rows, recording.times, tolerance, "forward")
+    kept = ~(is_first | is_last)
+    before, after = before[kept], after[kept]
+    spans = recording.times[after] - recording.times[before]
+    shares = (rows[kept] - recording.times[before]) / np.maximum(spans, 1)
+    low, high = recording.values[before], recording.values[after]
+    values[kept] = low + (high - low) * shares[:, None]
 
 
 def _problem(
