@@ -26,7 +26,7 @@ from tests.support.waiting import wait_until
 
 BIN = Path(sys.executable).parent
 DRIVE = """\
-rate: 30
+rate: 10
 time: receipt
 tolerance: 1
 watchdog: {watchdog}
@@ -137,7 +137,7 @@ def drive_and_replay(folder: Path) -> None:
                     "--dataset.repo_id=local/data",
                     f"--dataset.root={folder / 'drive' / 'lerobot'}",
                     "--dataset.episode=0",
-                    "--dataset.fps=30",
+                    "--dataset.fps=10",
                     "--play_sounds=false",
                 ]
                 ended = subprocess.run(
