@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text, process_limits
 from pipros.data.datasets.config import SignalSource
 from pipros.data.datasets.signals import USUAL_FIELDS, check_limits, numbers_of
 from pipros.data.live.sources import table_of, wait_until
 from pipros.msg import load_message_class
 from pipros.msg.language.spec import FLOATS, NUMBERS
 from pipros.msg.time import NS_PER_S, Time
-from pipros.policy.policy_file import STOP_BYTES
 from pipros.safe.settings import BadSettings
 
 if TYPE_CHECKING:
@@ -65,8 +65,10 @@ class Command:
             raise BadSettings(f"{source.place}.names: {kind} needs them; only one field may have any size")
         first = self.message(np.zeros(sum(self._open if each is None else each for each in sizes)))
         body = b"".join(first._to_buffers())
-        if len(body) > STOP_BYTES:
-            raise BadSettings(f"{source.place}: must have at most {STOP_BYTES} bytes, got {len(body)}")
+        if len(body) > (most := process_limits().policy_stop_bytes):
+            raise BadSettings(
+                f"{source.place}: the message has {len(body)} bytes: {limit_text('policy_stop_bytes', most)}"
+            )
         # Reading it again, as from a bag, checks the fields, and gives the names of the data set.
         table = table_of(source.topic, kind, message_class._full_text, body)
         self.names = numbers_of(table, source, source.names)[1]
