@@ -15,6 +15,7 @@ from pipros.data.datasets.config import DatasetConfig, SignalSource, read_config
 from pipros.data.live.commands import ActionRefused, Command
 from pipros.data.live.sources import LiveSource, RobotSilent, full_names, wait_for_all, wait_until
 from pipros.node import Node
+from pipros.node.start_params import is_on
 from pipros.policy.model import ActRule, Kind
 from pipros.safe.settings import BadSettings
 from pipros.server.stop_guardian import StopGuardian
@@ -56,6 +57,8 @@ class LiveRobot:
         self._is_acting = False
         self.node.start()
         try:
+            if is_on(self.node, "/use_sim_time"):
+                self.node.use_simulated_time()
             self._connect(timeout_s)
         except BaseException:
             self.close()
