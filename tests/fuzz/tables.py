@@ -14,9 +14,9 @@ import tracemalloc
 import numpy as np
 
 from pipros.basics.errors import PiprosError
-from pipros.data.decode import MalformedMessage, decode
-from pipros.data.plans import MessagePlan, plan_of
 from pipros.msg import load_message_class
+from pipros.msg.bulk.decode import MalformedMessage, decode
+from pipros.msg.bulk.plans import MessagePlan, plan_of
 from pipros.msg.errors import DeserializationError
 from tests.fuzz import mutation
 

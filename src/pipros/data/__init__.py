@@ -6,7 +6,8 @@
         imu = bags.table("/imu")
         imu["linear_acceleration.x"]
 
-Definitions become plans (`plans.py`), which positions in joined messages follow (`cursors.py`, `decode.py`).
+`pipros.msg.bulk` decodes; the other modules read bags, join tables, and write files and data sets. `live` is
+the way from a policy to the robot.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from pipros.data.bags import Bags, open_bags
-    from pipros.data.columns import Column, ListColumn, OctetColumn, RecordColumn, TextColumn
     from pipros.data.live.commands import ActionRefused
     from pipros.data.live.environment import RobotEnvironment
     from pipros.data.live.robot import LiveRobot
     from pipros.data.live.sources import RobotSilent
     from pipros.data.live.teleoperator import LiveTeleoperator
     from pipros.data.table import Table
+    from pipros.msg.bulk.columns import Column, ListColumn, OctetColumn, RecordColumn, TextColumn
 
 __all__ = [
     "ActionRefused",
@@ -40,25 +41,28 @@ __all__ = [
     "open_bags",
 ]
 
-_HOMES = {"Bags": "bags", "Table": "table", "open_bags": "bags", "RobotEnvironment": "live.environment"}
-_HOMES |= {"ActionRefused": "live.commands", "LiveRobot": "live.robot", "RobotSilent": "live.sources"}
-_HOMES["LiveTeleoperator"] = "live.teleoperator"
-_HOMES |= dict.fromkeys(("Column", "ListColumn", "OctetColumn", "RecordColumn", "TextColumn"), "columns")
+_HOMES = {
+    "pipros.data.bags": "Bags open_bags",
+    "pipros.data.live.commands": "ActionRefused",
+    "pipros.data.live.environment": "RobotEnvironment",
+    "pipros.data.live.robot": "LiveRobot",
+    "pipros.data.live.sources": "RobotSilent",
+    "pipros.data.live.teleoperator": "LiveTeleoperator",
+    "pipros.data.table": "Table",
+    "pipros.msg.bulk.columns": "Column ListColumn OctetColumn RecordColumn TextColumn",
+}
 
 
 def __getattr__(name: str) -> Any:
     """Import a name when it is used, since the declaration of the room is imported by all commands."""
-    if name not in _HOMES:
+    home = next((home for home, names in _HOMES.items() if name in names.split()), None)
+    if home is None:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     from importlib import import_module
 
     try:
-        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    except ImportError as error:
-        from pipros.basics.errors import MissingExtra
+        return getattr(import_module(home), name)
+    except ModuleNotFoundError as error:  # a MissingExtra names what is missing itself
         from pipros.data.extras import missing_extra
-
-        if isinstance(error, MissingExtra):
-            raise
 
         raise missing_extra(error, __name__) from error

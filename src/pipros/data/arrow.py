@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipros.data.columns import Column, ListColumn, Offsets, RecordColumn, TextColumn
 from pipros.data.extras import library
+from pipros.msg.bulk.columns import Column, ListColumn, Offsets, RecordColumn, TextColumn
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from itertools import pairwise
-from types import SimpleNamespace, TracebackType
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,10 +23,10 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import listed
 from pipros.basics.rooms import offered
 from pipros.data.chunks import MessageGroup, grouped, joined_groups, message_groups
-from pipros.data.decode import MalformedMessage, decode
 from pipros.data.limits import DataLimits
-from pipros.data.plans import MessagePlan, plan_of
 from pipros.data.table import RECEIPT, Table, joined_tables
+from pipros.msg.bulk.decode import MalformedMessage, decode
+from pipros.msg.bulk.plans import MessagePlan, plan_of
 from pipros.msg.time import NS_PER_S, Time
 
 if TYPE_CHECKING:
@@ -79,9 +79,7 @@ class Bags:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:

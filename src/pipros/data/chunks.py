@@ -18,7 +18,7 @@ from pipros.bag.connection import Connection
 from pipros.bag.reader import BagReader, usual_headers
 from pipros.bag.records import TIMES_NS
 from pipros.basics.limits import process_limits
-from pipros.data.cursors import joined_parts, values_at
+from pipros.msg.bulk.cursors import joined_parts, values_at
 from pipros.msg.time import NS_PER_S
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pipros.data.columns import Column
+from pipros.msg.bulk.columns import Column
 from pipros.pictures.encodings import encoding
 from pipros.pictures.errors import PictureError
 

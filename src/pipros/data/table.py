@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.basics.html_table import html_table
-from pipros.data.columns import Column, blank, joined_columns, taken
 from pipros.data.nearest import matches
 from pipros.data.pictures import LAZY_COLUMNS
+from pipros.msg.bulk.columns import Column, blank, joined_columns, taken
 
 if TYPE_CHECKING:
     import os
@@ -27,7 +27,7 @@ class Table(Mapping[str, Any]):
     """Columns of equal length, by name: `_time`, the time of receipt, and one for each field.
 
     Fields of embedded messages have dotted names: `pose.position.x`. A column of numbers or times is a numpy
-    array; see `pipros.data.columns` for others. A column with gaps is a masked array.
+    array; see `pipros.msg.bulk.columns` for others. A column with gaps is a masked array.
 
     Images also have the column `_image`, and point clouds `_points`. Their cells are decoded when they are
     accessed, so that `list(table)` does not name them.

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from pipros.data.columns import ListColumn, OctetColumn, RecordColumn, TextColumn
 from pipros.msg import load_message_class
+from pipros.msg.bulk.columns import ListColumn, OctetColumn, RecordColumn, TextColumn
 from pipros.msg.language.spec import NUMBERS
 
 

@@ -13,10 +13,10 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from pipros.data.columns import joined_columns
-from pipros.data.decode import MalformedMessage, decode
-from pipros.data.plans import plan_of
 from pipros.msg import load_message_class
+from pipros.msg.bulk.columns import joined_columns
+from pipros.msg.bulk.decode import MalformedMessage, decode
+from pipros.msg.bulk.plans import plan_of
 from pipros.msg.language.spec import DefinitionError
 from tests.support.random_messages import fill_at_random, serialized, shipped_types
 from tests.unit.data.cells import cell, nested, plain, read_by_rosbags, same, seeded

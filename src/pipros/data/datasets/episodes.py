@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.bag.errors import NoMessages
-from pipros.data.columns import TextColumn
+from pipros.msg.bulk.columns import TextColumn
 from pipros.safe.settings import BadSettings
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ import numpy as np
 
 from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.similar_names import similar_names
-from pipros.data.columns import ListColumn, RecordColumn, TextColumn
 from pipros.data.limits import DataLimits
 from pipros.data.table import RECEIPT, STAMP, Table
+from pipros.msg.bulk.columns import ListColumn, RecordColumn, TextColumn
 from pipros.msg.time import NS_PER_S, Time
 from pipros.safe.settings import BadSettings
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipros.data.columns import ListColumn, TextColumn
 from pipros.data.datasets.signals import USUAL_FIELDS
 from pipros.data.table import STAMP, Table
+from pipros.msg.bulk.columns import ListColumn, TextColumn
 from pipros.safe.settings import BadSettings
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from pipros.basics.errors import PiprosError
 from pipros.data.datasets.cameras import decoded, picture_of
 from pipros.data.datasets.config import CameraSource, SignalSource
 from pipros.data.datasets.signals import numbers_of
-from pipros.data.decode import MalformedMessage, decode
-from pipros.data.plans import plan_of
 from pipros.data.table import RECEIPT, Table
+from pipros.msg.bulk.decode import MalformedMessage, decode
+from pipros.msg.bulk.plans import plan_of
 from pipros.msg.language.spec import DefinitionError
 from pipros.node.any_msg import AnyMsg
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipros.data.columns import Offsets
-from pipros.data.cursors import Cursors, TooShort, equal_stride
-from pipros.data.plans import LENGTH, STRING, FixedRun, MessagePlan, SizedPart, value_dtype
+from pipros.msg.bulk.columns import Offsets
+from pipros.msg.bulk.cursors import Cursors, TooShort, equal_stride
+from pipros.msg.bulk.plans import LENGTH, STRING, FixedRun, MessagePlan, SizedPart, value_dtype
 from pipros.msg.language.spec import NUMBERS, TIMES
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from pipros.data.cursors import joined_parts
+from pipros.msg.bulk.cursors import joined_parts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pipros.data.columns import (
+from pipros.msg.bulk.columns import (
     Column,
     ListColumn,
     OctetColumn,
@@ -23,9 +23,9 @@ from pipros.data.columns import (
     TextColumn,
     offsets_of,
 )
-from pipros.data.cursors import Cursors, TooShort, equal_stride, values_at
-from pipros.data.plans import LENGTH, FixedField, FixedRun, MessagePlan, SizedPart, value_dtype
-from pipros.data.walk import element_starts
+from pipros.msg.bulk.cursors import Cursors, TooShort, equal_stride, values_at
+from pipros.msg.bulk.plans import LENGTH, FixedField, FixedRun, MessagePlan, SizedPart, value_dtype
+from pipros.msg.bulk.walk import element_starts
 from pipros.msg.language.spec import NUMBERS, OCTETS, TIMES
 from pipros.msg.time import NS_PER_S
 
