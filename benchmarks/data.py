@@ -23,7 +23,6 @@ import data_large
 import data_loop
 import data_sets
 from geometry_msgs.msg import TransformStamped
-from rosbags.dataframe import get_dataframe
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -104,6 +103,8 @@ def as_dataframe(path: Path, topic: str) -> int:
 
 
 def with_rosbags_dataframe(path: Path, topic: str) -> int:
+    from rosbags.dataframe import get_dataframe  # which not all parts need
+
     with AnyReader([path]) as reader:
         return len(get_dataframe(reader, topic, TOPICS[topic]))
 
