@@ -36,7 +36,7 @@ CONFIG = """\
 rate: 10
 task: wave
 observations: {arm: {topic: /joints, names: [a, b]}}
-actions: {arm: {topic: /joints, names: [b]}}
+actions: {arm: {topic: /joints, names: [b, a]}}
 cameras: {front: {topic: /image}}
 """
 
@@ -117,7 +117,7 @@ def check(root: Path) -> None:
         each = found[row]
         episode, n = divmod(row, 20)
         assert each["observation.state"].tolist() == [1000 * episode + n, -n]
-        assert each["action"].reshape(-1).tolist() == [-n]
+        assert each["action"].tolist() == [-n, 1000 * episode + n]
         assert each["task"] == "wave"
         assert tuple(each["observation.images.front"].shape) == (3, 64, 96)
         assert abs(float(each["observation.images.front"].mean()) * 255 - 10 * n) < 4
