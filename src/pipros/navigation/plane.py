@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pipros.libraries.transforms.messages import pose_of
 from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg import load_message_class
-from pipros.msg.time import Time
+from pipros.msg.time import NS_PER_S, Time
 
 Triple = tuple[float, float, float]
 Poses = NDArray[np.float64]
@@ -36,6 +36,25 @@ def in_frame(frame: Triple, poses: Poses) -> Poses:
         (frame[0] + cosine * x - sine * y, frame[1] + sine * x + cosine * y, yaw + frame[2])
     )
     return placed
+
+
+def raised(pose: Triple) -> Pose:
+    """Return a pose in the plane as a pose in space."""
+    return (pose[0], pose[1], 0.0, 0.0, 0.0, math.sin(pose[2] / 2), math.cos(pose[2] / 2))
+
+
+def time_of(stamp_ns: int) -> Time:
+    return Time(*divmod(max(0, stamp_ns), NS_PER_S))
+
+
+def transforms(parent: str, child: str, pose: Pose, stamp_ns: int) -> Any:
+    """Return a tf2_msgs/TFMessage with one transform."""
+    transform: Any = load_message_class("geometry_msgs/TransformStamped")(child_frame_id=child)
+    transform.header.frame_id, transform.header.stamp = parent, time_of(stamp_ns)
+    shift, turn = transform.transform.translation, transform.transform.rotation
+    shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, turn.w = pose
+    message: Any = load_message_class("tf2_msgs/TFMessage")
+    return message([transform])
 
 
 def stamped_pose(pose: Triple, frame: str, stamp: Time) -> Any:

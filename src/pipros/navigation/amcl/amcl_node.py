@@ -17,7 +17,7 @@ from pipros.libraries.transforms.pose import IDENTITY, Pose, composed
 from pipros.msg import load_message_class, load_service_class
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.localizer import Localizer
-from pipros.navigation.amcl.publications import Publications, planar
+from pipros.navigation.amcl.publications import Publications
 from pipros.navigation.amcl.scans import ScanReader
 from pipros.navigation.amcl.settings import (
     LASER_MODELS,
@@ -30,6 +30,7 @@ from pipros.navigation.amcl.settings import (
 )
 from pipros.navigation.frames import Frames
 from pipros.navigation.parameters import Parameters, read_parameters
+from pipros.navigation.plane import flat
 from pipros.navigation.schedule import Schedule
 from pipros.node import Node
 from pipros.node.rate import Timer
@@ -150,7 +151,7 @@ class AmclNode:
         moved = composed(
             pose_of(pose.position, pose.orientation), self._motion_since(in_ns(message.header.stamp))
         )
-        (x, y, yaw), (xx, xy, yy, aa) = planar(moved), (covariance[i] for i in (0, 1, 7, 35))
+        (x, y, yaw), (xx, xy, yy, aa) = flat(moved), (covariance[i] for i in (0, 1, 7, 35))
         if not np.isfinite((x, y, yaw, xx, xy, yy, aa)).all():
             self._log.warning("an initial pose has numbers that are not finite: it is ignored")
             return
@@ -228,7 +229,7 @@ class AmclNode:
             return
         with self._lock:
             localizer = self._localizer
-            outcome = localizer.scan(message.header.frame_id, planar(base), beams)
+            outcome = localizer.scan(message.header.frame_id, flat(base), beams)
             if outcome.is_updated:
                 self._out.publish_cloud(localizer.particles.poses, self._node.clock.now_ns())
             if outcome.estimate is not None:
@@ -247,7 +248,7 @@ class AmclNode:
         found = self._frames.latest(settings.odom_frame_id, settings.base_frame_id)
         if found is None:
             return
-        x, y, yaw = planar(composed(correction, found))
+        x, y, yaw = flat(composed(correction, found))
         saved = {"pose_x": x, "pose_y": y, "pose_a": yaw}
         saved |= {"cov_xx": belief.xx, "cov_yy": belief.yy, "cov_aa": belief.aa}
         for name, value in saved.items():

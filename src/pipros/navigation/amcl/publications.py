@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted, roll_pitch_yaw
+from pipros.libraries.transforms.pose import Pose, composed, inverted
 from pipros.msg import load_message_class
-from pipros.msg.time import NS_PER_S, Time
+from pipros.msg.time import NS_PER_S
+from pipros.navigation import plane
 from pipros.navigation.amcl.localizer import Estimate
-from pipros.navigation.amcl.motion import Pose2
 from pipros.navigation.amcl.settings import Belief, Settings
 from pipros.node import Node
 
@@ -39,9 +39,7 @@ class Publications:
         self._pose_class: Any = load_message_class("geometry_msgs/Pose")
         self._estimate_class: Any = load_message_class("geometry_msgs/PoseWithCovarianceStamped")
         self._cloud_class: Any = load_message_class("geometry_msgs/PoseArray")
-        self._transform_class: Any = load_message_class("geometry_msgs/TransformStamped")
-        self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
-        self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
+        self._tf = node.advertise("/tf", load_message_class("tf2_msgs/TFMessage"), queue_size=100)
         self._estimates = node.advertise("amcl_pose", self._estimate_class, queue_size=2, latch=True)
         self._clouds = node.advertise("particlecloud", self._cloud_class, queue_size=2, latch=True)
         self._diagnostics = LinkDiagnostics(node, "None")
@@ -49,7 +47,7 @@ class Publications:
     def publish_cloud(self, poses: NDArray[np.float64], now_ns: int) -> None:
         """Publish the particles, with the current time."""
         cloud = self._cloud_class()
-        cloud.header.frame_id, cloud.header.stamp = self.settings.global_frame_id, _time(now_ns)
+        cloud.header.frame_id, cloud.header.stamp = self.settings.global_frame_id, plane.time_of(now_ns)
         halves = poses[:, 2] / 2.0
         rows = np.stack((poses[:, 0], poses[:, 1], np.sin(halves), np.cos(halves)), axis=1).tolist()
         for x, y, sine, cosine in rows:
@@ -62,9 +60,9 @@ class Publications:
     def publish_estimate(self, estimate: Estimate, stamp_ns: int, base: Pose) -> None:
         """Publish an estimate for a time, and the transform that follows from the odometry pose `base`."""
         x, y, yaw = estimate.pose
-        pose: Pose = (x, y, 0.0, *from_roll_pitch_yaw(0.0, 0.0, yaw))
+        pose = plane.raised(estimate.pose)
         message = self._estimate_class()
-        message.header.frame_id, message.header.stamp = self.settings.global_frame_id, _time(stamp_ns)
+        message.header.frame_id, message.header.stamp = self.settings.global_frame_id, plane.time_of(stamp_ns)
         place, turn = message.pose.pose.position, message.pose.pose.orientation
         place.x, place.y = x, y
         turn.x, turn.y, turn.z, turn.w = pose[3:]
@@ -81,13 +79,10 @@ class Publications:
         """Publish the last correction for a time, which `transform_tolerance` moves into the future."""
         if self.correction is None or not self.settings.tf_broadcast:
             return
-        transform = self._transform_class(child_frame_id=self.settings.odom_frame_id)
-        transform.header.frame_id = self.settings.global_frame_id
-        transform.header.stamp = _time(stamp_ns + round(self.settings.transform_tolerance * NS_PER_S))
-        shift, turn = transform.transform.translation, transform.transform.rotation
-        shift.x, shift.y, shift.z = self.correction[:3]
-        turn.x, turn.y, turn.z, turn.w = self.correction[3:]
-        self._tf.publish(self._tf_class([transform]))
+        settings = self.settings
+        valid_ns = stamp_ns + round(settings.transform_tolerance * NS_PER_S)
+        frames = settings.global_frame_id, settings.odom_frame_id
+        self._tf.publish(plane.transforms(*frames, self.correction, valid_ns))
 
     def is_save_due(self, now_ns: int) -> bool:
         """Return whether the pose must be saved now; it then counts as saved."""
@@ -112,12 +107,3 @@ class Publications:
         is_large = any(each > limit for each, limit in zip(deviations, limits, strict=True))
         level, text = (LinkLevel.WARN, "Too large") if is_large else (LinkLevel.OK, "OK")
         self._diagnostics.publish([LinkStatus(f"{self._name}: Standard deviation", level, text, values)])
-
-
-def planar(pose: Pose) -> Pose2:
-    """Return x, y and yaw of a pose."""
-    return pose[0], pose[1], roll_pitch_yaw(pose)[2]
-
-
-def _time(stamp_ns: int) -> Time:
-    return Time(*divmod(max(0, stamp_ns), NS_PER_S))

@@ -18,11 +18,11 @@ from pipros.libraries.transforms.pose import (
     composed,
     from_roll_pitch_yaw,
     inverted,
-    roll_pitch_yaw,
     rotate,
 )
 from pipros.msg import load_message_class, load_service_class
-from pipros.msg.time import NS_PER_S, Time
+from pipros.msg.time import NS_PER_S
+from pipros.navigation import plane
 from pipros.navigation.frames import Frames
 from pipros.navigation.limits import NavigationLimits
 from pipros.navigation.mapping.settings import Settings, read_settings
@@ -59,15 +59,13 @@ class GmappingNode:
         self._map: Any = None
         self._map_class: Any = load_message_class("nav_msgs/OccupancyGrid")
         self._entropy_class: Any = load_message_class("std_msgs/Float64")
-        self._transform_class: Any = load_message_class("geometry_msgs/TransformStamped")
-        self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
         metadata: Any = load_message_class("nav_msgs/MapMetaData")
         scan: Any = load_message_class("sensor_msgs/LaserScan")
         service = load_service_class("nav_msgs/GetMap")
         self._entropy = node.advertise("~entropy", self._entropy_class, queue_size=1, latch=True)
         self._maps = node.advertise("map", self._map_class, queue_size=1, latch=True)
         self._metadata = node.advertise("map_metadata", metadata, queue_size=1, latch=True)
-        self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
+        self._tf = node.advertise("/tf", load_message_class("tf2_msgs/TFMessage"), queue_size=100)
         node.serve("dynamic_map", service, lambda _: service._response_class(self._last_map()))
         node.subscribe("scan", scan, self._on_scan, queue_size=5)
         schedule = Schedule(node)
@@ -81,14 +79,11 @@ class GmappingNode:
         return self._map
 
     def _publish_transform(self) -> None:
-        transform = self._transform_class(child_frame_id=self._settings.odom_frame)
-        transform.header.frame_id = self._settings.map_frame
-        stamp_ns = self._node.clock.now_ns() + round(self._settings.tf_delay * NS_PER_S)
-        transform.header.stamp = Time(*divmod(stamp_ns, NS_PER_S))
-        shift, turn = transform.transform.translation, transform.transform.rotation
+        settings = self._settings
+        stamp_ns = self._node.clock.now_ns() + round(settings.tf_delay * NS_PER_S)
         with self._lock:
-            shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, turn.w = self._correction
-        self._tf.publish(self._tf_class([transform]))
+            correction = self._correction
+        self._tf.publish(plane.transforms(settings.map_frame, settings.odom_frame, correction, stamp_ns))
 
     # -- scans -----------------------------------------------------------------------
 
@@ -108,8 +103,7 @@ class GmappingNode:
         found = self._frames.awaited(settings.odom_frame, frame, stamp_ns, TRANSFORM_S)
         if found is None:
             return
-        placed = composed(found, mounting)
-        odometry = placed[0], placed[1], roll_pitch_yaw(placed)[2]
+        odometry = plane.flat(composed(found, mounting))
         ranges = np.array(message.ranges[::-1] if is_reversed else message.ranges, float)
         ranges[ranges < message.range_min] = message.range_max
         with self._lock:
@@ -118,8 +112,8 @@ class GmappingNode:
             slam = self._start(message, odometry, beams)
         if not slam.scan(odometry, ranges, stamp_ns / NS_PER_S):
             return
-        best = slam.poses[slam.best]
-        in_map, in_odom = _placed(*best.tolist()), _placed(*odometry)
+        x, y, yaw = slam.poses[slam.best].tolist()
+        in_map, in_odom = plane.raised((x, y, yaw)), plane.raised(odometry)
         with self._lock:
             self._slam = slam
             self._correction = composed(in_map, inverted(in_odom))
@@ -187,8 +181,7 @@ class GmappingNode:
         values = self._survey.values()
         message = self._map_class()
         message.header.frame_id = self._settings.map_frame
-        now = Time(*divmod(self._node.clock.now_ns(), NS_PER_S))
-        message.header.stamp = message.info.map_load_time = now
+        message.header.stamp = message.info.map_load_time = plane.time_of(self._node.clock.now_ns())
         message.info.resolution = self._settings.delta
         message.info.height, message.info.width = values.shape
         message.info.origin.position.x, message.info.origin.position.y = self._survey.origin
@@ -197,10 +190,6 @@ class GmappingNode:
         self._map = message
         self._maps.publish(message)
         self._metadata.publish(message.info)
-
-
-def _placed(x: float, y: float, yaw: float) -> Pose:
-    return (x, y, 0.0, *from_roll_pitch_yaw(0.0, 0.0, yaw))
 
 
 @exits_after_ctrl_c()

@@ -6,19 +6,20 @@ import logging
 import math
 import threading
 import time
+from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector, inverted, rotate, rotation_matrix
+from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector, inverted, rotate
 from pipros.msg import load_message_class, load_service_class
-from pipros.msg.time import NS_PER_S, Time
+from pipros.navigation import plane
 from pipros.navigation.frames import Frames
 from pipros.navigation.navsat.alignment import Alignment
 from pipros.navigation.navsat.geodesy import OutOfRange, zone_of_name
+from pipros.navigation.navsat.messages import filtered_fix, position, turned
 from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters
 from pipros.navigation.schedule import Schedule
 from pipros.node import Node
@@ -28,6 +29,7 @@ from pipros.node.subscriber import Subscriber
 
 _NO_FIX: Final = -1
 _WARNING_S: Final = 5.0
+_ORIGIN: Final = SimpleNamespace(x=0.0, y=0.0, z=0.0)
 
 
 class NavsatNode:
@@ -79,9 +81,8 @@ class NavsatNode:
     def _load_classes(self) -> None:
         self._odometry_class: Any = load_message_class("nav_msgs/Odometry")
         self._fix_class: Any = load_message_class("sensor_msgs/NavSatFix")
-        self._transform_class: Any = load_message_class("geometry_msgs/TransformStamped")
-        self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
-        self._static = self._node.advertise("/tf_static", self._tf_class, queue_size=100, latch=True)
+        tf: Any = load_message_class("tf2_msgs/TFMessage")
+        self._static = self._node.advertise("/tf_static", tf, queue_size=100, latch=True)
 
     def _start(self, read: Parameters) -> None:
         """Subscribe, advertise, and start the cycle."""
@@ -240,9 +241,12 @@ class NavsatNode:
             if self._is_fix_new and self._is_pose_new:
                 self._is_fix_new = False
                 self._publish_position()
-            if self._filtered is not None and self._is_pose_new:
+            if self._filtered is not None and self._is_pose_new and self._pose is not None:
                 self._is_pose_new = False
-                self._publish_filtered()
+                stamp_ns, pose = self._pose
+                place = self._alignment.geographic(pose[:3])
+                covariance = turned(inverted(self._alignment.to_world), self._pose_covariance)
+                self._filtered.publish(filtered_fix(self._base_frame, stamp_ns, place, covariance))
 
     def _use_transform(self) -> None:
         """Unsubscribe from the orientation, and send the transform if requested."""
@@ -255,14 +259,10 @@ class NavsatNode:
         parent, child = self._world_frame, self._cartesian_frame
         if self._is_parent:
             parent, child, pose = child, parent, inverted(pose)
-        transform = self._transform_class(child_frame_id=child)
-        transform.header.frame_id = parent
-        transform.header.stamp = Time(*divmod(self._node.clock.now_ns(), NS_PER_S))
-        shift, turn = transform.transform.translation, transform.transform.rotation
-        shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, turn.w = pose
+        message = plane.transforms(parent, child, pose, self._node.clock.now_ns())
         if self._is_flat:
-            shift.z = 0.0
-        self._static.publish(self._tf_class([transform]))
+            message.transforms[0].transform.translation.z = 0.0
+        self._static.publish(message)
 
     def _publish_position(self) -> None:
         """Publish the robot's position in the world frame, from the antenna's."""
@@ -281,44 +281,9 @@ class NavsatNode:
         else:
             dx, dy, dz = rotate(base, antenna[:3])
             x, y, z = x - dx, y - dy, z - dz
-        message = self._odometry_class()
-        message.header.frame_id = self._world_frame
-        message.header.stamp = Time(*divmod(stamp_ns, NS_PER_S))
-        place = message.pose.pose.position
-        place.x, place.y, place.z = x, y, 0.0 if self._is_flat else z
-        message.pose.pose.orientation.w = 1.0
-        covariance = np.zeros((6, 6))
-        covariance[:3, :3] = self._fix_covariance = _turned(alignment.to_world, self._fix_covariance)
-        message.pose.covariance = covariance.ravel().tolist()
-        self._positions.publish(message)
-
-    def _publish_filtered(self) -> None:
-        """Publish the geographic position of the odometry's pose."""
-        if self._pose is None or self._filtered is None or self._alignment.to_world is None:
-            return
-        stamp_ns, pose = self._pose
-        message = self._fix_class()
-        message.header.frame_id = self._base_frame
-        message.header.stamp = Time(*divmod(stamp_ns, NS_PER_S))
-        message.latitude, message.longitude, message.altitude = self._alignment.geographic(pose[:3])
-        turned = _turned(inverted(self._alignment.to_world), self._pose_covariance)
-        message.position_covariance = turned.ravel().tolist()
-        message.position_covariance_type = message.COVARIANCE_TYPE_KNOWN
-        message.status.status = message.status.STATUS_GBAS_FIX
-        self._filtered.publish(message)
-
-
-class _Origin:
-    x = y = z = 0.0
-
-
-_ORIGIN = _Origin()
-
-
-def _turned(pose: Pose, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-    matrix = np.array(rotation_matrix(pose)).reshape(3, 3)
-    turned: NDArray[np.float64] = matrix @ covariance @ matrix.T
-    return turned
+        self._fix_covariance = turned(alignment.to_world, self._fix_covariance)
+        place = x, y, 0.0 if self._is_flat else z
+        self._positions.publish(position(self._world_frame, stamp_ns, place, self._fix_covariance))
 
 
 @exits_after_ctrl_c()
