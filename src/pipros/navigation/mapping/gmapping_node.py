@@ -54,7 +54,7 @@ class GmappingNode:
         self._laser: tuple[Pose, bool, int] | None = None
         self._correction: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
         self._scans = 0
-        self._mapped_ns = 0
+        self._mapped_ns = self._stamped_ns = 0
         self._has_measured = False
         self._map: Any = None
         self._map_class: Any = load_message_class("nav_msgs/OccupancyGrid")
@@ -81,6 +81,9 @@ class GmappingNode:
     def _publish_transform(self) -> None:
         settings = self._settings
         stamp_ns = self._node.clock.now_ns() + round(settings.tf_delay * NS_PER_S)
+        if stamp_ns == self._stamped_ns:  # simulated time stands still: tf reports repeated timestamps
+            return
+        self._stamped_ns = stamp_ns
         with self._lock:
             correction = self._correction
         self._tf.publish(plane.transforms(settings.map_frame, settings.odom_frame, correction, stamp_ns))
