@@ -195,8 +195,10 @@ class ApprovedActs:
             act = {"time": round(time.time(), 3), "tool": tool, "name": name, "values": kept}
             row = safe({**act, "outcome": outcome, **more})
             self.approvals.note(row)
-            if self._system is not None:
-                self._system.log.publish(load_message_class("std_msgs/String")(json.dumps(row)))
+            system = self._system
+            with suppress(PiprosError, RuntimeError):  # the node is shut down
+                if system is not None:
+                    system.log.publish(load_message_class("std_msgs/String")(json.dumps(row)))
 
         try:
             yield note
