@@ -88,7 +88,7 @@ def test_a_wrong_limit_of_a_room_is_explained(
         Limits.parse(text)
 
     assert complaint in str(raised.value)
-    assert ("expression_work, baths, beds_bytes" in str(raised.value)) is text.startswith("doors")
+    assert ("policy_goal_id_characters, baths, beds_bytes" in str(raised.value)) is text.startswith("doors")
 
 
 def test_rooms_are_only_imported_for_their_limits() -> None:
