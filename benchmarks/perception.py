@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Processor time of nodes for images, of pipros and the genuine ones of Debian in one run.
+"""Processor time of nodes for images and clouds, of pipros and the genuine ones of Debian in one run.
 
-    benchmarks/perception.py [--only rectify,cloud,chain] [--seconds 10]
+    benchmarks/perception.py [--only rectify,cloud,chain,voxels] [--seconds 10]
 
 A row is one node, or a chain of nodes. The benchmark publishes the inputs at a fixed rate, subscribes to the
 last output, and reads the processor time of the nodes' processes from /proc. Chains run in one manager, and
@@ -22,9 +22,12 @@ import time
 import xmlrpc.client
 from pathlib import Path
 
+import numpy as np
+
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.launch.roscore import Core
+from pipros.libraries.clouds.points import cloud_of
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 
@@ -107,9 +110,18 @@ class Bench:
         if side == "genuine":
             variables = {"PATH": "/usr/bin:/bin", "ROS_PACKAGE_PATH": "/usr/share", "ROS_IP": "127.0.0.1"}
             variables |= {**self.variables, "HOME": str(self.folder)}
+            variables["CMAKE_PREFIX_PATH"] = f"{self._prefix()}:/usr"
         quiet = subprocess.DEVNULL
         command = [*COMMANDS[side], *arguments]
         self.processes.append(subprocess.Popen(command, env=variables, stdout=quiet, stderr=quiet))
+
+    def _prefix(self):
+        """Return a prefix in which the plugins of Debian's pcl_ros are found: they name the folder `lib`."""
+        prefix = self.folder / "prefix"
+        prefix.mkdir(exist_ok=True)
+        if not (prefix / "lib").exists():
+            (prefix / "lib").symlink_to("/usr/lib/x86_64-linux-gnu")
+        return prefix
 
     def _measure(self, pids, inputs, output, kind, rate_hz):
         """Return the processor time of the processes, the duration, and the number of outputs."""
@@ -262,7 +274,27 @@ def chain(bench):
         )
 
 
-ROWS = {"rectify": rectify, "cloud": cloud, "chain": chain}
+def voxels(bench):
+    """A cloud of a 3D lidar with 300,000 points, reduced to cells of 20 cm."""
+    numbers, count = np.random.default_rng(1), 300_000
+    angles, ranges = numbers.uniform(-np.pi, np.pi, count), numbers.gamma(2, 6, count)
+    columns = {"x": ranges * np.cos(angles), "y": ranges * np.sin(angles), "z": numbers.normal(0, 0.8, count)}
+    columns["intensity"] = numbers.uniform(0, 100, count)
+    header = load_message_class("std_msgs/Header")(frame_id="lidar")
+    points = cloud_of(header, {name: each.astype(np.float32) for name, each in columns.items()})
+    bench.node.params.set("/voxels", {"leaf_size": 0.2, "filter_field_name": ""})
+    for side in COMMANDS:
+        bench.row(
+            "pcl/VoxelGrid of 300,000 points",
+            side,
+            {"voxels": ("pcl/VoxelGrid", {})},
+            lambda _: {"/voxels/input": points},
+            ("/voxels/output", "sensor_msgs/PointCloud2"),
+            10,
+        )
+
+
+ROWS = {"rectify": rectify, "cloud": cloud, "chain": chain, "voxels": voxels}
 
 
 def main():
