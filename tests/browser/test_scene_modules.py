@@ -154,8 +154,10 @@ def test_defaults_are_those_of_rviz(tab: Tab) -> None:
 
 MARKERS = """async () => {
   const { MarkerArray } = await import("/scene/displays/markers.js");
+  const { Batches } = await import("/scene/marker_parts.js");
   const scene = { now: () => 0n, poseOf: () => [0, 0, 0, 0, 0, 0, 1], noteStatus() {}, invalidate() {} };
-  const display = new MarkerArray(scene, [], {});
+  const display = new MarkerArray({ ...scene, frames: {} }, [], {});
+  display.batches = new Batches(display.root);
   display.begin = () => {};
   display.shown = new Map();
   display.namespaces = new Map();
@@ -164,20 +166,24 @@ MARKERS = """async () => {
     header: { frame_id: "map", stamp: 0n }, frame_locked: false, text: "",
     color: { r: x, g: 0, b: 0, a }, scale: { x, y: 1, z: 1 },
     pose: { position: { x, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } } });
-  const mesh = () => display.root.children[0].children[0].children[0];
-  const looks = () => [mesh().scale.x, mesh().parent.position.x, mesh().material.color.r,
-    mesh().material.opacity];
+  const { batches } = display;
+  const part = () => display.shown.get("a/1").part;
   display.take(marker(1, 0.5, 1));
-  const first = mesh();
-  display.take(marker(1, 1, 0.25));
-  const found = [mesh() === first, looks()];
+  const first = part();
+  display.take(marker(1, 1, 1));
+  const { min, max } = first.batch.box(first.index);
+  const found = [part() === first, min.x, max.x, first.batch.words[12]];
+  display.take(marker(1, 1, 0.25)); // transparent: an object of its own
+  const mesh = part().object.children[0].children[0];
+  found.push(batches.all.size, mesh.scale.x, mesh.material.opacity);
   display.take(marker(2, 1, 1));
-  return [...found, mesh() === first, display.root.children.length];
+  const { children } = display.root;
+  return [...found, batches.all.size, children.length, children[0] === part().batch.object];
 }"""
 
 
 def test_a_marker_that_is_sent_again_keeps_its_object(tab: Tab) -> None:
-    assert tab.evaluate(MARKERS) == [True, [1, 1, 1, 0.25], False, 1]
+    assert tab.evaluate(MARKERS) == [True, 0.5, 1.5, 1, 0, 1, 0.25, 1, 1, True]
 
 
 def test_a_silent_server_of_markers_is_reported_until_it_returns(tab: Tab) -> None:

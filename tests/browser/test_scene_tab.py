@@ -29,6 +29,10 @@ SCALE = 50
 GREY = (48, 48, 48)
 ROBOT = "{Class: rviz/RobotModel, Name: Robot, Enabled: true}"
 
+ROBOT_WITHOUT_MESH = (
+    '<robot name="r"><link name="base_link"><visual><geometry><mesh filename="package://nothing/a.stl"/>'
+    "</geometry></visual></link></robot>"
+)
 VIEW = """\
 Visualization Manager:
   Displays: [{displays}]
@@ -515,13 +519,31 @@ def test_a_picture_is_saved_without_a_window(system: RosSystem, tmp_path: Path) 
     path = f"{system.pipros.environment['PATH']}{os.pathsep}{Path(chromium).parent}"
     options = ("--size", "640x480", "--timeout", "10")
     done = system.pipros.run("rviz", "--png", picture, "-d", file, *options, timeout_s=100.0, PATH=path)
-    assert done.returncode == 0
-    assert "rviz: M: " in "\n".join(done.stderr)
+    assert done.returncode == 3
+    assert "rviz: missing: M: no message on [/none]" in done.stderr
     assert "Robot: lost: No transform" in "\n".join(done.stderr)
     content = picture.read_bytes()
     assert content[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", content[16:24]) == (640, 480)
     assert len(set(content)) > 100
+
+
+def test_a_picture_waits_for_meshes_and_messages(system: RosSystem, tmp_path: Path) -> None:
+    file, picture = tmp_path / "scene.rviz", tmp_path / "scene.png"
+    robot = "{Class: rviz/RobotModel, Name: Meshes, Robot Description: /meshes}"
+    latched = "{Class: rviz/Map, Name: M, Topic: /map}, {Class: rviz/LaserScan, Name: S, Topic: /scan}"
+    file.write_text(VIEW.format(displays=f"{robot}, {latched}"))
+    path = f"{system.pipros.environment['PATH']}{os.pathsep}{Path(find_chromium() or '').parent}"
+    done = system.pipros.run(
+        "rviz", "--png", picture, "-d", file, "--timeout", "90", timeout_s=200.0, PATH=path
+    )
+    assert done.returncode == 0, done.stderr
+    system.pipros.run("rosparam", "set", "/meshes", ROBOT_WITHOUT_MESH)
+    done = system.pipros.run(
+        "rviz", "--png", picture, "-d", file, "--timeout", "5", timeout_s=100.0, PATH=path
+    )
+    assert done.returncode == 3
+    assert any("missing: mesh [package://nothing/a.stl]" in line for line in done.stderr), done.stderr
 
 
 def test_a_link_that_has_ended_is_named(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:

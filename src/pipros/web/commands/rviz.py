@@ -14,6 +14,9 @@ from pipros.cli.server_options import without_remappings
 from pipros.packages import SHARE
 from pipros.web.commands.page_command import page_parser, show
 
+INCOMPLETE = 3
+"""Exit status if something is missing from a picture."""
+
 _IGNORED = "accepted for compatibility, without effect"
 
 
@@ -54,9 +57,12 @@ def _save_picture(options: Any, name: str, argv: Sequence[str]) -> int:
     if options.disable_anti_aliasing:
         arguments.append("--disable-anti-aliasing")
     size = picture_size(options.size)
-    for problem in save_picture(Path(options.png), arguments, size, options.timeout):
+    problems, missing = save_picture(Path(options.png), arguments, size, options.timeout)
+    for problem in problems:
         print(f"rviz: {problem}", file=sys.stderr)
-    return 0
+    for each in missing:
+        print(f"rviz: missing: {each}", file=sys.stderr)
+    return INCOMPLETE if missing else 0
 
 
 def _parser() -> OptionParser:

@@ -39,17 +39,19 @@ _DRAW: Final = """(([width, height]) => {
   const shown = scene.all().filter((display) => display.isOn && !display.displays);
   const problems = shown.flatMap(({ name, statuses }) => [...statuses]
     .filter(([, { level }]) => level !== "ok").map(([key, { text }]) => `${name}: ${key}: ${text}`));
-  return { problems: problems.slice(0, 100), picture: scene.canvas.toDataURL("image/png") };
+  const missing = scene.missing().slice(0, 100);
+  return { problems: problems.slice(0, 100), missing, picture: scene.canvas.toDataURL("image/png") };
 })"""
 
 
 def save_picture(
     target: Path, arguments: Sequence[str], size: tuple[int, int], timeout_s: float
-) -> list[str]:
-    """Write the scene that `rviz` shows with these arguments as a PNG. Return all statuses other than OK.
+) -> tuple[list[str], list[str]]:
+    """Write the scene that `rviz` shows with these arguments as a PNG.
 
-    The picture is taken as soon as all displays are OK and two pictures in a row are equal, or `timeout_s`
-    after the first picture. At most 100 statuses are returned.
+    Return all statuses other than OK, and what is missing: meshes that are not loaded, and enabled displays
+    without a message. The picture is taken as soon as nothing is missing, all displays are OK and two
+    pictures in a row are equal, or `timeout_s` after the first picture. Each list has at most 100 entries.
 
     Raises:
         CommandError: Chromium is not installed, Chromium or the server does not start, the file cannot be
@@ -69,7 +71,8 @@ def save_picture(
             now_s = time.monotonic()
             if shown is not None:
                 data_by_s = min(data_by_s, now_s + timeout_s)
-                if now_s > data_by_s or (shown == last and not shown["problems"]):
+                is_complete = not shown["problems"] and not shown["missing"]
+                if now_s > data_by_s or (shown == last and is_complete):
                     break
             elif now_s > show_by_s:
                 raise CommandError(f"the page did not show a scene within {START_S:g} s")
@@ -79,7 +82,7 @@ def save_picture(
         target.write_bytes(base64.b64decode(shown["picture"].partition(",")[2]))
     except OSError as error:
         raise CommandError(f"cannot write {target}: {error.strerror}") from None
-    return list(map(str, shown["problems"]))
+    return list(map(str, shown["problems"])), list(map(str, shown["missing"]))
 
 
 def picture_size(text: str) -> tuple[int, int]:

@@ -371,7 +371,11 @@ def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: 
         "columns": [[column.name, column.datatype, len(column.data)] for column in found.columns],
         "from": sender_of(message),
     }
-    return b"".join([json.dumps(head).encode(), b"\n", *(column.data for column in found.columns)])
+    text = json.dumps(head).encode()
+    padding = b" " * (
+        -(len(text) + 5) % 8
+    )  # the columns begin at a multiple of 8 bytes, after the number of the view
+    return b"".join([text, padding, b"\n", *(column.data for column in found.columns)])
 
 
 def _number(arguments: Mapping[str, Any], key: str, default: int, limit: int) -> int:

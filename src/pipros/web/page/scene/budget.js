@@ -1,4 +1,5 @@
-// The status line of the picture: pictures and data per second, and the maximum number of points in this browser, which can be set here.
+// The status line of the picture: pictures and data per second, the display that makes pictures slow, and the maximum number of
+// points in this browser, which can be set here.
 
 import { h, replace } from "../dom.js";
 
@@ -10,6 +11,7 @@ const thousands = (number) => number.toLocaleString("en-GB");
 // Returns the element. `signal` ends it.
 export function budgetLine(scene, signal) {
   const rates = h("span", {});
+  const slow = h("span", { class: "scene-slow" });
   const points = h("span", {});
   const most = h("select", { "aria-label": "Points of all clouds", title: "Points of all clouds together, which this browser gets",
     onchange: () => {
@@ -27,6 +29,7 @@ export function budgetLine(scene, signal) {
     replace(rates, `${((pictures - last.pictures) / elapsed).toFixed(0)} pictures/s, ` +
       `${((bytes - last.bytes) / elapsed / 1e6).toFixed(1)} MB/s`);
     last = { at: now, pictures, bytes };
+    replace(slow, scene.slow.text() ? `, ${scene.slow.text()}` : "");
     const clouds = scene.all().filter((display) => display.isOn && display.takeShare);
     const sum = (part) => clouds.reduce((total, display) => total + (display.points?.[part] ?? 0), 0);
     share.hidden = !clouds.length;
@@ -35,5 +38,5 @@ export function budgetLine(scene, signal) {
 
   const timer = setInterval(() => scene.isHidden || show(), INTERVAL_MS);
   signal.addEventListener("abort", () => clearInterval(timer));
-  return h("div", { class: "scene-figures" }, rates, share);
+  return h("div", { class: "scene-figures" }, rates, slow, share);
 }

@@ -31,7 +31,8 @@ export function columnsOf(head, data) {
   let at = data.byteOffset;
   for (const [name, datatype, size] of head.columns) {
     const Numbers = (name === "rgb" || name === "rgba") && datatype >= 5 && datatype <= FLOAT32 ? Uint32Array : NUMBERS[datatype];
-    found.set(name, new Numbers(data.buffer.slice(at, at + size)));
+    const each = Numbers.BYTES_PER_ELEMENT;
+    found.set(name, at % each ? new Numbers(data.buffer.slice(at, at + size)) : new Numbers(data.buffer, at, size / each));
     at += size;
   }
   return found;
@@ -48,18 +49,22 @@ export function cloudColours(transformer, columns, options) {
 }
 
 function flat(out, _columns, { colour }) {
-  for (let at = 0; at < out.length; at += 4) out.set(colour, at);
+  for (let at = 0; at < out.length; at += 4) [out[at], out[at + 1], out[at + 2]] = colour;
 }
 
 function packedColours(out, columns, _options, transformer) {
   const hasAlpha = columns.has("rgba");
   const packed = columns.get(hasAlpha ? "rgba" : "rgb");
-  packed.forEach((value, i) => {
-    const rgb = [(value >> 16) & 255, (value >> 8) & 255, value & 255];
-    if (transformer === "MONO8") rgb.fill((rgb[0] + rgb[1] + rgb[2]) / 3);
-    out.set(rgb, i * 4);
-    if (hasAlpha && transformer === "RGB8") out[i * 4 + 3] = value >>> 24;
-  });
+  const isGrey = transformer === "MONO8";
+  for (let i = 0, at = 0; i < packed.length; i += 1, at += 4) {
+    const value = packed[i];
+    const [r, g, b] = [(value >> 16) & 255, (value >> 8) & 255, value & 255];
+    const grey = (r + g + b) / 3;
+    out[at] = isGrey ? grey : r;
+    out[at + 1] = isGrey ? grey : g;
+    out[at + 2] = isGrey ? grey : b;
+    if (hasAlpha && !isGrey) out[at + 3] = value >>> 24;
+  }
 }
 
 function floatColours(out, columns) {
@@ -88,7 +93,8 @@ function heights(out, _columns, { heights: values, autoAxis, axisBounds }) {
 function bounds(values) {
   let low = Infinity;
   let high = -Infinity;
-  for (const value of values) {
+  for (let i = 0; i < values.length; i += 1) {
+    const value = values[i];
     if (value < low) low = Number(value);
     if (value > high) high = Number(value);
   }
@@ -98,9 +104,12 @@ function bounds(values) {
 // Returns columns without the points whose positions are not finite.
 export function finiteOnly(columns) {
   const [xs, ys, zs] = ["x", "y", "z"].map((name) => columns.get(name));
-  const keep = [];
-  for (let i = 0; i < xs.length; i += 1) if (Number.isFinite(xs[i]) && Number.isFinite(ys[i]) && Number.isFinite(zs[i])) keep.push(i);
-  if (keep.length === xs.length) return columns;
+  const isFinite = (i) => Number.isFinite(xs[i]) && Number.isFinite(ys[i]) && Number.isFinite(zs[i]);
+  let first = 0; // point that is not finite
+  while (first < xs.length && isFinite(first)) first += 1;
+  if (first === xs.length) return columns;
+  const keep = Array.from({ length: first }, (_, i) => i);
+  for (let i = first; i < xs.length; i += 1) if (isFinite(i)) keep.push(i);
   return new Map([...columns].map(([name, values]) => [name, values.constructor.from(keep, (i) => values[i])]));
 }
 

@@ -19,10 +19,9 @@ export function rainbow(fraction, out, at) {
   const i = Math.floor(h);
   const f = i % 2 ? h - i : 1 - (h - i);
   const n = Math.round((1 - f) * 255);
-  const [r, g, b] = i <= 1 ? [n, 0, 255] : i === 2 ? [0, n, 255] : i === 3 ? [0, 255, n] : i === 4 ? [n, 255, 0] : [255, n, 0];
-  out[at] = r;
-  out[at + 1] = g;
-  out[at + 2] = b;
+  out[at] = i <= 1 || i === 4 ? n : i >= 5 ? 255 : 0;
+  out[at + 1] = i <= 1 ? 0 : i === 2 || i >= 5 ? n : 255;
+  out[at + 2] = i <= 2 ? 255 : i === 3 ? n : 0;
 }
 
 // Returns RGBA of the 256 values of a cell, for the schemes map, costmap and raw.

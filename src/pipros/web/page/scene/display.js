@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { TransformError } from "./frames.js";
 import { clear, dispose, place } from "./shapes.js";
 import { Properties, truth } from "./properties.js";
+import { topicOf } from "./topic_property.js";
 
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
 const MAX_SENDERS = 20; // with a status each
@@ -23,6 +24,7 @@ export class Display {
     this.stops = [];
     this.waiting = []; // messages without a transform
     this.received = 0;
+    this.hasPlaced = false; // whether a message was placed
     this.sender = ""; // of the newest message
     this.arrivals = []; // times of the newest messages, in ms
     this.isOn = false;
@@ -64,6 +66,7 @@ export class Display {
     if (this.isOn) return;
     this.isOn = true;
     this.arrivals = [];
+    this.hasPlaced = false;
     this.scene.objects.add(this.root);
     this.begin();
   }
@@ -132,8 +135,23 @@ export class Display {
     return [];
   }
 
+  // Returns what is not there yet: one line each. A picture is complete when nothing is missing from any display.
+  missing() {
+    const topic = topicOf(this);
+    if (topic && !this.received) return [`no message on [${topic}]`];
+    return this.waiting.length && !this.hasPlaced ? [`no transform for the messages on [${topic}]`] : [];
+  }
+
+  // How much is drawn, such as "2,000 markers"; empty if it does not matter.
+  load() {
+    return "";
+  }
+
   // Called before each picture.
   frame() {}
+
+  // Called before each picture of `height` pixels, when the camera has been placed.
+  detail(_camera, _height) {}
 
   // Returns whether the Update Interval has passed since the last update; if so, begins the next interval.
   isDue() {
@@ -218,6 +236,7 @@ export class Display {
         const pose = this.scene.poseOf(frame, message.header.stamp);
         if (until(message) !== message.header.stamp) this.scene.poseOf(frame, until(message));
         put(message, pose);
+        this.hasPlaced = true;
         this.setStatus(status, "ok", "Transform OK");
         this.dropStatus("Link");
       } catch (error) {

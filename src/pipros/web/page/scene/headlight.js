@@ -8,6 +8,11 @@ export class Headlight {
     world.add(this.lamp, this.lamp.target);
   }
 
+  // From 0 to 1.
+  get brightness() {
+    return this.lamp.intensity / Math.PI;
+  }
+
   aim(camera, isOn) {
     this.lamp.intensity = isOn ? Math.PI : 0;
     this.lamp.position.copy(camera.position);

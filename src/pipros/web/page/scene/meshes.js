@@ -16,6 +16,7 @@ export class Meshes {
     this.fetchBytes = fetchBytes;
     this.known = new Map(); // URI to a promise of a group
     this.textures = new Map();
+    this.missing = new Map(); // URI to why it is not loaded
     this.bytes = 0;
   }
 
@@ -25,7 +26,11 @@ export class Meshes {
     if (!this.known.has(uri)) {
       const loading = this.load(uri);
       this.known.set(uri, loading);
-      loading.catch(() => this.known.delete(uri));
+      this.missing.set(uri, "still loading");
+      loading.then(() => this.missing.delete(uri), (error) => {
+        this.missing.set(uri, error.message);
+        this.known.delete(uri);
+      });
     }
     const group = (await this.known.get(uri)).clone();
     group.traverse((each) => {

@@ -123,6 +123,20 @@ export function points(style, positions, tints, size, alpha = 1, hasAlpha = fals
   return made;
 }
 
+// Returns points with the look and the buffers of others, which are no longer drawn, and as many positions.
+export function refilled(object, positions, tints) {
+  const { geometry, material } = object;
+  for (const [name, array] of [["position", positions], ["tint", tints]]) {
+    const attribute = geometry.getAttribute(name);
+    attribute.array = array;
+    attribute.needsUpdate = true;
+  }
+  const made = new THREE.Points(geometry, material);
+  made.frustumCulled = false;
+  made.onBeforeRender = object.onBeforeRender;
+  return made;
+}
+
 function boxes(positions, tints, size, alpha, blending, perDepth) {
   const sizes = new THREE.Vector3(...(Array.isArray(size) ? size : [size, size, size]));
   const eye = new THREE.Vector4();

@@ -10,6 +10,7 @@ import { poseOf } from "./pose.js";
 import { Properties } from "./properties.js";
 import { GLOBAL } from "./schema.js";
 import { colourOf } from "./shapes.js";
+import { SlowDisplay } from "./slow_display.js";
 import { Subscription } from "./subscription.js";
 import { viewOf } from "./views.js";
 import { makeDisplay } from "./registry.js";
@@ -46,6 +47,7 @@ export class Scene {
     this.isHidden = true;
     this.last = { time: 0, version: -1 };
     this.figures = { pictures: 0, ms: 0, bytes: 0 };
+    this.slow = new SlowDisplay(this);
     this.isLost = false;
     this.settledAt = 0;
     this.frameProblem = ""; // why the newest refused transform was refused
@@ -212,6 +214,13 @@ export class Scene {
     return new Subscription(this, take, onError, onLost).begin(name, queue);
   }
 
+  // Returns what is not there yet: one line each.
+  missing() {
+    const shown = this.all().filter((display) => display.isOn && !display.displays);
+    return [...shown.flatMap((display) => display.missing().map((text) => `${display.name}: ${text}`)),
+      ...[...this.meshes.missing].map(([uri, text]) => `mesh [${uri}]: ${text}`)];
+  }
+
   // Divides the points of this viewer among its clouds.
   sharePoints() {
     this.hasNewClouds = false;
@@ -245,7 +254,9 @@ export class Scene {
     const interval = 1000 / Math.max(1, this.options.get("Frame Rate"));
     const elapsed = time - this.last.time;
     const isNew = this.isDirty || this.frames.version !== this.last.version || elapsed > 500;
-    if (!isNew || elapsed < interval - 2) return;
+    const isDue = isNew && elapsed >= interval - 2;
+    this.slow.note(time, isDue);
+    if (!isDue) return;
     this.last = { time, version: this.frames.version };
     this.isDirty = false;
     this.draw();
@@ -274,6 +285,7 @@ export class Scene {
     this.view.update(width, height);
     const { camera } = this.view;
     this.light.aim(camera, this.options.get("Default Light"));
+    for (const display of this.all()) if (display.isOn) display.detail(camera, height);
     this.renderer.setClearColor(colourOf(this.options.get("Background Color")));
     this.renderer.render(this.world, camera);
     this.figures.pictures += 1;

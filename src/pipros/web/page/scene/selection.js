@@ -101,7 +101,7 @@ export class Selection {
     this.element.hidden = !shown.length;
     replace(this.title, `${this.selected.size} selected`);
     const rows = shown.map(({ display, unit, index }) => h("div", { class: "scene-selected" },
-      h("div", {}, `${display.name}: ${unit.label}${unit.count ? ` ${index}` : ""}`),
+      h("div", {}, `${display.name}: ${unit.label}${unit.keyOf ? ` ${unit.keyOf(index)}` : unit.count ? ` ${index}` : ""}`),
       unit.describe(index).map(([name, text]) => h("div", { class: "scene-field" }, h("span", {}, name), h("span", {}, text)))));
     replace(this.list, rows, more ? h("div", { class: "pale" }, `and ${more} more`) : null);
     clear(this.boxes);
@@ -112,6 +112,7 @@ export class Selection {
   // Returns a selected object, or the object of a newer message that replaces it; null if it is gone. Clouds are not replaced.
   renewed(each) {
     const { display, unit } = each;
+    if (unit.keyOf) return renewedPart(each);
     if (isWithin(unit.object, this.scene.objects)) return each;
     const other = display.isOn && !unit.count ? display.selectables().find(({ label }) => label === unit.label) : null;
     return other ? { ...each, unit: other } : null;
@@ -153,6 +154,18 @@ function number({ object, count }, first, undo, hide) {
   });
 }
 
+// The same for a part of an object that has a key, such as a marker in a batch.
+function renewedPart(each) {
+  const { display, unit, index } = each;
+  each.key ??= unit.keyOf(index);
+  if (!display.isOn) return null;
+  for (const other of display.selectables()) {
+    const at = other.indexOf?.(each.key) ?? -1;
+    if (at >= 0) return { ...each, unit: other, index: at };
+  }
+  return null;
+}
+
 const keyOf = ({ unit, index }) => `${unit.object.uuid} ${index}`;
 
 function isWithin(object, root) {
@@ -162,6 +175,7 @@ function isWithin(object, root) {
 
 // Returns the box around a selected object, in the fixed frame.
 function boxOf({ unit, index }) {
+  if (unit.box) return unit.box(index).applyMatrix4(unit.object.matrixWorld);
   if (!unit.count) return new THREE.Box3().setFromObject(unit.object);
   const { geometry } = unit.object;
   const places = geometry.userData.places ?? geometry.getAttribute("position").array;

@@ -24,12 +24,11 @@ export function blended(alpha) {
 // Shared geometries of size 1; cylinders and cones along z.
 export const BOX = new THREE.BoxGeometry(1, 1, 1);
 export const SPHERE = new THREE.SphereGeometry(0.5, 32, 16);
-export const COARSE_SPHERE = new THREE.SphereGeometry(0.5, 12, 8); // one of hundreds: drawing takes as long as there are triangles
 export const CYLINDER = new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math.PI / 2);
 export const CONE = new THREE.ConeGeometry(0.5, 1, 32).rotateX(Math.PI / 2);
 const ROD = CYLINDER.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2); // from the origin along +x
 const TIP = CONE.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2);
-const SHARED = new Set([BOX, SPHERE, COARSE_SPHERE, CYLINDER, CONE, ROD, TIP]);
+const SHARED = new Set([BOX, SPHERE, CYLINDER, CONE, ROD, TIP]);
 const CROSSES = new Map(); // thickness to a geometry of three rods
 const MAX_CROSSES = 100;
 

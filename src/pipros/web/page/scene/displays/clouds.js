@@ -1,9 +1,11 @@
 // Point clouds and laser scans.
 
-import { cloudColours, columnsOf, fieldsFor, finiteOnly, usableTransformer } from "../cloud_colours.js";
+import { cloudArrays } from "../cloud_arrays.js";
+import { fieldsFor } from "../cloud_colours.js";
+import { CloudDecoder } from "../cloud_decoder.js";
 import { Display, withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
-import { points } from "../points.js";
+import { points, refilled } from "../points.js";
 import { interpolated, transformed, vectorText } from "../pose.js";
 import { clear, dispose, place } from "../shapes.js";
 
@@ -20,17 +22,16 @@ export class Cloud extends Display {
     this.kept = [];
   }
 
-  // Shows columns at a pose; `heights` are computed if the colours need them.
+  // Shows columns at a pose.
   show(columns, pose) {
-    const finite = finiteOnly(columns);
-    const count = finite.get("x").length;
-    const channel = this.get("Channel Name");
-    const transformer = usableTransformer(this.get("Color Transformer"), finite, channel);
-    const positions = new Float32Array(count * 3);
-    const axes = ["x", "y", "z"].map((name) => finite.get(name));
-    for (let i = 0; i < count; i += 1) for (let axis = 0; axis < 3; axis += 1) positions[i * 3 + axis] = axes[axis][i];
-    const tints = cloudColours(transformer, finite, {
-      channel,
+    this.put(cloudArrays(columns, this.options(pose)), pose);
+  }
+
+  // Returns the options of `cloudArrays`.
+  options(pose) {
+    return {
+      transformer: this.get("Color Transformer"),
+      channel: this.get("Channel Name"),
       rainbow: this.get("Use rainbow"),
       invert: this.get("Invert Rainbow"),
       minColor: this.get("Min Color"),
@@ -40,20 +41,40 @@ export class Cloud extends Display {
       colour: this.get("Color"),
       autoAxis: this.get("Autocompute Value Bounds"),
       axisBounds: [this.get("Autocompute Value Bounds", "Min Value"), this.get("Autocompute Value Bounds", "Max Value")],
-      heights: transformer === "AxisColor" ? this.heights(positions, pose) : null,
-    });
+      axis: this.get("Axis"),
+      isFixed: this.get("Use Fixed Frame"),
+      pose,
+    };
+  }
+
+  // Draws what `cloudArrays` returned.
+  put({ count, columns, positions, tints, hasAlpha }, pose) {
     const style = this.get("Style");
     const size = style === "Points" ? this.get("Size (Pixels)") : this.get("Size (m)");
-    const object = points(style, positions, tints, size, this.get("Alpha"), finite.has("rgba") && transformer === "RGB8",
-      style === "Points" ? 0 : this.sizePerDepth());
+    const look = [style, size, this.get("Alpha"), hasAlpha, style === "Points" ? 0 : this.sizePerDepth()];
+    const isKept = this.get("Decay Time") > 0;
+    const object = (isKept ? null : this.redrawn(positions, tints, look.join())) ?? points(style, positions, tints, ...look.slice(1));
     place(object, pose);
-    if (!(this.get("Decay Time") > 0)) {
+    if (!isKept) {
       clear(this.root);
       this.kept = [];
     }
     this.root.add(object);
-    this.kept.push({ object, arrival: this.scene.now(), count, columns: finite, pose });
+    this.kept.push({ object, arrival: this.scene.now(), count, columns, pose, look: look.join() });
     this.scene.invalidate();
+  }
+
+  // Returns an object with the buffers of the last cloud, filled with another cloud of the same size, which saves memory on the
+  // graphics card from being allocated again; null if that is not possible.
+  redrawn(positions, tints, look) {
+    const last = this.kept.length === 1 ? this.kept[0] : null;
+    if (!last?.object.isPoints || last.look !== look || last.count !== positions.length / 3) return null;
+    this.root.remove(last.object); // but its buffers stay
+    return refilled(last.object, positions, tints);
+  }
+
+  load() {
+    return `${this.kept.reduce((sum, { count }) => sum + count, 0).toLocaleString("en-GB")} points`;
   }
 
   selectables() {
@@ -69,18 +90,6 @@ export class Cloud extends Display {
   // Returns the size of points per metre of their z, or 0 if all have the same size.
   sizePerDepth() {
     return 0;
-  }
-
-  heights(positions, pose) {
-    const axis = { X: 0, Y: 1, Z: 2 }[this.get("Axis")] ?? 2;
-    const count = positions.length / 3;
-    const out = new Float32Array(count);
-    const isFixed = this.get("Use Fixed Frame");
-    for (let i = 0; i < count; i += 1) {
-      const at = [positions[i * 3], positions[i * 3 + 1], positions[i * 3 + 2]];
-      out[i] = isFixed ? transformed(pose, at)[axis] : at[axis];
-    }
-    return out;
   }
 
   frame() {
@@ -110,6 +119,7 @@ export class PointCloud2 extends Cloud {
     this.topic = "";
     this.limit = 0;
     this.points = null; // {shown, total} of the newest cloud
+    this.decoder = new CloudDecoder((arrays, job) => this.put(arrays, job.pose), (text) => this.setStatus("Message", "error", text));
     const name = this.scene.topicName(this.get("Topic"));
     this.received = 0;
     if (!name) {
@@ -125,6 +135,7 @@ export class PointCloud2 extends Cloud {
   end() {
     this.stopListening?.();
     this.stopListening = null;
+    this.decoder?.end();
     this.limit = 0;
     this.points = null;
     this.scene.hasNewClouds = true;
@@ -154,9 +165,22 @@ export class PointCloud2 extends Cloud {
     this.dropStatus("Message");
     this.points = { shown: Math.ceil(head.count / head.step), total: head.count };
     this.setStatus("Points", "ok", head.step > 1 ? `Showing 1 of ${head.step} of ${head.count} points` : `Showing ${head.count} points`);
-    const columns = columnsOf(head, all.subarray(end + 1));
+    const columns = all.subarray(end + 1);
     const header = { frame_id: head.frame, stamp: BigInt(head.stamp[0]) * 1000000000n + BigInt(head.stamp[1]) };
-    if (!this.scene.isLate({ header })) this.whenPlaced({ header }, (_, pose) => this.show(columns, pose));
+    if (!this.scene.isLate({ header })) this.whenPlaced({ header }, (_, pose) => this.decode(head, columns, pose));
+  }
+
+  decode(head, data, pose) {
+    this.decoder.decode({ head, data, options: this.options(pose), pose });
+  }
+
+  missing() {
+    return this.decoder?.current ? [`the cloud on [${this.topic}] is not decoded yet`] : super.missing();
+  }
+
+  reset() {
+    this.decoder?.forget();
+    super.reset();
   }
 }
 

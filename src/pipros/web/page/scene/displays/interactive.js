@@ -54,6 +54,8 @@ export class InteractiveMarkers extends Markers {
     this.setStatus(server, level, text);
   }
 
+  missing = () => (this.entries.size || !this.base ? [] : [`no interactive markers on [${this.base}]`]);
+
   listenForStates() {
     this.stopStates?.();
     this.stopStates = this.scene.subscribe(`${this.base}/update_full`, QUEUE, (state) => this.client.initialize(state, performance.now()),

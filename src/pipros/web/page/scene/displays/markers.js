@@ -4,26 +4,25 @@ import * as THREE from "three";
 import { Display, withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
 import { problemOf, warningOf } from "../marker_checks.js";
-import { points } from "../points.js";
+import { Batches, InBatch, OwnObject, isSolid } from "../marker_parts.js";
+import { drawnMarker, rgbOf } from "../marker_shapes.js";
 import { normalized, poseOf, poseTexts } from "../pose.js";
-import { BOX, COARSE_SPHERE, CYLINDER, SPHERE, arrow, blended, colourOf, dispose, lit,
-  place, segments, textSprite, unlit, wideLines } from "../shapes.js";
+import { OPAQUE, blended, lit, place } from "../shapes.js";
 
 const [ADD, DELETE, DELETE_ALL] = [0, 2, 3];
 const MAX_MARKERS = 20000;
-const solids = [BOX, SPHERE, CYLINDER].map((shape) => (marker, rgb) => solid(shape, marker, rgb));
-const TYPES = [null, ...solids, strip, list, cubes, spheres, squares, label, null, triangles];
-const [ARROW, MESH] = [0, 10];
-const [SPHERE_TYPE, SOLIDS] = [2, [1, 2, 3]]; // and cubes and cylinders
-const FEW = 100; // markers; beyond them, spheres have fewer triangles
+const MESH = 10;
+const FEW = 100; // markers; beyond them, small shapes have fewer triangles, and transparent ones are not sorted by their distance
 
 export class Markers extends Display {
   begin() {
-    this.shown = new Map(); // "namespace/id" to {holder, message, until, stamp}
+    this.shown = new Map(); // "namespace/id" to {part, message, until, isPlaced}
+    this.batches = new Batches(this.root);
     this.namespaces = new Map(); // name to number of markers
   }
 
   reset() {
+    this.batches?.clear();
     super.reset();
     this.shown = new Map();
     for (const name of [...this.statuses.keys()]) if (name.includes("/")) this.statuses.delete(name);
@@ -58,28 +57,33 @@ export class Markers extends Display {
     }
     if (this.update(key, marker)) return;
     this.remove(key, false);
-    const holder = new THREE.Group();
-    const object = this.draw(marker, key);
-    if (object) {
-      place(object, normalized(poseOf(marker.pose)));
-      holder.add(object);
-    }
-    const entry = { holder, sender: this.sender, message: marker, until: this.endOf(marker), isPlaced: false };
+    const part = this.inBatch(marker) ?? new OwnObject(this.root, this.placed(marker, key));
+    const entry = { part, sender: this.sender, message: marker, until: this.endOf(marker), isPlaced: false };
     this.shown.set(key, entry);
-    this.root.add(holder);
     this.locate(key, entry);
   }
 
-  // Changes a cube, sphere or cylinder to a newer message of the same type. Returns whether it did.
+  // Draws a cube, sphere or cylinder as a part of a batch, which has all those of its type and namespace. Transparent ones are
+  // objects of their own if there are few, because they are sorted by their distance. Returns null for others.
+  inBatch(marker) {
+    const isTransparent = marker.color.a < OPAQUE;
+    if (!isSolid(marker.type) || (isTransparent && this.shown.size < FEW)) return null;
+    return new InBatch(this.batches, isTransparent, marker);
+  }
+
+  // Returns the object of a marker at its pose, or null.
+  placed(marker, key) {
+    const object = this.draw(marker, key);
+    if (object) place(object, normalized(poseOf(marker.pose)));
+    return object;
+  }
+
+  // Changes a part of a batch to a newer message of the same type. Returns whether it did.
   update(key, marker) {
     const entry = this.shown.get(key);
-    if (!entry || entry.message.type !== marker.type || !SOLIDS.includes(marker.type)) return false;
-    const [object] = entry.holder.children;
-    const [mesh] = object.children;
-    resize(mesh, marker);
-    mesh.material.color.copy(colourOf(rgbOf(marker)));
-    Object.assign(mesh.material, blended(marker.color.a));
-    place(object, normalized(poseOf(marker.pose)));
+    if (!(entry?.part instanceof InBatch) || entry.message.type !== marker.type) return false;
+    if ((entry.message.color.a < OPAQUE) !== (marker.color.a < OPAQUE)) return false;
+    entry.part.change(marker);
     Object.assign(entry, { sender: this.sender, message: marker, until: this.endOf(marker), isPlaced: false });
     this.locate(key, entry);
     return true;
@@ -94,14 +98,17 @@ export class Markers extends Display {
     const entry = this.shown.get(key);
     if (!entry) return;
     this.shown.delete(key);
-    this.root.remove(entry.holder);
-    dispose(entry.holder);
+    entry.part.remove();
     if (isGone) this.dropStatus(key);
   }
 
   isShown(namespace) {
     if (!this.namespaces.has(namespace) && this.namespaces.size < 1000) this.namespaces.set(namespace, 0);
     return this.isPartShown(namespace, true);
+  }
+
+  load() {
+    return `${this.shown.size.toLocaleString("en-GB")} markers`;
   }
 
   parts() {
@@ -111,7 +118,15 @@ export class Markers extends Display {
   selectables() {
     const describe = ({ header, pose }) => [["Frame", header.frame_id], ...poseTexts(poseOf(pose))];
     const all = [...this.shown ?? []];
-    return all.map(([key, { holder, message }]) => ({ label: `Marker ${key}`, object: holder, describe: () => describe(message) }));
+    const single = all.filter(([, { part }]) => part instanceof OwnObject);
+    const batches = [...this.batches?.all.values() ?? []].map((batch) => {
+      const entry = (index) => [...this.shown].find(([, { part }]) => part.batch === batch && part.index === index) ?? ["", null];
+      const indexOf = (key) => (this.shown.get(key)?.part.batch === batch ? this.shown.get(key).part.index : -1);
+      return { label: "Marker", object: batch.object, count: batch.count, box: (index) => batch.box(index), indexOf,
+        keyOf: (index) => entry(index)[0], describe: (index) => (entry(index)[1] ? describe(entry(index)[1].message) : []) };
+    });
+    return [...single.map(([key, { part, message }]) =>
+      ({ label: `Marker ${key}`, object: part.object, describe: () => describe(message) })), ...batches];
   }
 
   // The markers of a hidden namespace are removed. Later messages show them again.
@@ -123,20 +138,30 @@ export class Markers extends Display {
 
   // Places a marker: once, at its stamp, or repeatedly if it is locked to its frame.
   locate(key, entry) {
-    const { message, holder } = entry;
+    const { message, part } = entry;
     const frame = withoutSlash(message.header.frame_id);
     try {
-      place(holder, this.scene.poseOf(frame, message.frame_locked ? 0n : message.header.stamp));
+      part.place(this.poseAt(frame, message.frame_locked ? 0n : message.header.stamp));
       entry.isPlaced = !message.frame_locked;
-      holder.visible = true;
       if (entry.isLost) this.dropStatus(key);
       entry.isLost = false;
     } catch (error) {
       if (!(error instanceof TransformError)) throw error;
-      holder.visible = false;
+      part.hide();
       entry.isLost = true;
       this.setStatus(key, "error", this.scene.whyNot(frame, error));
     }
+  }
+
+  // Returns the pose of a frame. The last one is kept, because many markers have the same frame and stamp.
+  poseAt(frame, stamp) {
+    const { last } = this;
+    const { frames, fixedFrame } = this.scene;
+    const isSame = last?.frame === frame && last.stamp === stamp && last.fixedFrame === fixedFrame;
+    if (isSame && last.frames === frames && last.version === frames.version) return last.pose;
+    const pose = this.scene.poseOf(frame, stamp);
+    this.last = { frame, stamp, frames, version: frames.version, fixedFrame, pose };
+    return pose;
   }
 
   frame() {
@@ -149,15 +174,16 @@ export class Markers extends Display {
     }
   }
 
+  detail(camera, height) {
+    const { brightness } = this.scene.light;
+    for (const batch of this.batches.all.values()) batch.arrange(camera, height, brightness, this.shown.size < FEW);
+  }
+
   draw(marker, key) {
-    const rgb = rgbOf(marker);
-    if (marker.type === ARROW) return arrowOf(marker, rgb);
-    if (marker.type === MESH) return this.mesh(marker, rgb, key);
-    const make = TYPES[marker.type];
-    if (marker.type === SPHERE_TYPE && this.shown.size >= FEW) return solid(COARSE_SPHERE, marker, rgb);
-    if (make) return make(marker, rgb);
-    this.setStatus(key, "error", `Unknown marker type: ${marker.type}.`);
-    return null;
+    if (marker.type === MESH) return this.mesh(marker, rgbOf(marker), key);
+    const made = drawnMarker(marker);
+    if (!made) this.setStatus(key, "error", `Unknown marker type: ${marker.type}.`);
+    return made;
   }
 
   mesh(marker, rgb, key) {
@@ -197,117 +223,3 @@ export class MarkerArray extends Markers {
     this.subscribe("Marker Topic", ({ markers }) => markers.forEach((marker) => this.take(marker)), { isCounted: false });
   }
 }
-
-// -- shapes --------------------------------------------------------------------------------------------------------------
-
-function arrowOf({ scale, color, points: places }, rgb) {
-  const material = lit(rgb, color.a);
-  const group = new THREE.Group();
-  if (places.length < 2) {
-    group.add(arrow(0.77 * scale.x, scale.y, 0.23 * scale.x, 2 * scale.y, material));
-    group.scale.z = scale.y ? scale.z / scale.y : 1;
-    const turned = new THREE.Group();
-    turned.add(group);
-    return turned;
-  }
-  const [from, to] = places.map(({ x, y, z }) => new THREE.Vector3(x, y, z));
-  const along = to.clone().sub(from);
-  const length = along.length();
-  const head = Math.min(length, scale.z || 0.23 * length);
-  const shape = arrow(length - head, scale.x, head, scale.y, material);
-  shape.position.copy(from);
-  if (length) shape.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), along.normalize());
-  group.add(shape);
-  return group;
-}
-
-const rgbOf = ({ color }) => [color.r, color.g, color.b].map((part) => part * 255);
-const resize = (mesh, { scale }) => mesh.scale.set(scale.x || 1e-9, scale.y || 1e-9, scale.z || 1e-9);
-
-function solid(geometry, marker, rgb) {
-  const mesh = new THREE.Mesh(geometry, lit(rgb, marker.color.a));
-  resize(mesh, marker);
-  const group = new THREE.Group();
-  group.add(mesh);
-  return group;
-}
-
-const coordinates = (places) => places.flatMap(({ x, y, z }) => [x, y, z]);
-
-// Returns RGBA (0 to 1) of each point: the points' own colours, if there is one for each.
-function tintsOf({ color, colors, points: places }) {
-  const isEach = colors.length > 0 && colors.length >= places.length;
-  const own = isEach ? colors.slice(0, places.length) : [color];
-  return { isEach, tints: own.flatMap(({ r, g, b, a }) => [r, g, b, a]) };
-}
-
-function strip(marker) {
-  const { isEach, tints } = tintsOf(marker);
-  const doubled = [];
-  if (isEach) for (let i = 0; i + 8 <= tints.length; i += 4) doubled.push(...tints.slice(i, i + 8));
-  return wideLines(segments(coordinates(marker.points)), marker.scale.x, isEach ? doubled : tints, hasAlpha(isEach, tints));
-}
-
-function list(marker) {
-  const { isEach, tints } = tintsOf(marker);
-  return wideLines(coordinates(marker.points), marker.scale.x, tints, hasAlpha(isEach, tints));
-}
-
-const hasAlpha = (isEach, tints) => (isEach ? tints.some((value, i) => i % 4 === 3 && value < 0.9998) : tints[3] < 0.9998);
-
-function many(style, marker, size) {
-  const { isEach, tints } = tintsOf(marker);
-  const count = marker.points.length;
-  const byte = (value) => Math.min(255, Math.max(0, Math.round(value * 255)));
-  const bytes = Uint8Array.from({ length: count * 4 }, (_, i) => byte(tints[isEach ? i : i % 4]));
-  return points(style, Float32Array.from(coordinates(marker.points)), bytes, size, 1, hasAlpha(isEach, tints));
-}
-
-function cubes(marker) {
-  return many("Boxes", marker, [marker.scale.x, marker.scale.y, marker.scale.z]);
-}
-
-function spheres(marker) {
-  return many("Spheres", marker, marker.scale.x);
-}
-
-function squares(marker) {
-  return many("Squares", marker, marker.scale.x);
-}
-
-function label({ text, scale, color }, rgb) {
-  const group = new THREE.Group();
-  if (text.trim()) group.add(textSprite(text, scale.z, rgb, color.a));
-  return group;
-}
-
-function triangles(marker, rgb) {
-  const { points: places, colors, color, scale } = marker;
-  const count = Math.floor(places.length / 3) * 3;
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(Float32Array.from(coordinates(places.slice(0, count))), 3));
-  geometry.computeVertexNormals();
-  const perTriangle = colors.length > 0 && colors.length === count / 3;
-  const isColoured = perTriangle || (colors.length > 0 && colors.length >= count);
-  if (isColoured) {
-    const tints = Float32Array.from({ length: count * 4 }, (_, i) => {
-      const { r, g, b, a } = colors[perTriangle ? Math.floor(i / 12) : i >> 2];
-      return [r, g, b, a][i % 4];
-    });
-    geometry.setAttribute("color", new THREE.BufferAttribute(tints, 4));
-  }
-  const group = new THREE.Group();
-  const add = (material) => {
-    const mesh = new THREE.Mesh(geometry, material);
-    mesh.scale.set(scale.x || 1e-9, scale.y || 1e-9, scale.z || 1e-9);
-    group.add(mesh);
-  };
-  // The light reaches the front only; the back of triangles without colours is black.
-  if (isColoured) add(unlit([255, 255, 255], color.a, { side: THREE.DoubleSide, vertexColors: true }));
-  else {
-    add(lit(rgb, color.a));
-    add(unlit([0, 0, 0], color.a, { side: THREE.BackSide }));
-  }
-  return group;
-}
-

@@ -38,6 +38,10 @@ export class RobotModel extends Display {
     return { key: "Links", names: [...this.links?.keys() ?? []] };
   }
 
+  missing() {
+    return this.links.size ? [] : [`no links in the parameter [${this.get("Robot Description")}]`];
+  }
+
   selectables() {
     return [...this.links ?? []].map(([name, { group }]) =>
       ({ label: `Link ${name}`, object: group, describe: () => poseTexts([...group.position.toArray(), ...group.quaternion.toArray()]) }));
