@@ -18,8 +18,8 @@ export function open(view, _argument, context) {
   const hint = h("div", { class: "note" }, NOTHING);
   const waiting = h("div", { class: "waiting", role: "list", "aria-label": "Acts that wait" });
   const table = dataTable(COLUMNS, { label: "Acts", keyOf: ({ key }) => key, sortBy: "Time" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("acts")), error, hint,
-    waiting, h("div", { class: "scroll" }, table.element)));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("acts")), error,
+    hint, waiting, h("div", { class: "scroll" }, table.element)));
   const cards = new Map(); // by id; a card stays as it is while a pointer is on its buttons
 
   // The card of an act that waits. Its texts never change, only the time left.
@@ -38,7 +38,8 @@ export function open(view, _argument, context) {
     const element = h("section", { class: "note", role: "listitem", "aria-label": `${act.tool} ${act.name}` },
       h("dl", {}, Object.entries(rows).map(([key, value]) => [h("dt", {}, key), h("dd", {}, h("pre", { class: "mono whole" }, value))]),
         h("dt", {}, "Time left"), left),
-      h("p", {}, BUTTONS.map(([verdict, title]) => [h("button", { disabled: !context.control, onclick: () => answer(verdict) }, title), " "]),
+      h("p", {}, BUTTONS.map(([verdict, title]) =>
+        [h("button", { disabled: !context.control, onclick: () => answer(verdict) }, title), " "]),
         context.control ? "" : "Start with --control to approve acts."));
     return { element, left };
   }

@@ -3,6 +3,7 @@
 
 import { download, h, replace, uniqueId } from "../dom.js";
 import { asLines, fromLines } from "../log_file.js";
+import { LogGroups } from "../log_groups.js";
 import { textFilter } from "../text_filter.js";
 
 const KEPT = 100000;
@@ -17,9 +18,10 @@ export function open(view, argument, context) {
   const { control } = context;
   let entries = [];
   let shown = [];
+  const groups = new LogGroups(); // of the entries in `shown`
   let lost = 0;
   let shownProblem = "";
-  let selected = null; // an entry
+  let selected = null; // a group
   let isPaused = false;
   let waiting = [];
   const levels = new Set(LEVELS.map(([level]) => level));
@@ -30,6 +32,7 @@ export function open(view, argument, context) {
   const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14,
     oninput: () => refine() });
   const filters = { text, node, place };
+  const fold = h("input", { type: "checkbox", checked: true, onchange: () => { groups.isFolding = fold.checked; filter(); } });
   const pause = h("button", { "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const file = h("input", { type: "file", hidden: true, "aria-label": "Log file", accept: ".jsonl", onchange: () => load() });
 
@@ -64,7 +67,9 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), node, text,
-      place, h("span", { class: "spring" }), count, pause,
+      place, h("label", { title: "Equal entries that follow one another as one row" }, fold, "Fold"),
+        h("button", { title: "Go to the next error (e)", onclick: () => toNextError() }, "Next error"),
+          h("span", { class: "spring" }), count, pause,
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"),
         h("button", { title: "Save the entries that the filters let pass",
           onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"),
@@ -72,7 +77,7 @@ export function open(view, argument, context) {
               h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
-  const drawn = new WeakMap(); // entry to its row
+  const drawn = new WeakMap(); // group to its row, and the entry in it
   context.onSource(() => { entries = []; lost = 0; filter(); });
 
   let [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
@@ -81,10 +86,13 @@ export function open(view, argument, context) {
 
   function take(fresh) {
     entries.push(...fresh);
-    shown.push(...fresh.filter(matches));
+    const matching = fresh.filter(matches);
+    shown.push(...matching);
+    groups.add(matching);
     if (entries.length > KEPT * 1.1) {
       entries = entries.slice(-KEPT);
       shown = entries.filter(matches);
+      groups.set(shown);
     }
     const isAtEnd = scroll.scrollTop + scroll.clientHeight >= scroll.scrollHeight - rowHeight() * 2;
     draw();
@@ -117,48 +125,67 @@ export function open(view, argument, context) {
   function filter() {
     [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
     shown = entries.filter(matches);
+    groups.set(shown);
+    if (selected) selected = groups.all.find(({ first, entry }) => selected.entry === entry || selected.first === first) ?? null;
     draw();
     scroll.scrollTop = scroll.scrollHeight;
   }
 
   function draw() {
-    space.style.height = `${shown.length * rowHeight()}px`;
+    space.style.height = `${groups.all.length * rowHeight()}px`;
     replace(count, `${shown.length} of ${entries.length}${lost ? `, ${lost} lost` : ""}`);
     drawRows();
   }
 
   function drawRows() {
     const first = Math.max(0, Math.floor(scroll.scrollTop / rowHeight()) - 5);
-    const last = Math.min(shown.length, first + Math.ceil(scroll.clientHeight / rowHeight()) + 10);
+    const { all } = groups;
+    const last = Math.min(all.length, first + Math.ceil(scroll.clientHeight / rowHeight()) + 10);
     rows.style.transform = `translateY(${first * rowHeight()}px)`;
-    const wanted = shown.slice(first, last).map(rowOf);
+    const wanted = all.slice(first, last).map(rowOf);
     for (const row of [...rows.children]) if (!wanted.includes(row)) row.remove();
-    wanted.forEach((row, index) => row.classList.toggle("again", shown[first + index][NODE] === shown[first + index - 1]?.[NODE]));
+    wanted.forEach((row, index) => row.classList.toggle("again", all[first + index].entry[NODE] === all[first + index - 1]?.entry[NODE]));
     wanted.forEach((row, index) => { if (rows.children[index] !== row) rows.insertBefore(row, rows.children[index] ?? null); });
   }
 
-  // Reuses the row of an entry, so that a selected text stays selected.
-  function rowOf(entry) {
-    let row = drawn.get(entry);
-    if (!row) {
-      row = h("div", { class: `entry level-${entry[LEVEL]}`, onclick: () => { if (getSelection()?.isCollapsed) showEntry(entry); } },
-        h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])),
-          h("span", { class: "node" }, entry[NODE]), h("span", { class: "text mono" }, entry[TEXT].replaceAll("\n", " ⏎ ")));
-      drawn.set(entry, row);
+  // Reuses the row of a group, so that a selected text stays selected.
+  function rowOf(group) {
+    const { entry, count: times } = group;
+    const known = drawn.get(group);
+    const row = known?.row ?? h("div", { class: `entry level-${entry[LEVEL]}`,
+      onclick: () => { if (getSelection()?.isCollapsed) showEntry(group); } }, h("span", { class: "when" }),
+        h("span", { class: "kind" }, levelName(entry[LEVEL])), h("span", { class: "node" }, entry[NODE]), h("span", { class: "times" }),
+          h("span", { class: "text mono" }));
+    if (known?.entry !== entry) {
+      const [when, , , counted, said] = row.children;
+      when.textContent = time(entry[STAMP]);
+      counted.textContent = times > 1 ? `×${times}` : "";
+      said.textContent = entry[TEXT].replaceAll("\n", " ⏎ ");
+      drawn.set(group, { row, entry });
     }
-    row.classList.toggle("selected", entry === selected);
+    row.classList.toggle("selected", group === selected);
     return row;
   }
 
   function onKey(event) {
     if (event.key === "Escape" && selected) { closeEntry(); return; }
+    if (event.key === "e") { toNextError(); return; }
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (!step || !shown.length) return;
+    if (!step || !groups.all.length) return;
     event.preventDefault();
-    const at = selected ? shown.indexOf(selected) + step : Math.floor((scroll.scrollTop + scroll.clientHeight) / rowHeight()) - 1;
-    const next = Math.min(shown.length - 1, Math.max(0, at));
-    scroll.scrollTop = Math.min(next * rowHeight(), Math.max(scroll.scrollTop, (next + 1) * rowHeight() - scroll.clientHeight));
-    showEntry(shown[next]);
+    const at = selected ? groups.all.indexOf(selected) + step : Math.floor((scroll.scrollTop + scroll.clientHeight) / rowHeight()) - 1;
+    goTo(Math.min(groups.all.length - 1, Math.max(0, at)));
+  }
+
+  function goTo(index) {
+    scroll.scrollTop = Math.min(index * rowHeight(), Math.max(scroll.scrollTop, (index + 1) * rowHeight() - scroll.clientHeight));
+    showEntry(groups.all[index]);
+  }
+
+  function toNextError() {
+    const next = groups.nextError(selected ? groups.all.indexOf(selected) : -1);
+    if (next >= 0) goTo(next);
+    else replace(count, "no errors");
   }
 
   function closeEntry() {
@@ -167,14 +194,17 @@ export function open(view, argument, context) {
     drawRows();
   }
 
-  function showEntry(entry) {
-    selected = entry;
+  function showEntry(group) {
+    selected = group;
+    const { entry } = group;
     side.hidden = false;
     drawRows();
     replace(side, h("h2", {}, entry[NODE]),
       h("dl", {}, Object.entries({ Level: levelName(entry[LEVEL]), Time: `${time(entry[STAMP])} (${entry[STAMP]})`,
         Place: entry[FILE] ? `${entry[FILE]}:${entry[LINE]}` : "–", Function: entry[FUNCTION] || "–" }).map(([key, value]) =>
           [h("dt", {}, key), h("dd", {}, value)])),
+      group.count > 1 ? h("p", { class: "key" }, `The newest of ${group.count} entries since ${time(group.first[STAMP])}. Without Fold, ` +
+        "each has a row.") : null,
       h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => closeEntry() }, "Close"));
   }
 
