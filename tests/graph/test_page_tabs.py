@@ -297,7 +297,7 @@ def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None
 @pytest.mark.parametrize(
     ("command", "place"),
     [
-        (("rqt",), "graph"),
+        (("rqt",), ""),
         (("rqt", "-s", "reconfigure"), "reconfigure"),
         (("rqt", "--standalone=rqt_plot/Plot", "/imu/x"), "plot/%2Fimu%2Fx"),
         (("rqt", "-s", "rqt_graph"), "graph"),

@@ -22,6 +22,7 @@ from pipros.web.views.bags import BagViews
 from pipros.web.views.calls import CallViews
 from pipros.web.views.checks import CheckViews
 from pipros.web.views.console import ConsoleViews
+from pipros.web.views.content import ContentViews
 from pipros.web.views.diagnostics import DiagnosticViews
 from pipros.web.views.frames import FrameViews
 from pipros.web.views.graph import GraphViews
@@ -124,6 +125,10 @@ TABS = (
         changing={"set_logger_level": "set logger levels"},
         of_messages=frozenset({"console"}),
         controls={"console": "set_logger_level"},
+    ),
+    Tab(
+        lambda context: ContentViews(context.system, has_bags=context.bags is not None),
+        {"content": ContentViews.content},
     ),
     Tab(
         lambda context: DiagnosticViews(context.system),

@@ -154,7 +154,7 @@ def _show_layout(arguments: list[str]) -> int:
     if options.perspective and options.perspective_file:
         parser.error("--perspective and --perspective-file cannot be combined")
     panels = _panels(options.perspective, options.perspective_file)
-    return show("rqt", f"panels/{quote(panels, safe='')}" if panels else "graph", options)
+    return show("rqt", f"panels/{quote(panels, safe='')}" if panels else "", options)
 
 
 def _panels(name: str | None, file: str | None) -> str:

@@ -2,7 +2,9 @@
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
+import { playback } from "./bags/playback.js";
 import { allViewsMenu, publishersMenu } from "./head_menus.js";
+import { goHome, rememberPlace, robotLink } from "./home.js";
 import { currentPlace, placeOf } from "./place.js";
 import { tabOf } from "./sections.js";
 import { TabContext } from "./tab_context.js";
@@ -53,6 +55,7 @@ const place = () => {
 };
 
 async function show() {
+  if (goHome()) return;
   const [name, argument] = place();
   if (location.hash && currentPlace()[0] !== name) history.replaceState(null, "", placeOf(name, argument)); // the address names no view
   const tab = tabOf(name);
@@ -63,8 +66,11 @@ async function show() {
     if (!isSelected) continue;
     link.href = placeOf(name, argument);
     view.setAttribute("aria-labelledby", link.id);
+    link.hidden = false;
     link.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
+  foldTabs();
+  rememberPlace();
   linkToPanels(name, argument);
   document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
   const [module] = await Promise.all([import(`./tabs/${name}.js`), known]);
@@ -79,6 +85,15 @@ async function show() {
   if (!before || shown.argument === argument) return;
   shown.argument = argument;
   shown.handle.go?.(argument);
+}
+
+// Hides the tabs for which the running system has no data; the menu has them. All are shown while a bag is open.
+let empty = [];
+let updateMenu = (_folded) => {};
+function foldTabs() {
+  const folded = playback.bag ? [] : empty;
+  for (const link of links) link.hidden = folded.includes(link.dataset.tab) && link.getAttribute("aria-selected") !== "true";
+  updateMenu(folded);
 }
 
 // Makes the button in the head add what a tab shows to the panels.
@@ -148,14 +163,16 @@ for (const [name, title] of TABS) {
   links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
 }
 tabs.append(...links);
-allViewsMenu(tabs, TABS);
+tabs.before(robotLink());
+updateMenu = allViewsMenu(tabs, TABS);
 publishersMenu();
 tabs.addEventListener("keydown", (event) => {
-  const at = links.findIndex((link) => link === document.activeElement);
-  const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: links.length - 1 }[event.key];
+  const visible = links.filter((link) => !link.hidden);
+  const at = visible.findIndex((link) => link === document.activeElement);
+  const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: visible.length - 1 }[event.key];
   if (to === undefined) return;
   event.preventDefault();
-  const next = links[(to + links.length) % links.length];
+  const next = visible[(to + visible.length) % visible.length];
   next.focus();
   next.click();
 });
@@ -175,6 +192,11 @@ live.watch("master", {}, ({ error }) => {
   masterError = error;
   showState();
 });
+live.watch("content", {}, (data) => {
+  ({ empty } = data);
+  foldTabs();
+});
+playback.addEventListener("change", foldTabs);
 addEventListener("hashchange", show);
 showState();
 show();

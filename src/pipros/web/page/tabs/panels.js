@@ -10,6 +10,7 @@ import { TimeLink } from "../panels/time_link.js";
 import { OTHER_SECTIONS, tabOf } from "../sections.js";
 
 const KEEP = "pipros.panels";
+const phone = matchMedia("(max-width: 700px)");
 const STEP = 2; // percent that an arrow key moves a border
 const FIRST = "row(topics~plot)";
 const TITLES = [...TABS.filter(([name]) => name !== "panels"), ...OTHER_SECTIONS];
@@ -23,14 +24,16 @@ export function open(view, argument, context) {
     add(leaf(adder.value));
     adder.value = "";
   } }, h("option", { value: "" }, "Add a panel"), TITLES.map(([name, title]) => h("option", { value: name }, title)));
+  const which = h("select", { "aria-label": "Panel", onchange: () => { only = Number(which.value); place(); } });
   const isLinked = h("input", { type: "checkbox", checked: true, onchange: () => { times.isOn = isLinked.checked; } });
   const hint = h("div", { class: "note" }, "Add a panel to begin.");
   const stored = storedLayouts(context, () => layoutText(layout), (text) => { if (go(text)) remember(); }, (text) => replace(error, text));
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, adder, h("label", {}, isLinked, "Link time axes"),
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, which, adder, h("label", {}, isLinked, "Link time axes"),
     h("span", { class: "spring" }), stored), error, hint, stage));
 
   let layout = null;
   let enlarged = null; // id of a leaf
+  let only = null; // id of the leaf that is shown on a phone
   const panels = new Map(); // id to panel
   const board = {
     times, mayControl,
@@ -108,6 +111,7 @@ export function open(view, argument, context) {
   const borders = [];
   function place() {
     const places = placesOf(layout);
+    const alone = enlarged ?? onPhone(places.panels);
     hint.hidden = layout !== null;
     for (const border of borders.splice(0)) border.remove();
     let last = null; // in reading order, for the keyboard; only panels out of order move, because moving loses scroll positions
@@ -115,16 +119,27 @@ export function open(view, argument, context) {
       const { element, setEnlarged, setShown } = panels.get(own.id);
       element.dataset.id = own.id;
       position(element, box);
-      setEnlarged(own.id === enlarged);
-      element.hidden = enlarged !== null && own.id !== enlarged;
+      setEnlarged(own.id === alone);
+      element.hidden = alone !== null && own.id !== alone;
       setShown(!element.hidden && context.isShown);
       const after = last ? last.nextElementSibling : stage.firstElementChild;
       if (after !== element) stage.insertBefore(element, after);
       last = element;
     }
-    if (enlarged === null) borders.push(...places.borders.map(borderElement));
+    if (alone === null) borders.push(...places.borders.map(borderElement));
     stage.append(...borders);
   }
+
+  // Offers the panels, of which a phone shows one at a time. Returns the id of that one; null in a wide window.
+  function onPhone(all) {
+    which.hidden = !phone.matches || all.length < 2;
+    if (which.hidden) return null;
+    if (!all.some(({ leaf: own }) => own.id === only)) only = all[0].leaf.id;
+    replace(which, all.map(({ leaf: { id, tab } }, index) => h("option", { value: id, selected: id === only },
+      `${index + 1} of ${all.length}: ${TITLES.find(([name]) => name === tab)[1]}`)));
+    return only;
+  }
+  phone.addEventListener("change", () => layout && place(), { signal: context.signal });
 
   function position(element, { x, y, w, h: height }) {
     Object.assign(element.style, { left: `${x}%`, top: `${y}%`, width: `${w}%`, height: `${height}%` });

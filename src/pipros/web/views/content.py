@@ -1,0 +1,51 @@
+"""Which tabs have nothing to show, so that the page folds them into its menu."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Mapping
+from typing import Any, Final
+
+from pipros.graph.observer import Observation
+from pipros.web.watched_system import WatchedSystem
+
+_PUBLISHED: Final[Mapping[str, frozenset[str]]] = {
+    "actions": frozenset({"actionlib_msgs/GoalStatusArray"}),
+    "diagnostics": frozenset({"diagnostic_msgs/DiagnosticArray"}),
+    "images": frozenset({"sensor_msgs/Image", "sensor_msgs/CompressedImage"}),
+    "tf": frozenset({"tf2_msgs/TFMessage", "tf/tfMessage"}),
+}
+"""Tabs, and the types of which a topic must be published for them to have data."""
+_NODES: Final = {"fleet": "/pipros_fleet_", "ros2": "/ros2_gateway_"}
+"""Tabs, and the beginning of the names of the nodes that report to them."""
+
+
+class ContentViews:
+    """The view of the tabs' content."""
+
+    def __init__(self, system: WatchedSystem, *, has_bags: bool) -> None:
+        self._system = system
+        self._has_bags = has_bags
+
+    async def content(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the tabs without data, now and after each change."""
+        shown = None
+        async for observation in self._system.observations():
+            found = empty_tabs(observation)
+            if not self._has_bags:
+                found = [*found, "bags"]
+            if not observation.error and found != shown:
+                shown = found
+                yield {"empty": found}
+
+
+def empty_tabs(observation: Observation) -> list[str]:
+    """Return the tabs for which the running system has no data."""
+    state = observation.state
+    published = {observation.types.get(topic, "") for topic, nodes in state.publishers.items() if nodes}
+    nodes = state.nodes()
+    can_steer = any(observation.types.get(topic) == "geometry_msgs/Twist" for topic in state.topics())
+    return [
+        *(tab for tab, wanted in _PUBLISHED.items() if not wanted & published),
+        *([] if can_steer else ["teleop"]),
+        *(tab for tab, prefix in _NODES.items() if not any(node.startswith(prefix) for node in nodes)),
+    ]

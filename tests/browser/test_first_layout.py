@@ -1,0 +1,98 @@
+"""Where the page begins, the layout Robot, tabs without data, and panels on a phone."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+
+ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
+
+
+@pytest.fixture
+def robot(ros: RosSystem) -> RosSystem:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, ROBOT, "robot")
+    ros.wait_for_publisher("/imu")
+    return ros
+
+
+def test_the_page_begins_with_the_robot_and_then_at_the_last_view(
+    robot: RosSystem, open_tab: OpenTab
+) -> None:
+    page = Page(robot, command="rqt")
+    tab = open_tab(page, "", (1440, 900))
+    expect(tab.get_by_role("region", name="Scene")).to_be_visible()
+    assert tab.locator(".panel").count() >= 4
+    expect(tab.get_by_role("region", name="Plot").locator(".legend")).to_contain_text(re.compile(r"z: -?\d"))
+    expect(tab.get_by_role("region", name="Images").first).to_contain_text("rgb8")
+    expect(tab.get_by_role("region", name="Console").locator(".entry").first).to_be_visible()
+    keep_screenshots(tab, "robot-layout")
+    tab.get_by_role("tab", name="Topics").click()
+    expect(tab.get_by_role("row", name="/battery")).to_be_visible()
+    tab.evaluate("location.hash = ''")
+    expect(tab).to_have_url(re.compile("#topics$"))
+    tab.get_by_role("link", name="Robot").click()
+    expect(tab.get_by_role("region", name="Scene")).to_be_visible()
+    tab.go_back()
+    expect(tab).to_have_url(re.compile("#topics$"))
+
+
+def test_without_transforms_the_page_begins_with_the_graph(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    tab = open_tab(Page(ros, command="rqt"), "")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Graph")
+    expect(tab).to_have_url(re.compile("#graph$"))
+
+
+def test_tabs_without_data_are_folded_until_they_have_some(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    tab = open_tab(Page(ros, "--control"), "graph", (1440, 900))
+    more = tab.get_by_role("button", name="All views")
+    expect(more).to_have_text("☰ More")
+    visible = tab.locator("#tabs a:visible")
+    expect(visible).to_have_text(
+        [
+            "Graph",
+            "Topics",
+            "Plot",
+            "Console",
+            "Parameters",
+            "Nodes",
+            "Scene",
+            "Panels",
+            "Services",
+            "Publish",
+        ]
+        + (["Acts"] if tab.locator("[data-tab=acts]:visible").count() else [])
+    )
+    keep_screenshots(tab, "folded-tabs")
+    ros.pipros.start("rostopic", "pub", "-r", "5", "/diagnostics", "diagnostic_msgs/DiagnosticArray", "{}")
+    expect(tab.get_by_role("tab", name="Diagnostics")).to_be_visible()
+    more.click()
+    tab.get_by_role("navigation", name="All views").get_by_role("link", name="Fleet").click()
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Fleet")  # a selected tab is not folded
+    tab.get_by_role("tab", name="Graph").click()
+    expect(tab.get_by_role("tab", name="Fleet")).to_be_hidden()
+
+
+def test_a_phone_shows_one_panel_at_a_time(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "panels/row(topics~column(console~tf))", (390, 800))
+    expect(tab.get_by_role("region", name="Topics")).to_be_visible()
+    expect(tab.locator(".panel:visible")).to_have_count(1)
+    box = tab.locator(".panel:visible").bounding_box()
+    assert box is not None
+    assert box["width"] > 380
+    tab.get_by_label("Panel", exact=True).select_option(label="3 of 3: TF")
+    expect(tab.get_by_role("region", name="TF")).to_contain_text("wheel_left")
+    expect(tab.locator(".panel:visible")).to_have_count(1)
+    keep_screenshots(tab, "panels-phone")
+    tab.set_viewport_size({"width": 1200, "height": 800})
+    expect(tab.locator(".panel:visible")).to_have_count(3)

@@ -1,0 +1,30 @@
+import assert from "node:assert/strict";
+import test from "node:test";
+import { fixedFrameOf, robotLayout, sceneState } from "../page/panels/robot_layout.js";
+
+const topic = (name, type, publishers = ["/robot"]) => ({ name, type, publishers });
+const TOPICS = [topic("/move_base/costmap", "nav_msgs/OccupancyGrid"), topic("/map", "nav_msgs/OccupancyGrid"),
+  topic("/scan", "sensor_msgs/LaserScan"), topic("/points", "sensor_msgs/PointCloud2"), topic("/plan", "nav_msgs/Path", []),
+  topic("/left/image_raw", "sensor_msgs/Image"), topic("/right/image_raw", "sensor_msgs/Image"), topic("/odom", "nav_msgs/Odometry")];
+
+test("the scene has what is published", () => {
+  const { displays, options } = sceneState(TOPICS, [{ frame: "odom", parent: "map" }], true);
+  assert.deepEqual(displays.map(({ Class, Topic }) => [Class, Topic]), [["rviz/Grid", undefined], ["rviz/Map", "/map"],
+    ["rviz/Map", "/move_base/costmap"], ["rviz/LaserScan", "/scan"], ["rviz/RobotModel", undefined]]);
+  assert.equal(options["Fixed Frame"], "map");
+  const without = sceneState([topic("/points", "sensor_msgs/PointCloud2")], [], false);
+  assert.deepEqual(without.displays.map(({ Class }) => Class), ["rviz/Grid", "rviz/PointCloud2", "rviz/TF"]);
+});
+
+test("the fixed frame is a usual one, or the root of most frames", () => {
+  assert.equal(fixedFrameOf([{ frame: "base", parent: "odom" }]), "odom");
+  const links = [["a", "root"], ["b", "a"], ["c", "other"]].map(([frame, parent]) => ({ frame, parent }));
+  assert.equal(fixedFrameOf(links), "root");
+  assert.equal(fixedFrameOf([{ frame: "a", parent: "b" }, { frame: "b", parent: "a" }]).length, 1); // a loop ends
+});
+
+test("scene, cameras, plot and console are side by side", () => {
+  assert.equal(robotLayout(TOPICS, "LINK"), "row(scene/LINK*60~column(row(images//left/image_raw*50~images//right/image_raw*50)*33.3"
+    + "~plot//odom/twist/twist/linear/x,/odom/twist/twist/angular/z*33.3~console*33.3)*40)");
+  assert.equal(robotLayout([], "LINK"), "row(scene/LINK*60~column(plot*50~console*50)*40)");
+});
