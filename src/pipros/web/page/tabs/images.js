@@ -2,6 +2,8 @@
 
 import { depthOf } from "../depth_png.js";
 import { bandwidth, download, h, hertz, replace } from "../dom.js";
+import { COLOUR_MAPS, numberText, paletteOf, unsupportedTransport } from "../image_colours.js";
+import { imageZoom } from "../image_zoom.js";
 import { whyNoData } from "../why_no_data.js";
 
 const CHOOSE = "Choose a topic";
@@ -11,17 +13,18 @@ export function open(view, argument, context) {
   const choice = h("select", { "aria-label": "Topic", onchange: () => { context.remember(choice.value); look(choice.value); } });
   const figures = h("span", {});
   const error = h("div", { class: "error", role: "alert" });
-  const canvas = h("canvas", { width: 2, height: 2, hidden: true, role: "img", "aria-label": "Image" });
   const hint = h("div", { class: "note" });
   const why = whyNoData(context);
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, h("span", { class: "spring" }),
-    h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint, why.element,
-      h("div", { class: "scroll picture" }, canvas)));
+  const stage = imageStage();
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, stage.pixel, h("span", { class: "spring" }),
+    stage.controls), error, hint, why.element, stage.area));
   let topic = argument;
   let close = () => {};
 
   context.watch("topics", {}, (data) => {
-    const names = data.topics.filter((each) => TYPES.includes(each.type)).map((each) => each.name);
+    const names = data.topics.filter((each) => TYPES.includes(each.type) || unsupportedTransport(each)).map((each) => each.name);
+    const shown = data.topics.find((each) => each.name === topic);
+    if (shown && unsupportedTransport(shown)) refuse(unsupportedTransport(shown));
     if (topic && !names.includes(topic)) names.unshift(topic);
     if (!topic && names.length === 1) look(names[0]);
     if (!topic) offer(names);
@@ -38,12 +41,20 @@ export function open(view, argument, context) {
         { onclick: () => { choice.value = name; context.remember(name); look(name); } }, name))));
   }
 
+  // Shows why a topic cannot be shown.
+  function refuse(text) {
+    close();
+    close = () => {};
+    why.offer("");
+    replace(hint, text);
+  }
+
   function look(name) {
     close();
     topic = name;
     replace(error, "");
     replace(figures);
-    canvas.hidden = true;
+    stage.clear();
     hint.hidden = false;
     delete hint.dataset.shown;
     replace(hint, name ? "No image received yet." : CHOOSE);
@@ -53,14 +64,13 @@ export function open(view, argument, context) {
 
   function fail(problem) {
     replace(error, problem);
-    hint.hidden = Boolean(problem) || !canvas.hidden;
+    hint.hidden = Boolean(problem) || !stage.canvas.hidden;
   }
 
   async function show(data) {
     let head = headOf(data);
     try {
-      head = await drawImage(canvas, data);
-      canvas.hidden = false;
+      head = await stage.show(data);
       hint.hidden = true;
       why.offer("");
       replace(error, "");
@@ -71,7 +81,7 @@ export function open(view, argument, context) {
       `${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
   }
 
-  context.onSource(() => { if (topic) canvas.hidden = true; });
+  context.onSource(() => { if (topic) stage.canvas.hidden = true; });
   if (topic) {
     replace(choice, h("option", { value: topic }, topic));
     look(topic);
@@ -79,14 +89,72 @@ export function open(view, argument, context) {
   return { go: (name) => { choice.value = name; look(name); } };
 }
 
+// A picture with its controls, and the pixel under the cursor.
+function imageStage() {
+  const canvas = h("canvas", { width: 2, height: 2, hidden: true, role: "img", "aria-label": "Image" });
+  const area = h("div", { class: "picture", role: "application", "aria-label": "Picture: + and - zoom, arrow keys move, 0 fits" }, canvas);
+  const pixel = h("span", { class: "pixel mono", role: "status" });
+  const range = rangeControls(() => last && show(last));
+  const zoom = imageZoom(canvas, (at) => { cursor = at; tell(); });
+  const save = h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG");
+  let last = null; // the newest image, as it was received
+  let head = null; // its header
+  let cursor = null; // the pixel under the cursor
+
+  function tell() {
+    replace(pixel, cursor && head?.valueAt ? `(${cursor.x}, ${cursor.y}): ${head.valueAt(cursor.x, cursor.y)}` : "");
+  }
+
+  // Returns a promise of the header.
+  async function show(data) {
+    last = data;
+    head = await drawImage(canvas, data, range.boundsOf, range.palette());
+    canvas.hidden = false;
+    range.offer(Boolean(head.values));
+    tell();
+    return head;
+  }
+
+  function clear() {
+    [last, head] = [null, null];
+    canvas.hidden = true;
+    range.offer(false);
+    zoom.fit();
+    tell();
+  }
+
+  return { area, canvas, pixel, controls: [range.element, zoom.buttons, save], show, clear };
+}
+
+// Fields for the values of black and white, and a choice of colours, for pictures of numbers. `onChange()` is called after a change.
+function rangeControls(onChange) {
+  const [low, high] = ["Lowest value", "Highest value"].map((label) =>
+    h("input", { size: 6, placeholder: "auto", "aria-label": label, onchange: () => onChange() }));
+  const colour = h("select", { "aria-label": "Colours", onchange: () => onChange() },
+    COLOUR_MAPS.map((name) => h("option", { value: name }, name)));
+  const element = h("span", { class: "choices", hidden: true }, h("label", {}, "from", low), h("label", {}, "to", high), colour);
+  const given = (input) => (input.value.trim() === "" || Number.isNaN(Number(input.value)) ? null : Number(input.value));
+  return {
+    element,
+    offer(isWanted) { element.hidden = !isWanted; },
+    palette: () => (colour.value === COLOUR_MAPS[0] ? null : paletteOf(colour.value)),
+    boundsOf(values) {
+      const [least, most] = extremes(values);
+      return [given(low) ?? least, given(high) ?? most];
+    },
+  };
+}
+
 function headOf(data) {
   const all = new Uint8Array(data.buffer, data.byteOffset);
   return JSON.parse(new TextDecoder().decode(all.subarray(0, all.indexOf(10))));
 }
 
-// Draws an image that the server sent, a JSON header and pixels, and returns the header.
-// `boundsOf(values)` returns the values of black and white of 16-bit and float images.
-export async function drawImage(canvas, data, boundsOf = extremes) {
+// Draws an image that the server sent, a JSON header and pixels, and returns the header, with `valueAt(x, y)`, a text, and for
+// 16-bit and float images with `values`.
+//   boundsOf: function from values to those of black and white
+//   palette: RGB of the 256 shades; null for grey
+export async function drawImage(canvas, data, boundsOf = extremes, palette = null) {
   const head = headOf(data);
   const all = new Uint8Array(data.buffer, data.byteOffset);
   const pixels = all.subarray(all.indexOf(10) + 1);
@@ -94,7 +162,8 @@ export async function drawImage(canvas, data, boundsOf = extremes) {
   if (head.compressed === "depth") {
     const depth = await depthOf(pixels, head.quantised);
     Object.assign(canvas, { width: depth.width, height: depth.height });
-    drawing.putImageData(new ImageData(shaded(depth.values, boundsOf), depth.width, depth.height), 0, 0);
+    head.values = depth.values;
+    drawing.putImageData(new ImageData(shaded(depth.values, boundsOf, palette), depth.width, depth.height), 0, 0);
     head.full = [depth.width, depth.height];
   } else if (head.compressed) {
     const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
@@ -104,14 +173,20 @@ export async function drawImage(canvas, data, boundsOf = extremes) {
     head.encoding = head.format;
   } else if (head.width && head.height) {
     Object.assign(canvas, { width: head.width, height: head.height });
-    drawing.putImageData(new ImageData(colours(head, pixels, boundsOf), head.width, head.height), 0, 0);
+    if (head.color === "gray" && head.depth !== "8U") head.values = numbersOf(head, pixels);
+    const rgba = head.values ? shaded(head.values, boundsOf, palette) : colours(head, pixels);
+    drawing.putImageData(new ImageData(rgba, head.width, head.height), 0, 0);
   }
+  const isMetres = head.compressed === "depth" || head.depth === "32F";
+  head.valueAt = (x, y) => (head.values ? numberText(head.values[y * canvas.width + x], isMetres)
+    : [...drawing.getImageData(x, y, 1, 1).data.slice(0, 3)].join(", "));
   return head;
 }
 
 // Converts pixels to RGBA.
 // `color` and `depth` are those of pipros.pictures.encodings: "bgr", "gray", the pattern "rggb", the bytes "uyvy" of two pixels.
-export function colours({ color, depth, big, width, height }, pixels, boundsOf = extremes) {
+export function colours(head, pixels, boundsOf = extremes) {
+  const { color, depth, width, height } = head;
   const count = width * height;
   const out = new Uint8ClampedArray(count * 4).fill(255);
   if (/^(rgb|bgr)a?$/.test(color)) {
@@ -125,16 +200,17 @@ export function colours({ color, depth, big, width, height }, pixels, boundsOf =
   }
   if (color.includes("y") && color !== "gray") return fromYuv(color, count, pixels, out);
   if (color !== "gray") return fromBayer(color, width, height, pixels, out);
-  const grey = depth === "8U" ? pixels : stretched(depth, big, count, pixels, boundsOf);
+  if (depth !== "8U") return shaded(numbersOf(head, pixels), boundsOf);
+  const grey = pixels;
   for (let i = 0; i < count; i += 1) out[i * 4] = out[i * 4 + 1] = out[i * 4 + 2] = grey[i];
   return out;
 }
 
-// Scales 16-bit and float pixels from black to white. NaN and infinity are black.
-function stretched(depth, big, count, pixels, boundsOf) {
+// Returns the numbers of 16-bit and float pixels.
+function numbersOf({ depth, big, width, height }, pixels) {
   const view = new DataView(pixels.buffer, pixels.byteOffset, pixels.byteLength);
   const read = depth === "32F" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
-  return scaled(Float64Array.from({ length: count }, (_, i) => read(i)), boundsOf);
+  return Float64Array.from({ length: width * height }, (_, i) => read(i));
 }
 
 // Returns the least and the largest finite value.
@@ -155,11 +231,14 @@ function scaled(values, boundsOf) {
   return values.map((value) => (Number.isFinite(value) && high > low ? ((value - low) * 255) / (high - low) : 0));
 }
 
-// Converts depths to RGBA, from black to white.
-function shaded(depths, boundsOf) {
-  const shades = scaled(depths, boundsOf);
-  const out = new Uint8ClampedArray(depths.length * 4).fill(255);
-  shades.forEach((shade, i) => out.fill(shade, i * 4, i * 4 + 3));
+// Converts numbers to RGBA, from black to white or with a palette. NaN and infinity are black.
+function shaded(numbers, boundsOf, palette = null) {
+  const shades = Uint8ClampedArray.from(scaled(numbers, boundsOf));
+  const out = new Uint8ClampedArray(numbers.length * 4).fill(255);
+  for (let i = 0; i < shades.length; i += 1) {
+    if (palette && Number.isFinite(numbers[i])) out.set(palette.subarray(shades[i] * 3, shades[i] * 3 + 3), i * 4);
+    else out.fill(shades[i], i * 4, i * 4 + 3);
+  }
   return out;
 }
 
