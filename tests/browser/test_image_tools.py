@@ -42,7 +42,7 @@ def test_a_depth_image_has_values_a_range_and_colours(ros: RosSystem, open_tab: 
     ros.pipros.start_bare_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/image/compressed")
-    tab = open_tab(Page(ros), "images/%2Fimage%2F32FC1")
+    tab = open_tab(Page(ros), "images/%2Fimage%2F32fc1")
     pixel = tab.locator(".pixel")
     expect(tab.get_by_label("Lowest value")).to_be_visible()
     wait_for_corners(tab, "[[0,0,0],[85,85,85],[170,170,170],[255,255,255]]", "the image")

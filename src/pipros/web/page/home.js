@@ -5,7 +5,8 @@ import { live } from "./live.js";
 import { currentPlace, placeOf } from "./place.js";
 
 const KEEP = "pipros.last";
-const LONGEST_MS = 3000; // until /tf has had time to arrive
+const TRANSFORMS = ["/tf", "/tf_static"];
+const LONGEST_MS = 10000; // for one answer, once the server is connected
 
 // Returns a promise of the first value of a view that `isEnough`; of the last one after some time, or null.
 function firstOf(view, args, isEnough) {
@@ -13,10 +14,17 @@ function firstOf(view, args, isEnough) {
     let last = null;
     const finish = () => {
       clearTimeout(timer);
+      live.removeEventListener("state", begin);
       stop();
       resolve(last);
     };
-    const timer = setTimeout(finish, LONGEST_MS);
+    let timer = 0;
+    const begin = () => {
+      if (!live.isOpen || timer) return;
+      timer = setTimeout(finish, LONGEST_MS);
+    };
+    live.addEventListener("state", begin);
+    begin();
     const stop = live.watch(view, args, (data) => {
       last = data;
       if (isEnough(data)) setTimeout(finish);
@@ -27,11 +35,14 @@ function firstOf(view, args, isEnough) {
 // Returns a promise of the place of the layout "Robot"; null if no transforms arrive and `isSure` is false.
 async function robotPlace(isSure) {
   const [{ packed }, { robotLayout, sceneState }] = await Promise.all([import("./scene/link.js"), import("./panels/robot_layout.js")]);
-  const [frames, topics, robot] = await Promise.all([firstOf("frames", {}, ({ frames: found }) => found?.length > 0),
-    firstOf("running_topics", {}, () => true), firstOf("scene_robot", { name: "robot_description" }, () => true)]);
-  if (!frames?.frames?.length && !isSure) return null;
-  const state = sceneState(topics?.topics ?? [], frames?.frames ?? [], Boolean(robot?.links));
-  return placeOf("panels", robotLayout(topics?.topics ?? [], await packed(JSON.stringify(state))));
+  const { topics = [] } = await firstOf("running_topics", {}, () => true) ?? {};
+  const hasTransforms = topics.some(({ name, publishers }) => TRANSFORMS.includes(name) && publishers.length);
+  if (!hasTransforms && !isSure) return null;
+  const [found, robot] = await Promise.all([hasTransforms ? firstOf("frames", {}, ({ frames }) => frames?.length > 0) : null,
+    firstOf("scene_robot", { name: "robot_description" }, () => true)]);
+  if (!found?.frames?.length && !isSure) return null;
+  const state = sceneState(topics, found?.frames ?? [], Boolean(robot?.links));
+  return placeOf("panels", robotLayout(topics, await packed(JSON.stringify(state))));
 }
 
 // Returns the link in the head that opens the layout "Robot".
