@@ -129,6 +129,25 @@ def test_the_end_of_a_loader_unloads_its_nodelet(demo: RosSystem) -> None:
     manager.wait_for("closed /killed")
 
 
+def test_loaders_end_with_their_manager(demo: RosSystem) -> None:
+    demo.pipros.start_master()
+    manager = demo.pipros.start("rosrun", "nodelet", "nodelet", "manager", "__name:=mgr")
+    load = ("rosrun", "nodelet", "nodelet", "load", "demo/Relay", "mgr", "_suffix:=1")
+    loader = demo.pipros.start(*load)
+    manager.wait_for("nodelet /demo_Relay")
+    demo.wait_for_subscriber("/mgr/bond")
+    wait_until(lambda: len(demo.subscribers("/mgr/bond")) == 2)
+    loader.wait_for("Loading nodelet /demo_Relay")
+    with Node("witness", environment=Environment(master_uri=demo.master_uri)) as node:
+        inbox = Inbox()
+        node.subscribe("/mgr/bond", load_message_class("bond/Status"), inbox)
+        wait_until(lambda: len({each.instance_id for each in inbox.messages}) == 2)  # the bond is formed
+    manager.press_ctrl_c()
+    assert manager.wait() == 0
+    loader.wait_for("Bond broken, exiting")
+    assert loader.wait() == 0
+
+
 def test_nodelets_that_cannot_be_loaded_are_reported(demo: RosSystem) -> None:
     demo.pipros.start_master()
     manager = demo.pipros.start("rosrun", "nodelet", "nodelet", "manager", "__name:=mgr")

@@ -70,7 +70,9 @@ class NodeBond:
 
     def _receive(self, message: Any) -> None:
         if message.id == self.bond_id and message.instance_id != self._instance:
-            self._side.receive(message.instance_id, bool(message.active))
+            is_sister = self._side.receive(message.instance_id, bool(message.active))
+            if is_sister and not message.active:
+                self._side.handle(Event.SISTER_ENDS)  # the answer was sent, so this side need not wait
 
     def _notify(self, state: State) -> None:
         if state is State.DEAD and not self._node.is_ending:

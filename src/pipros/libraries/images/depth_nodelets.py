@@ -11,7 +11,7 @@ from pipros.libraries.images.arrays import BadImage, array_of, image_message
 from pipros.libraries.images.clouds import cloud_message, empty_points, set_colors
 from pipros.libraries.images.depths import converted_metric, registered, set_points
 from pipros.libraries.images.disparity import CAMERA_INFO
-from pipros.libraries.images.pinhole import Pinhole, binning
+from pipros.libraries.images.pinhole import Pinhole, binning, check_size
 from pipros.libraries.images.ports import (
     Complaints,
     ImageOutput,
@@ -190,6 +190,7 @@ class Register:
                 (rgb_info.roi.height or rgb_info.height) // bin_y,
                 (rgb_info.roi.width or rgb_info.width) // bin_x,
             )
+            check_size(*size)
             seen = registered(
                 array_of(depth),
                 depth.encoding,

@@ -6,12 +6,15 @@ Pixels are (u, v): column, row. Camera frames have x to the right, y down, z for
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
+
+MOST_PIXELS: Final = 2**26
+"""Maximum size of a camera's picture, because a calibration that is not valid could ask for any memory."""
 
 _MODELS = ("plumb_bob", "rational_polynomial", "equidistant")
 
@@ -60,6 +63,16 @@ def binning(info: Any) -> tuple[int, int]:
     return max(info.binning_x, 1), max(info.binning_y, 1)
 
 
+def check_size(height: int, width: int) -> None:
+    """Check the size of a picture.
+
+    Raises:
+        Uncalibrated: it has more than `MOST_PIXELS` pixels.
+    """
+    if height * width > MOST_PIXELS:
+        raise Uncalibrated(f"a calibration must have at most {MOST_PIXELS} pixels, got {width} x {height}")
+
+
 def key_of(info: Any) -> tuple[Any, ...]:
     """Return everything in the message but its header, to recognize a calibration that has changed."""
     roi = info.roi
@@ -77,10 +90,11 @@ class Rectifier:
         """Read the calibration.
 
         Raises:
-            Uncalibrated: K is 0, or the distortion model is unknown.
+            Uncalibrated: K is 0, the picture is too large, or the distortion model is unknown.
         """
         if not info.K[0]:
             raise Uncalibrated("the camera is not calibrated: K has no focal length")
+        check_size(info.height, info.width)
         if any(info.D) and info.distortion_model not in _MODELS:
             raise Uncalibrated(
                 f"distortion model must be {', '.join(_MODELS[:-1])} or {_MODELS[-1]}, "

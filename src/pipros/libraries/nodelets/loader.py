@@ -52,8 +52,13 @@ def load(
     service = load_service_class("nodelet/NodeletLoad")
     client = node.client(f"{place}/load_nodelet", service)
     bond_id = f"{node.name}_{uuid.uuid4()}" if has_bond else ""
+
+    def pause(seconds: float) -> None:
+        if node.wait_for_shutdown(seconds):  # not the node's clock, which may be simulated
+            raise Interrupted(f"{node.name} was shut down while it waited for the manager")
+
     try:
-        while not client.wait_until_available(WAIT_S, pause=node.clock.sleep, report=log.warning):
+        while not client.wait_until_available(WAIT_S, pause=pause, report=log.warning):
             log.warning("Waiting for service %s to be available...", client.service)
         client.call(
             service._request_class(node.name, plugin, [*own], [*own.values()], list(arguments), bond_id)
