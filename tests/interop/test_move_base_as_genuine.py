@@ -47,8 +47,10 @@ def test_goals_end_with_the_same_statuses_and_texts(both: BothBases) -> None:
     both.send(0.0, 0.0)
     ends((3, "Goal reached."))
     both.send(2.0, 0.0)
+    both.wait_until_active()
     both.send(2.0, 0.5)
     ends((2, ANOTHER))
+    both.wait_until_active()
     both.cancel()
     ends((2, ""))
     both.send(1.1, 0.55)  # inside the block

@@ -100,9 +100,16 @@ class BothBases:
         self._id_class: Any = load_message_class("actionlib_msgs/GoalID")
         self._goals = {side: self._advertise(side, "goal", self._goal_class) for side in SIDES}
         self._cancels = {side: self._advertise(side, "cancel", self._id_class) for side in SIDES}
+        stamped: Any = load_message_class("geometry_msgs/PoseStamped")
+        self._simple = {
+            side: node.advertise(f"/{side}/move_base_simple/goal", stamped, queue_size=1) for side in SIDES
+        }
         result: Any = load_message_class("move_base_msgs/MoveBaseActionResult")
+        status: Any = load_message_class("actionlib_msgs/GoalStatusArray")
+        self._statuses: dict[str, Any] = {}
         for side in SIDES:
             self.node.subscribe(f"/{side}/move_base/result", result, self._keeper(side))
+            self.node.subscribe(f"/{side}/move_base/status", status, self._status_keeper(side))
         self._scan: Any = load_message_class("sensor_msgs/LaserScan")
         self._publishers = {
             name: node.advertise(name, load_message_class(kind), queue_size=10)
@@ -118,8 +125,24 @@ class BothBases:
     def _advertise(self, side: str, name: str, kind: Any) -> Any:
         return self.node.advertise(f"/{side}/move_base/{name}", kind, queue_size=10)
 
+    @property
+    def inputs(self) -> list[Any]:
+        """The publishers to which both nodes subscribe when they are ready."""
+        return [*self._goals.values(), *self._cancels.values(), *self._simple.values()]
+
     def _keeper(self, side: str) -> Any:
         return lambda message: self.results[side].append((message.status.status, message.status.text))
+
+    def _status_keeper(self, side: str) -> Any:
+        return lambda message: self._statuses.update({side: message.status_list})
+
+    def wait_until_active(self) -> None:
+        """Wait until both have accepted their goal."""
+        wait_until(
+            lambda: all(any(each.status == 1 for each in self._statuses.get(side, ())) for side in SIDES),
+            60,
+            "active goals",
+        )
 
     def stop(self) -> None:
         self._ended.set()
@@ -235,9 +258,7 @@ def both_bases(ros: RosSystem, changes: Mapping[str, Any] | None = None) -> Iter
         both = BothBases(node, processes)
         try:
             wait_until(
-                lambda: all(
-                    each.connection_count for each in (*both._goals.values(), *both._cancels.values())
-                ),
+                lambda: all(each.connection_count for each in both.inputs),
                 60,
                 "both nodes",
             )

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_service_class
+from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.delivery import Sent, sent_by, wait_until_handled
 from pipros.node.rate import Timer
@@ -79,22 +80,25 @@ class Schedule:
             sent = [Sent(topic, publisher, self._node.name, count) for topic, publisher, count in links]
             for lost in wait_until_handled(self._node, sent, _DELIVERY_S):
                 self._node.log.warning("messages of [%s] on [%s] did not arrive", lost.publisher, lost.topic)
-            self._run(in_ns(request.now))
+            due_ns = self._run(in_ns(request.now))
         holds = self._hold()
         mine = sent_by(self._node)
         return self._service._response_class(
             holds,
+            Time(*divmod(due_ns, 1_000_000_000)),
             [each.topic for each in mine],
             [each.subscriber for each in mine],
             [each.messages for each in mine],
         )
 
-    def _run(self, now_ns: int) -> None:
+    def _run(self, now_ns: int) -> int:
+        """Do what is due. Return the time at which something is due next, within a second."""
         for work in self._work:
             work.due_ns = work.due_ns or now_ns + work.period_ns
             if now_ns >= work.due_ns:
                 work.due_ns = max(work.due_ns + work.period_ns, now_ns + 1)
                 work.do()
+        return min([now_ns + 1_000_000_000, *(work.due_ns for work in self._work)])
 
 
 def _members(node: Node) -> list[str]:

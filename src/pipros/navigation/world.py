@@ -1,7 +1,7 @@
 """A simulated robot with localisation and move_base, in this process and in lockstep, for tests.
 
 The simulated time stands still except in the methods that wait for something; they return, or raise
-`WorldFailure`, exactly at the step in which this is decided. So a test gives the same result each time,
+`WorldFailure`, at the tenth of a second in which this is decided. So a test gives the same result each time,
 on any machine.
 """
 
@@ -128,6 +128,7 @@ class NavigationWorld:
         Schedule(self.node, self._hold).start()
         sim = self._new_node("sim")
         self._robots = RobotsNode(sim, self.simulation)
+        self._robots.observe = self._observe
         for name, run in (("amcl", self._run_amcl), ("move_base", self._run_move_base)):
             node = self._new_node(name)
             node.use_simulated_time()
@@ -182,9 +183,8 @@ class NavigationWorld:
     # -- the time ----------------------------------------------------------------
 
     def _hold(self) -> bool:
-        """Observe a step, and hold the time if the test does not wait. Called by the simulator."""
+        """Hold the time if the test does not wait. Called by the simulator, every 0.1 s of its time."""
         with self._changed:
-            self._closest_m = min(self._closest_m, self.clearance_m)
             if self._is_running():
                 if self.simulation.steps % ERROR_STEPS == 0:
                     self.errors.append((self.error_m, self.error_rad))
@@ -192,6 +192,10 @@ class NavigationWorld:
             self._changed.notify_all()
             self._changed.wait(0.05)
             return not self._is_running()
+
+    def _observe(self) -> None:
+        """Note how close the robot has come. Called by the simulator after each step."""
+        self._closest_m = min(self._closest_m, self.clearance_m)
 
     def _is_running(self) -> bool:
         if self._wanted is not None and (self._wanted() or self.time_s >= self._deadline_s):

@@ -8,7 +8,7 @@ from typing import Any, Final
 _LAYERS: Final = {
     "robot_base_frame": "base_footprint",
     "transform_tolerance": 0.5,
-    "footprint": "[[0.12, 0.1], [0.12, -0.1], [-0.12, -0.1], [-0.12, 0.1]]",
+    "robot_radius": 0.16,
     "obstacles": {
         "observation_sources": "scan",
         "obstacle_range": 3.0,
@@ -25,7 +25,7 @@ PARAMETERS: Final[Mapping[str, Any]] = {
     "amcl": {
         "base_frame_id": "base_footprint",
         "min_particles": 200,
-        "max_particles": 5000,
+        "max_particles": 10000,
         "kld_err": 0.02,
         "update_min_d": 0.2,
         "update_min_a": 0.5,
@@ -45,7 +45,7 @@ PARAMETERS: Final[Mapping[str, Any]] = {
         "controller_frequency": 5.0,
         "planner_frequency": 1.0,
         "planner_patience": 5.0,
-        "controller_patience": 5.0,
+        "controller_patience": 15.0,
         "oscillation_timeout": 10.0,
         "oscillation_distance": 0.2,
         "global_costmap": {

@@ -64,7 +64,6 @@ class MoveBase:
         self._goal_class: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")
         self._forwarded = node.advertise("move_base/goal", self._goal_class, queue_size=1)
         self._feedback_class: Any = load_message_class("move_base_msgs/MoveBaseFeedback")
-        node.subscribe("move_base_simple/goal", stamped, self._forward, queue_size=1)
 
         frames = Frames(node, log)
         self._frames = frames
@@ -94,6 +93,10 @@ class MoveBase:
         )
         self._rest(is_resting=True)
         self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)
+        # A goal that came earlier would be lost on its way through the topic of the action.
+        own = self._forwarded
+        self._global_map.wait_until(lambda: own.connection_count > 0, "its own action server")
+        node.subscribe("move_base_simple/goal", stamped, self._forward, queue_size=1)
         period_s = self._period_s()
         self._change_planning = schedule.every(period_s, self._plan_if_due)
         self._change_cycle = schedule.every(period_s, self._cycle)

@@ -96,7 +96,7 @@ class PlanService:
 
 
 def _around(goal: Triple, tolerance: float, resolution: float) -> Iterator[Triple]:
-    """Yield places around a goal, on squares of growing size up to the tolerance."""
+    """Yield places around a goal, on squares of growing size up to the tolerance, in genuine's order."""
     step = 3 * resolution
     if 0 < tolerance < step:
         step = tolerance
@@ -104,6 +104,6 @@ def _around(goal: Triple, tolerance: float, resolution: float) -> Iterator[Tripl
         for up in range(ring + 1):
             for across in range(ring + 1):
                 if max(up, across) == ring:
-                    for y in {-up, up}:
-                        for x in {-across, across}:
+                    for y in dict.fromkeys((-up, up)):
+                        for x in dict.fromkeys((-across, across)):
                             yield goal[0] + x * step, goal[1] + y * step, goal[2]

@@ -1,11 +1,12 @@
 """Advance simulated time only when other nodes have answered: the members, in the order of `/lockstep`.
 
-Theory of operation. After each step the simulator calls the service `~advance` of one member after the other,
-with the new time and the numbers of messages that were sent to this member so far (`pipros.node.delivery`),
-by the simulator and by the other members. The member handles these messages, does what is due at that time,
-and answers with the numbers of messages that it has sent itself. At the end, the simulator handles what
-the members have sent to it. So each step is a fixed sequence, whatever the speed of the machine, and the
-whole system repeats its trace if its members are deterministic.
+Theory of operation. After each step with scans the simulator calls the service `~advance` of one member after
+the other, with the new time and the numbers of messages that were sent to this member so far
+(`pipros.node.delivery`), by the simulator and by the other members. The member handles these messages, does
+what is due at that time, and answers with the numbers of messages that it has sent itself, and the time at
+which something is due next: then it is also asked after a step without scans. At the end, the simulator
+handles what the members have sent to it. So the steps are a fixed sequence, whatever the speed of the
+machine, and the whole system repeats its trace if its members are deterministic.
 
 A member that fails or does not answer in time is left out from then on.
 """
@@ -17,6 +18,7 @@ import time
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
@@ -56,6 +58,7 @@ class Lockstep:
             name: node.client(f"{name}/advance", self._service, persistent=True) for name in names
         }
         self._sent: dict[tuple[str, str, str], Sent] = {}
+        self._due_ns = dict.fromkeys(self._clients, 0)
         self._began_s = time.monotonic()
         self._simulated_s = 0.0
 
@@ -74,11 +77,15 @@ class Lockstep:
         self._began_s = time.monotonic()
         return missing
 
-    def settle(self, now: Time) -> bool:
-        """Ask the members one after the other. Return whether one of them holds the time."""
+    def settle(self, now: Time, *, has_scans: bool) -> bool:
+        """Ask the members that may have something to do. Return whether one of them holds the time."""
+        due = [name for name in self._clients if has_scans or self._due_ns[name] <= in_ns(now)]
+        if not due:
+            return False
         self._add(sent_by(self._node))
         holds = False
-        for name, client in list(self._clients.items()):
+        for name in due:
+            client = self._clients[name]
             links = [each for each in self._sent.values() if each.subscriber == name]
             request = self._service._request_class(
                 now,
@@ -95,6 +102,7 @@ class Lockstep:
                 self._sent = {key: each for key, each in self._sent.items() if name not in key}
                 continue
             holds = holds or answer.hold
+            self._due_ns[name] = in_ns(answer.due)
             links_of = zip(answer.topics, answer.subscribers, answer.counts, strict=True)
             self._add([Sent(topic, name, subscriber, count) for topic, subscriber, count in links_of])
         for lost in wait_until_handled(self._node, self._sent.values(), ANSWER_S):

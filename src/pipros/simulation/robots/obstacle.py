@@ -1,4 +1,4 @@
-"""A moving obstacle: a disc that walks from point to point and waits for robots."""
+"""A moving obstacle: a disc that walks from point to point, and gives way to robots."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 
 from pipros.simulation.robots.errors import InvalidSettings
+
+PATIENCE_S = 3.0
+"""Time that an obstacle waits before it turns back."""
 
 
 class Obstacle:
@@ -36,15 +39,21 @@ class Obstacle:
     def reset(self) -> None:
         """Move back to the first point."""
         self.x, self.y = self._points[0]
-        self._next = 1 % len(self._points)
+        self._next, self._direction, self._waited_s = 1 % len(self._points), 1, 0.0
 
     def step(self, duration_s: float, is_free: Callable[[float, float, float], bool]) -> None:
-        """Move on, unless `is_free` denies the next place, given as x, y and the radius."""
+        """Move on. If `is_free` denies the next place (x, y, radius), wait, and turn back after a while."""
         x, y = self._points[self._next]
         left, way = math.hypot(x - self.x, y - self.y), self._speed * duration_s
         if left > way:
             x, y = self.x + (x - self.x) * way / left, self.y + (y - self.y) * way / left
         if is_free(x, y, self.radius):
             self.x, self.y = x, y
+            self._waited_s = 0.0
             if left <= way:
-                self._next = (self._next + 1) % len(self._points)
+                self._next = (self._next + self._direction) % len(self._points)
+            return
+        self._waited_s += duration_s
+        if self._waited_s >= PATIENCE_S:
+            self._direction, self._waited_s = -self._direction, 0.0
+            self._next = (self._next + self._direction) % len(self._points)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from typing import Any, Final
 
 from pipros.basics.limits import limit_text
@@ -40,6 +41,7 @@ class RobotsNode:
     Attributes:
         lock: held while the simulation is used.
         simulation: the robots.
+        observe: called after each step, with the lock held.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class RobotsNode:
         self.lock = threading.Lock()
         self.simulation = simulation
         self._node = node
+        self.observe: Callable[[], object] = lambda: None
         self._lockstep = Lockstep(node, members(node) if self._has_clock else [], node.log)
         self._interval_s = STEP_S / speed
         self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
@@ -98,7 +101,8 @@ class RobotsNode:
             if not self._wait_for_members():
                 return
             while lockstep.has_members and not self._node.is_ending:
-                if not lockstep.settle(self.stamp()):
+                has_scans = self.simulation.steps % SCAN_STEPS == 0
+                if not lockstep.settle(self.stamp(), has_scans=has_scans):
                     self.step()
                     lockstep.count(STEP_S)
             lockstep.report()
@@ -132,6 +136,7 @@ class RobotsNode:
         """Move the robots and publish their measurements."""
         with self.lock:
             self.simulation.step()
+            self.observe()
         self._publish()
 
     def _publish(self) -> None:
