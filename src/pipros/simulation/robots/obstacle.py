@@ -1,4 +1,4 @@
-"""A moving obstacle: a disc that walks from point to point, and gives way to robots."""
+"""A moving obstacle: a disc that walks from point to point, waits for robots, and turns back."""
 
 from __future__ import annotations
 
