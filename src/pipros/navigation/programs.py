@@ -8,6 +8,7 @@ from collections.abc import Callable
 from importlib import import_module
 
 from pipros.basics.errors import Interrupted, MissingExtra
+from pipros.navigation.extras import missing_extra
 from pipros.navigation.parameters import InvalidParameter
 from pipros.navigation.schedule import Schedule
 from pipros.node import Node
@@ -21,8 +22,11 @@ def run_program(module: str, *arguments: str) -> int:
     """
     try:
         program = import_module(f"pipros.navigation.{module}")
-    except MissingExtra as error:
-        print(f"ERROR: {error}", file=sys.stderr)
+    except (MissingExtra, ModuleNotFoundError) as error:
+        if not isinstance(error, MissingExtra) and error.name not in ("numpy", "cv2"):
+            raise
+        reason = error if isinstance(error, MissingExtra) else missing_extra(error)
+        print(f"ERROR: {reason}", file=sys.stderr)
         return 1
     return int(program.main(*arguments))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 
 import pytest
@@ -29,3 +30,16 @@ def test_a_numpy_that_cannot_be_imported_is_not_taken_for_ctrl_c(monkeypatch: py
     monkeypatch.delattr(sys, "last_type", raising=False)
 
     assert "needs a library that fails: numpy.core.multiarray failed to import" in str(missing_extra(NUMPY))
+
+
+@pytest.mark.parametrize("program", ["costmap.program", "navfn.navfn_node", "move_base.program"])
+def test_a_program_without_numpy_says_so_in_one_line(program: str) -> None:
+    code = (
+        "import sys; sys.modules['numpy'] = sys.modules['cv2'] = None; "
+        f"from pipros.navigation.programs import run_program; sys.exit(run_program({program!r}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+    assert done.returncode == 1
+    assert done.stderr.startswith("ERROR: this node needs ")
+    assert done.stderr.count("\n") == 1
