@@ -11,13 +11,13 @@ from pipros.basics.rooms import all_offered, offered
 from pipros.packages.nodelets import package_of
 
 _NAMES = """
-    amcl carrot_planner cartographer_ros controller_manager depth_image_proc
+    carrot_planner cartographer_ros controller_manager depth_image_proc
     explore_lite filters freenect_launch gazebo gazebo_plugins
-    gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hls_lfcd_lds_driver hokuyo_node
+    gazebo_ros gazebo_ros_control global_planner hector_mapping hls_lfcd_lds_driver hokuyo_node
     image_proc image_publisher image_rotate mavros move_group
     moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant octomap_server
     opencv_apps openni2_camera openni2_launch realsense2_camera
-    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
+    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
     turtlebot3_gazebo urg_node uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server
@@ -29,7 +29,6 @@ COMPILED = frozenset(_NAMES.split())
 _STARTING = {
     "hector_slam_launch": "hector_mapping",
     "husky_gazebo": "Gazebo",
-    "turtlebot3_slam": "gmapping",
 }
 """Packages with launch files, and the C++ programs that the launch files start."""
 
@@ -44,7 +43,7 @@ _PYPI = {"catkin": "catkin-tools"}
 _PYTHON_NAMES = """
     executive_smach ros_numpy rosserial_python smach smach_ros sound_play
     turtlebot3_bringup turtlebot3_description turtlebot3_example turtlebot3_msgs
-    turtlebot3_navigation turtlebot3_teleop turtlebot_teleop turtlesim_cleaner
+    turtlebot3_navigation turtlebot3_slam turtlebot3_teleop turtlebot_teleop turtlesim_cleaner
 """
 
 _PYTHON = frozenset(_PYTHON_NAMES.split())

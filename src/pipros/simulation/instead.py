@@ -1,15 +1,9 @@
 """What simulated robots replace; `pipros.packages.well_known` gives this advice."""
 
 _SIMULATOR = "roslaunch pipros_sim sim.launch simulates robots with cmd_vel, odom and scan in a flat world."
-_KNOWN_POSES = (
-    "roslaunch pipros_sim localized.launch simulates a robot with a map and amcl_pose; it does not map."
-)
+_MAPPING = "rosrun gmapping slam_gmapping makes maps of simulated robots (roslaunch pipros_sim sim.launch) and others."
 INSTEAD = {
     **dict.fromkeys(("gazebo", "gazebo_ros", "husky_gazebo", "turtlebot3_gazebo"), _SIMULATOR),
-    **dict.fromkeys(
-        ("gmapping", "hector_mapping", "hector_slam_launch", "slam_gmapping"),
-        _KNOWN_POSES,
-    ),
-    **dict.fromkeys(("turtlebot3_slam",), _KNOWN_POSES),
+    **dict.fromkeys(("hector_mapping", "hector_slam_launch"), _MAPPING),
 }
 """What to use instead of packages that courses use in their exercises."""

@@ -7,7 +7,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.model import Machine, Node, WorkingFolder
-from pipros.workspace.index import PackageIndex
+from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
 from tests.support.debian_system import make_debian
 
 
@@ -23,7 +23,7 @@ def talker(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def maker(tmp_path: Path, talker: Path) -> CommandMaker:
-    index = PackageIndex([tmp_path / "src"])
+    index = PackageIndex([tmp_path / "src", SHARED_PACKAGES])
     return CommandMaker(index, {"PATH": "/bin", "ROS_NAMESPACE": "/outer"}, tmp_path / "home")
 
 
@@ -85,8 +85,8 @@ def test_the_working_folder_is_the_requested_one(
         (Node("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
         (Node("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
         (
-            Node("gmapping", "slam_gmapping", "map"),
-            r": package \[gmapping\] not found. The programs of gmapping .* ros-noetic-gmapping",
+            Node("hector_mapping", "hector_mapping", "map"),
+            r": package \[hector_mapping\] not found. The programs of hector_mapping .* ros-noetic-hector",
         ),
         (
             Node("nodelet", "nodelet", "cloud", arguments="load velodyne_pointcloud/CloudNodelet manager"),

@@ -28,16 +28,18 @@ def test_a_program_in_c_plus_plus_names_its_package() -> None:
         "The programs of hector_mapping are written in C++, and are not part of pipros, which is pure "
         "Python. Debian has no package of hector_mapping. Run it where ROS 1 Noetic is installed (Ubuntu "
         "20.04: apt-get install ros-noetic-hector-mapping): with this machine's ROS_MASTER_URI, it joins the "
-        "same graph. On this machine, roslaunch pipros_sim localized.launch simulates a robot with a map and "
-        "amcl_pose; it does not map."
+        "same graph. On this machine, rosrun gmapping slam_gmapping makes maps of simulated robots "
+        "(roslaunch pipros_sim sim.launch) and others."
     )
     assert why_not_here("my_package") is None
 
 
 def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
-    advice = str(why_missing("turtlebot3_slam"))
-    assert advice.startswith("turtlebot3_slam starts programs in C++, which are not part of pipros: gmapping")
-    assert "On this machine, roslaunch pipros_sim localized.launch" in advice
+    advice = str(why_missing("hector_slam_launch"))
+    assert advice.startswith(
+        "hector_slam_launch starts programs in C++, which are not part of pipros: hector_m"
+    )
+    assert "On this machine, rosrun gmapping slam_gmapping" in advice
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,7 @@ def test_record_has_the_hash_and_size_of_each_file(workspace: Workspace) -> None
 def test_dependencies_become_requirements_or_are_listed(workspace: Workspace) -> None:
     workspace.add("arm_msgs", MESSAGES, "std_msgs message_runtime", msg__State_dot_msg="int8 a")
     folder = workspace.add(
-        "arm", "catkin_package()", "arm_msgs rospy python3-serial python3-yaml amcl strange"
+        "arm", "catkin_package()", "arm_msgs rospy python3-serial python3-yaml mavros strange"
     )
     text = (folder / "package.xml").read_text()
     (folder / "package.xml").write_text(
@@ -159,7 +159,7 @@ def test_dependencies_become_requirements_or_are_listed(workspace: Workspace) ->
     assert list(built) == ["arm_msgs", "arm"]
     assert required(built["arm"]) == ["pipros", "ros1-arm-msgs>=0.1", "pyserial"]
     assert required(built["arm_msgs"]) == ["pipros"]
-    assert "Dependencies that pip does not install: amcl, strange" in content(built["arm"], "METADATA")
+    assert "Dependencies that pip does not install: mavros, strange" in content(built["arm"], "METADATA")
 
 
 def test_message_packages_that_are_absent_are_required_and_not_checked(workspace: Workspace) -> None:

@@ -9,6 +9,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
 from pipros.packages import crawl as crawling
+from pipros.packages.installed_packages import share_folders
 from pipros.packages.system_packages import SYSTEM_SHARE
 from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
 from pipros.workspace.manifest import read_manifest
@@ -108,7 +109,8 @@ def test_a_folder_that_is_given_twice_is_searched_and_shown_once(tmp_path: Path)
     path = (SHARED_PACKAGES, tmp_path, SHARED_PACKAGES)  # as after sourcing a setup file
     index = PackageIndex.from_environment(Environment(package_path=path))
 
-    assert index.folders == (SHARED_PACKAGES, tmp_path, Path(SYSTEM_SHARE))
+    installed = map(Path, share_folders())
+    assert index.folders == (SHARED_PACKAGES, tmp_path, *installed, Path(SYSTEM_SHARE))
     assert index.duplicates() == {}
     with pytest.raises(NotFound) as refusal:
         index.find("nope")
