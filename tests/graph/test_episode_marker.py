@@ -41,7 +41,7 @@ def test_calls_of_services_become_episodes(make_node: MakeNode, tmp_path: Path) 
 
     path = tmp_path / "run.bag"
     path.write_bytes(bag_bytes([("/episode", each, 100 + n, 0) for n, each in enumerate(received)]))
-    config = DatasetConfig(10, "skip", "/episode", "", "", (), (), "")
+    config = DatasetConfig(10, "skip", "/episode", "", "", (), (), 0.5, "")
     with open_bags(path) as bags:
         found = find_episodes(bags, str(path), config, 4)
     assert [(each.number, each.start / 1e9, each.end / 1e9, each.task) for each in found] == [

@@ -141,6 +141,7 @@ actionlib_tutorials fibonacci_client.py
 actionlib_tutorials fibonacci_server
 actionlib_tutorials fibonacci_server.py
 actionlib_tutorials gen_numbers.py
+amcl amcl
 depthimage_to_laserscan depthimage_to_laserscan
 diagnostic_aggregator add_analyzers
 diagnostic_aggregator aggregator_node
@@ -155,6 +156,7 @@ diagnostic_updater example
 dynamic_reconfigure dynparam list
 dynamic_reconfigure reconfigure_gui
 fake_localization fake_localization
+gmapping slam_gmapping
 foxglove_bridge foxglove_bridge _port:=0
 image_transport republish raw
 image_proc image_proc
@@ -176,6 +178,7 @@ pcl_ros pcd_to_pointcloud
 pcl_ros pointcloud_to_pcd
 pointcloud_to_laserscan pointcloud_to_laserscan_node
 robot_localization ekf_localization_node
+robot_localization navsat_transform_node
 robot_localization ukf_localization_node
 robot_state_publisher robot_state_publisher
 robot_state_publisher state_publisher
