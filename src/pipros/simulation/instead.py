@@ -1,7 +1,9 @@
 """What simulated robots replace; `pipros.packages.well_known` gives this advice."""
 
 _SIMULATOR = "roslaunch pipros_sim sim.launch simulates robots with cmd_vel, odom and scan in a flat world."
-_MAPPING = "rosrun gmapping slam_gmapping makes maps of simulated robots (roslaunch pipros_sim sim.launch) and others."
+_MAPPING = (
+    "rosrun gmapping slam_gmapping makes maps, also of robots simulated by roslaunch pipros_sim sim.launch."
+)
 INSTEAD = {
     **dict.fromkeys(("gazebo", "gazebo_ros", "husky_gazebo", "turtlebot3_gazebo"), _SIMULATOR),
     **dict.fromkeys(("hector_mapping", "hector_slam_launch"), _MAPPING),
