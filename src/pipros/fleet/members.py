@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from typing import Final
 
@@ -24,6 +25,8 @@ TOKENS_PER_MEMBER: Final = 4
 class Members:
     """The set of tokens that are present. Each name has a share of `TOKENS_PER_MEMBER`; the newest are kept.
 
+    Thread-safe: tokens come in threads of Zenoh, and the agent's own thread reads them.
+
     Attributes:
         crowded: names that had more tokens than their share.
     """
@@ -34,6 +37,7 @@ class Members:
         self._waiting: dict[Token, None] = {}
         self._limit = limit
         self._tokens: dict[str, set[Token]] = {}
+        self._lock = threading.Lock()
 
     def update(self, key: str, *, is_present: bool) -> Token | None:
         """Add or remove a token. Return it, or None if nothing changed."""
@@ -42,6 +46,11 @@ class Members:
             return None
         member, version, instance = found
         token = Token(member, instance, version)
+        with self._lock:
+            return self._update(token, is_present=is_present)
+
+    def _update(self, token: Token, *, is_present: bool) -> Token | None:
+        member = token.member
         tokens = self._tokens.get(member, set())
         if is_present and token in tokens:
             return None
@@ -67,25 +76,28 @@ class Members:
     def admit_waiting(self) -> list[Token]:
         """Add the tokens that waited for room, as far as there is room now, and return them."""
         admitted = []
-        for token in list(self._waiting):
-            if token.member not in self._tokens:
-                if len(self._tokens) >= self._limit:
-                    continue
-                self._tokens[token.member] = set()
-            del self._waiting[token]
-            self._tokens[token.member].add(token)
-            admitted.append(token)
+        with self._lock:
+            for token in list(self._waiting):
+                if token.member not in self._tokens:
+                    if len(self._tokens) >= self._limit:
+                        continue
+                    self._tokens[token.member] = set()
+                del self._waiting[token]
+                self._tokens[token.member].add(token)
+                admitted.append(token)
         return admitted
 
     def present(self) -> dict[str, Token]:
         """Return each member's newest token with this protocol version, keyed by member."""
         newest = {}
-        for member, tokens in list(self._tokens.items()):
-            fitting = [token for token in tokens.copy() if token.version == VERSION]
-            if fitting:
-                newest[member] = max(fitting)
+        with self._lock:
+            for member, tokens in self._tokens.items():
+                fitting = [token for token in tokens if token.version == VERSION]
+                if fitting:
+                    newest[member] = max(fitting)
         return newest
 
     def of(self, member: str) -> list[Token]:
         """Return the tokens of one member, oldest first."""
-        return sorted(self._tokens.get(member, ()))
+        with self._lock:
+            return sorted(self._tokens.get(member, ()))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import threading
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,11 +15,15 @@ def watched(statistics: dict[str, int], period_s: float) -> tuple[InputWatch, li
     subscriber = SimpleNamespace(topic="/scan", statistics=lambda: dict(statistics))
     node = SimpleNamespace(name="/slow", subscribers=[subscriber])
     nodelets: list[Any] = []
-    host: Any = SimpleNamespace(
-        name="/host", log=log, wait_for_shutdown=lambda period_s: period_s > 1 or len(lines) > 0
-    )
+    is_loaded = threading.Event()
+
+    def wait_for_shutdown(period_s: float) -> bool:
+        return period_s > 1 or not is_loaded.wait(60) or len(lines) > 0
+
+    host: Any = SimpleNamespace(name="/host", log=log, wait_for_shutdown=wait_for_shutdown)
     watch = InputWatch(host, lambda: nodelets, period_s)
     nodelets.append((node, "a/Slow"))
+    is_loaded.set()
     return watch, lines, nodelets
 
 
