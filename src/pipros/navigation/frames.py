@@ -4,30 +4,25 @@ from __future__ import annotations
 
 import logging
 import time
-from typing import Any, Final
+from typing import Final
 
-from pipros.basics.errors import Interrupted
-from pipros.libraries.transforms.buffer import TransformBuffer
 from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.messages import in_ns, pose_of_transform
+from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.pose import Pose
-from pipros.msg import load_message_class
 from pipros.node import Node
 
 _WARNING_S: Final = 2.0
 
 
-class Frames:
-    """Listens to `/tf` and `/tf_static`. Callbacks and lookups may run in several threads."""
+class Frames(TransformListener):
+    """Lookups for navigation, which warn if a transform is missing, at most every two seconds."""
 
     def __init__(self, node: Node, log: logging.Logger) -> None:
-        self.buffer = TransformBuffer(limits=node.limits)
-        self._node = node
+        """Subscribe. Blocks until the master answers."""
         self._log = log
         self._warned_s = -_WARNING_S
-        message_class: Any = load_message_class("tf2_msgs/TFMessage")
-        node.subscribe("/tf", message_class, self._on_moving, queue_size=100)
-        node.subscribe("/tf_static", message_class, self._on_static, queue_size=100)
+        super().__init__(node)
+        self.problems = self._warn
 
     def find(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose | None:
         """Return the pose of `source` in `target` at a time, or the latest one with a warning, or None.
@@ -46,21 +41,6 @@ class Frames:
             return None
         self._warn(f"no transform from {source} to {target} at the requested time; using the latest")
         return pose
-
-    def at(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose:
-        """Return the pose of `source` in `target` at a time; 0 is the latest. Wait up to `timeout_s`.
-
-        Raises:
-            TransformException: it is not known.
-        """
-
-        def ask() -> tuple[int, str]:
-            reason = self.buffer.can_transform(target, source, stamp_ns)
-            return (1, "") if reason is None else (0, reason)
-
-        if timeout_s > 0:
-            self.buffer.waiter.wait(ask, round(timeout_s * 1e9), lambda: self._node.clock, self._check)
-        return self.buffer.lookup(target, source, stamp_ns)[1]
 
     def awaited(self, target: str, source: str, stamp_ns: int, timeout_s: float) -> Pose | None:
         """Return the pose of `source` in `target` at a time, or None with a warning if it is not known.
@@ -108,29 +88,7 @@ class Frames:
         except TransformException:
             return False
 
-    def _check(self) -> None:
-        if self._node.is_ending:
-            raise Interrupted("the node was shut down while it waited for a transform")
-
     def _warn(self, text: str) -> None:
         if time.monotonic() - self._warned_s >= _WARNING_S:
             self._warned_s = time.monotonic()
             self._log.warning("%s", text)
-
-    def _on_moving(self, message: Any) -> None:
-        self._insert(message, is_static=False)
-
-    def _on_static(self, message: Any) -> None:
-        self._insert(message, is_static=True)
-
-    def _insert(self, message: Any, *, is_static: bool) -> None:
-        for each in message.transforms:
-            for problem in self.buffer.insert(
-                each.header.frame_id,
-                each.child_frame_id,
-                in_ns(each.header.stamp),
-                pose_of_transform(each.transform),
-                "",
-                is_static=is_static,
-            ):
-                self._warn(problem)

@@ -133,7 +133,7 @@ def _acts(policy: str, robot: Robot, environment: Environment) -> ApprovedActs:
     try:
         acts.approvals.start()
     except OSError as error:
-        raise CommandError(f"nobody could approve acts: {error}") from None
+        raise CommandError(f"cannot offer acts for approval: {error}") from None
     return acts
 
 
