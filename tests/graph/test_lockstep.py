@@ -85,6 +85,23 @@ def test_the_same_seed_gives_the_same_trace_twice_and_another_seed_does_not(ros:
     assert traces[0] != traces[2]
 
 
+def test_the_lockstep_begins_when_its_topics_are_connected(ros: RosSystem) -> None:
+    ros.serve_master()
+    with Node("driver", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.params.set("/use_sim_time", True)
+        node.params.set("/lockstep", ["driver"])
+        node.use_simulated_time()
+        driver = Driver(node, until_s=60.0)
+        # The master says so, but the node does not connect.
+        node.master.register_subscriber("/odom", "nav_msgs/Odometry", node.uri)
+        sim = ros.pipros.start(*SIM)
+        sim.wait_for(r"the lockstep begins when there is a connection of \[/odom\] from .* to \[/driver\]")
+        assert not any(x for x, _ in driver.trace)
+
+        node.master.unregister_subscriber("/odom", node.uri)
+        wait_until(lambda: any(x for x, _ in driver.trace), what="a robot that drives")
+
+
 def test_the_time_stands_still_while_a_member_holds_it_and_goes_on_without_a_dead_one(ros: RosSystem) -> None:
     ros.serve_master()
     clocks: list[int] = []

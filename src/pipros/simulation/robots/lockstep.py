@@ -6,7 +6,8 @@ the other, with the new time and the numbers of messages that were sent to this 
 what is due at that time, and answers with the numbers of messages that it has sent itself, and the time at
 which something is due next: then it is also asked after a step without scans. At the end, the simulator
 handles what the members have sent to it. So the steps are a fixed sequence, whatever the speed of the
-machine, and the whole system repeats its trace if its members are deterministic.
+machine, and the whole system repeats its trace if its members are deterministic. It begins when all topics
+between them are connected, because a message that is published before is lost in some runs only.
 
 A member that fails or does not answer in time is left out from then on.
 """
@@ -18,6 +19,9 @@ import time
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.graph.bus_info import established, rows_of
+from pipros.graph.live import ask_bus_info
+from pipros.graph.system_state import SystemState
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_service_class
 from pipros.msg.time import Time
@@ -67,14 +71,37 @@ class Lockstep:
         return bool(self._clients)
 
     def missing(self) -> list[str]:
-        """Return the members that do not offer their service yet."""
+        """Return the members that do not offer their service yet, or else the missing connections."""
         missing = []
         for name, client in self._clients.items():
             try:
                 client.probe(1.0)
             except PiprosError:
                 missing.append(name)
+        if not missing:
+            missing = self._missing_connections()
         self._began_s = time.monotonic()
+        return missing
+
+    def _missing_connections(self) -> list[str]:
+        """Return a description of each missing connection between the simulator and its members."""
+        master = self._node.master
+        names = {self._node.name, *self._clients}
+        missing = []
+        try:
+            state = SystemState.from_state(master.get_system_state())
+            for name in sorted(names):
+                rows = rows_of(ask_bus_info(master.lookup_node(name)), "getBusInfo")
+                connected = {(each.topic, each.peer) for each in established(rows) if each.direction == "o"}
+                missing += [
+                    f"a connection of [{topic}] from [{name}] to [{peer}]"
+                    for topic, publishers in state.publishers.items()
+                    if name in publishers
+                    for peer in state.subscribers.get(topic, ())
+                    if peer in names - {name} and (topic, peer) not in connected
+                ]
+        except (PiprosError, ValueError) as error:
+            return [f"an answer about connections ({error})"]
         return missing
 
     def settle(self, now: Time, *, has_scans: bool) -> bool:
