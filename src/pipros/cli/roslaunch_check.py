@@ -1,4 +1,7 @@
-"""`roslaunch-check`: checks one launch file, or all launch files in a folder, and writes a result file."""
+"""`roslaunch-check`: checks one launch file, or all launch files in a folder, and writes a result file.
+
+With `--survey` or `--csv`, it prints who provides the programs that many launch files name.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,9 @@ _CLASS_NAME = "roslaunch.RoslaunchCheck"
 def main(argv: Sequence[str] | None = None) -> int:
     """Check the files. Return 0 if there are no errors; otherwise print all errors to stderr and return 1."""
     parser = OptionParser(
-        usage="usage: %prog [options] <file|directory> [env=value...]", prog="roslaunch-check"
+        usage="usage: %prog [options] <file|directory> [env=value...]\n"
+        "       %prog --survey DIRECTORY...\n       %prog --csv FILE [--without PACKAGES]",
+        prog="roslaunch-check",
     )
     parser.add_option(
         *("-o", "--output-file"), dest="output_file", metavar="FILE", help="file to store test results in"
@@ -37,7 +42,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="Assuming packages listed in test_depends are also installed",
     )
     add_flag(parser, "-i", "--ignore-unset-args", help="Ignore check for default value of <arg> parameters")
+    add_flag(parser, "--survey", help="list who provides each program that launch files in directories name")
+    parser.add_option("--csv", metavar="FILE", help="the same for the nodes in a CSV file")
+    parser.add_option(
+        "--without", metavar="PACKAGES", help="with --csv: count also as if pipros lacked these ('a b')"
+    )
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    if options.csv or options.survey:
+        if bool(words) is bool(options.csv) or (options.csv and options.survey):
+            parser.error("give either --survey with directories, or --csv with a file")
+        from pipros.cli.launch_survey import survey_csv, survey_trees
+
+        without = (options.without or "").replace(",", " ").split()
+        return run(
+            lambda: survey_csv(options.csv, without) if options.csv else survey_trees(words), error_code=2
+        )
     if not words:
         parser.error("please specify a file or directory for roslaunch files to test")
     for word in words[1:]:

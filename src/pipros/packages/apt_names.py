@@ -15,6 +15,7 @@ from pipros.basics.input_file import read_text
 OS_RELEASE = "/etc/os-release"
 
 PROGRAM_PACKAGES: Mapping[str, str] = {
+    "camera_calibration": "ros-camera-calibration",
     "image_proc": "ros-image-proc",
     "image_publisher": "ros-image-publisher",
     "image_rotate": "ros-image-rotate",
@@ -25,7 +26,7 @@ PROGRAM_PACKAGES: Mapping[str, str] = {
 }
 """Packages of ROS, and Debian's packages with their programs."""
 
-_PLUGINS: Mapping[str, str] = {
+PLUGIN_PACKAGES: Mapping[str, str] = {
     "depth_image_proc": "libdepth-image-proc-dev",
     "image_proc": "libimage-proc-dev",
     "image_publisher": "libimage-publisher-dev",
@@ -80,8 +81,8 @@ def how_to_have(programs: Sequence[str], plugins: Sequence[str] = ()) -> str:
     if here.is_noetics:
         return f"Install it (apt-get install {noetic}), or run it on another machine: {graph}"
     known = [
-        *((name, PROGRAM_PACKAGES.get(name) or _PLUGINS.get(name)) for name in programs),
-        *((name, _PLUGINS.get(name)) for name in plugins),
+        *((name, PROGRAM_PACKAGES.get(name) or PLUGIN_PACKAGES.get(name)) for name in programs),
+        *((name, PLUGIN_PACKAGES.get(name)) for name in plugins),
     ]
     missing = [name for name, package in known if package is None or not here.is_debian]
     if not missing:

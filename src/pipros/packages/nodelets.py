@@ -50,7 +50,7 @@ PLUGINS: Final[Mapping[str, str]] = {
 }
 """The nodelets of pipros. Their modules are relative to `pipros.libraries`."""
 
-_PACKAGE_OF_PREFIX = {"pcl": "pcl_ros"}
+_PACKAGE_OF_PREFIX = {"jsk_pcl": "jsk_pcl_ros", "jsk_pcl_utils": "jsk_pcl_ros_utils", "pcl": "pcl_ros"}
 """Prefixes of plugin names that are not the name of a package."""
 
 
