@@ -21,9 +21,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import cv2
 import numpy as np
 
-from pipros.navigation.amcl.beams import read_beams
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.localizer import Localizer
+from pipros.navigation.amcl.sensors import read_beams
 from pipros.navigation.amcl.settings import Belief, Settings
 from pipros.navigation.costmap.footprint import circle
 from pipros.navigation.costmap.grid import LETHAL, CostGrid
@@ -198,7 +198,7 @@ def local_update():
     costmap = LayeredCostmap(is_rolling=True)
     costmap.resize(60, 60, 0.05, 0.0, 0.0)
     obstacles = ObstacleLayer("obstacles", costmap, lambda: 0, tracks_unknown=False)
-    source = Source(SourceSettings("scan", "scan", is_clearing=True))
+    source = Source(SourceSettings("scan", clearing=True))
     obstacles.sources.append(source)
     layer = InflationLayer("inflation", costmap)
     costmap.layers += [obstacles, layer]

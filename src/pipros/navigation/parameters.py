@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeGuard
+from dataclasses import field, fields
+from typing import Any, TypeGuard, TypeVar
 
 from pipros.basics.errors import NotFound, PiprosError
+from pipros.libraries.reconfiguring.server import Setting
 from pipros.node import Node
+
+_Kind = TypeVar("_Kind")
 
 
 class InvalidParameter(PiprosError, ValueError):
@@ -39,13 +43,21 @@ class Parameters:
 
     def number(self, name: str, default: float) -> float:
         value = self.values.get(name)
-        return float(value) if _is_number(value) else default
+        return float(value) if is_number(value) else default
 
     def integer(self, name: str, default: int) -> int:
         value = self.values.get(name)
-        if not _is_number(value) or not math.isfinite(value):
+        if not is_number(value) or not math.isfinite(value):
             return default
         return math.floor(value + 0.5)
+
+    def read(self, kind: type[_Kind], **known: Any) -> _Kind:
+        """Return a dataclass: fields that are not `known` are parameters of the types of their defaults."""
+        readers: Any = {bool: self.boolean, int: self.integer, float: self.number, str: self.text}
+        for each in fields(kind):  # type: ignore[arg-type]
+            if each.name not in known and type(each.default) in readers:
+                known[each.name] = readers[type(each.default)](each.name, each.default)
+        return kind(**known)
 
     def numbers(self, name: str, length: int, default: Sequence[float]) -> tuple[float, ...]:
         """Return a list of numbers.
@@ -53,7 +65,7 @@ class Parameters:
         Raises:
             InvalidParameter: the parameter is set, but not a list of `length` numbers.
         """
-        return tuple(map(float, self._listed(name, length, default, _is_number, "numbers")))
+        return tuple(map(float, self._listed(name, length, default, is_number, "numbers")))
 
     def booleans(self, name: str, length: int) -> tuple[bool, ...]:
         """Return a list of booleans.
@@ -72,7 +84,29 @@ class Parameters:
         return value
 
 
-def _is_number(value: Any) -> TypeGuard[int | float]:
+def tunable(
+    default: Any,
+    text: str,
+    low: float | None = None,
+    high: float | None = None,
+    *,
+    edit_method: str = "",
+    offered: Any = None,
+) -> Any:
+    """Declare a field of a dataclass as a parameter that clients of dynamic_reconfigure can change.
+
+    See `Setting`; `offered` is the default for clients, if it is another one.
+    """
+    declared = default if offered is None else offered, low, high, text, 0, edit_method
+    return field(default=default, metadata={"setting": declared})
+
+
+def settings_of(kind: type) -> list[Setting]:
+    """Return the declared settings of a dataclass."""
+    return [Setting(each.name, *each.metadata["setting"]) for each in fields(kind) if each.metadata]
+
+
+def is_number(value: Any) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from pipros.libraries.transforms.messages import pose_of
 from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg import load_message_class
-from pipros.msg.time import NS_PER_S, Time
+from pipros.msg.time import Time
+from pipros.navigation.wiring import stamped
 
 Triple = tuple[float, float, float]
 Poses = NDArray[np.float64]
@@ -32,10 +33,9 @@ def in_frame(frame: Triple, poses: Poses) -> Poses:
     """Convert poses relative to `frame`, shape (n, 3), to the frame that `frame` is relative to."""
     cosine, sine = math.cos(frame[2]), math.sin(frame[2])
     x, y, yaw = poses.T
-    placed: Poses = np.column_stack(
+    return np.column_stack(
         (frame[0] + cosine * x - sine * y, frame[1] + sine * x + cosine * y, yaw + frame[2])
     )
-    return placed
 
 
 def raised(pose: Triple) -> Pose:
@@ -43,36 +43,42 @@ def raised(pose: Triple) -> Pose:
     return (pose[0], pose[1], 0.0, 0.0, 0.0, math.sin(pose[2] / 2), math.cos(pose[2] / 2))
 
 
-def time_of(stamp_ns: int) -> Time:
-    return Time(*divmod(max(0, stamp_ns), NS_PER_S))
+def fill(position: Any, orientation: Any, pose: Pose) -> None:
+    """Write a pose to the two parts of a message, such as translation and rotation."""
+    position.x, position.y, position.z = pose[:3]
+    orientation.x, orientation.y, orientation.z, orientation.w = pose[3:]
 
 
-def transforms(parent: str, child: str, pose: Pose, stamp_ns: int) -> Any:
+def transforms(parent: str, child: str, pose: Pose, stamp: Time | int) -> Any:
     """Return a tf2_msgs/TFMessage with one transform."""
-    transform: Any = load_message_class("geometry_msgs/TransformStamped")(child_frame_id=child)
-    transform.header.frame_id, transform.header.stamp = parent, time_of(stamp_ns)
-    shift, turn = transform.transform.translation, transform.transform.rotation
-    shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, turn.w = pose
+    transform = stamped("geometry_msgs/TransformStamped", parent, stamp, child_frame_id=child)
+    fill(transform.transform.translation, transform.transform.rotation, pose)
     message: Any = load_message_class("tf2_msgs/TFMessage")
     return message([transform])
 
 
+def pose_messages(poses: Iterable[Any]) -> list[Any]:
+    """Return poses, each (x, y, yaw), as geometry_msgs/Pose."""
+    rows = np.asarray(poses, float).reshape(-1, 3)
+    names = ("Pose", "Point", "Quaternion")
+    pose, point, quaternion = (load_message_class(f"geometry_msgs/{name}") for name in names)
+    columns = rows[:, 0], rows[:, 1], np.sin(rows[:, 2] / 2), np.cos(rows[:, 2] / 2)
+    made: list[Any] = [
+        pose(point(x, y, 0.0), quaternion(0.0, 0.0, sine, cosine))
+        for x, y, sine, cosine in zip(*(each.tolist() for each in columns), strict=True)
+    ]
+    return made
+
+
 def stamped_pose(pose: Triple, frame: str, stamp: Time) -> Any:
     """Return a geometry_msgs/PoseStamped."""
-    message: Any = load_message_class("geometry_msgs/PoseStamped")()
-    message.header.frame_id, message.header.stamp = frame, stamp
-    place, turn = message.pose.position, message.pose.orientation
-    place.x, place.y = pose[0], pose[1]
-    turn.z, turn.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
-    return message
+    return stamped("geometry_msgs/PoseStamped", frame, stamp, pose=pose_messages([pose])[0])
 
 
-def path(poses: Iterable[Any], frame: str, stamp: Time) -> Any:
+def path(poses: Any, frame: str, stamp: Time) -> Any:
     """Return a nav_msgs/Path with these poses, each (x, y, yaw)."""
-    message: Any = load_message_class("nav_msgs/Path")()
-    message.header.frame_id, message.header.stamp = frame, stamp
-    message.poses = [stamped_pose((float(x), float(y), float(yaw)), frame, stamp) for x, y, yaw in poses]
-    return message
+    made = [stamped("geometry_msgs/PoseStamped", frame, stamp, pose=each) for each in pose_messages(poses)]
+    return stamped("nav_msgs/Path", frame, stamp, poses=made)
 
 
 def twist(velocity: Triple) -> Any:
@@ -84,13 +90,10 @@ def twist(velocity: Triple) -> Any:
 
 def cloud(names: Iterable[str], values: NDArray[Any], frame: str, stamp: Time) -> Any:
     """Return a sensor_msgs/PointCloud2 of float32 fields, from an array of shape (n, fields)."""
-    message: Any = load_message_class("sensor_msgs/PointCloud2")()
+    message = stamped("sensor_msgs/PointCloud2", frame, stamp, height=1, width=len(values), is_dense=True)
     field: Any = load_message_class("sensor_msgs/PointField")
-    message.header.frame_id, message.header.stamp = frame, stamp
     message.fields = [field(name, 4 * index, field.FLOAT32, 1) for index, name in enumerate(names)]
-    message.height, message.width = 1, len(values)
     message.point_step = 4 * len(message.fields)
     message.row_step = message.point_step * len(values)
-    message.is_dense = True
     message.data = values.astype("<f4").tobytes()
     return message

@@ -8,7 +8,8 @@ from collections.abc import Callable
 from importlib import import_module
 
 from pipros.basics.errors import Interrupted, MissingExtra
-from pipros.navigation.extras import missing_extra
+from pipros.basics.extras import install_command
+from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.navigation.parameters import InvalidParameter
 from pipros.navigation.schedule import Schedule
 from pipros.node import Node
@@ -22,15 +23,28 @@ def run_program(module: str, *arguments: str) -> int:
     """
     try:
         program = import_module(f"pipros.navigation.{module}")
-    except (MissingExtra, ModuleNotFoundError) as error:
-        if not isinstance(error, MissingExtra) and error.name not in ("numpy", "cv2"):
+    except ImportError as error:
+        if error.name not in ("numpy", "cv2", None):
             raise
-        reason = error if isinstance(error, MissingExtra) else missing_extra(error)
-        print(f"ERROR: {reason}", file=sys.stderr)
+        print(f"ERROR: {missing_extra(error)}", file=sys.stderr)
         return 1
     return int(program.main(*arguments))
 
 
+def missing_extra(error: ImportError) -> MissingExtra:
+    """Return the error that names the missing library and the command that installs it.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C interrupted the import of numpy, whose C code prints it, which sets
+            `sys.last_type`, and raises ImportError instead.
+    """
+    if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
+        raise KeyboardInterrupt from None
+    what = f"{error.name}, which is not installed" if error.name else f"a library that fails: {error}"
+    return MissingExtra(f"this node needs {what}. Try: {install_command('navigation')}", name=error.name)
+
+
+@exits_after_ctrl_c()
 def run_node(name: str, package: str, make: Callable[[Node, logging.Logger, Schedule], object]) -> int:
     """Run a node until it is shut down; `make` connects it. Return 1 if a parameter is invalid."""
     with roscpp_program(name, package) as (node, log):

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -25,12 +26,11 @@ from pipros.libraries.transforms.errors import TransformException
 from pipros.msg import load_message_class, load_service_class
 from pipros.navigation import plane
 from pipros.navigation.amcl.amcl_node import AmclNode
-from pipros.navigation.amcl.settings import read_settings
 from pipros.navigation.frames import Frames
 from pipros.navigation.move_base.move_base_node import MoveBase
-from pipros.navigation.parameters import read_parameters
 from pipros.navigation.plane import Triple
 from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import advertise, serve, subscribe
 from pipros.navigation.world_parameters import PARAMETERS, merged
 from pipros.node import Node
 from pipros.simulation.robots.drive import Pose
@@ -119,20 +119,17 @@ class NavigationWorld:
         self.node.use_simulated_time()
         self._serve_map()
         self._frames = Frames(self.node, self.node.log)
-        stamped: Any = load_message_class("geometry_msgs/PoseStamped")
-        self._goals = self.node.advertise("move_base_simple/goal", stamped, queue_size=1)
-        twist: Any = load_message_class("geometry_msgs/Twist")
-        self._commands = self.node.advertise("cmd_vel", twist, queue_size=1)
-        result: Any = load_message_class("move_base_msgs/MoveBaseActionResult")
-        self.node.subscribe("move_base/result", result, self._on_result, queue_size=10)
+        self._goals = advertise(self.node, "move_base_simple/goal", "geometry_msgs/PoseStamped")
+        self._commands = advertise(self.node, "cmd_vel", "geometry_msgs/Twist")
+        subscribe(self.node, "move_base/result", "move_base_msgs/MoveBaseActionResult", self._on_result, 10)
         Schedule(self.node, self._hold).start()
         sim = self._new_node("sim")
         self._robots = RobotsNode(sim, self.simulation)
         self._robots.observe = self._observe
-        for name, run in (("amcl", self._run_amcl), ("move_base", self._run_move_base)):
+        for name, make in (("amcl", AmclNode), ("move_base", MoveBase)):
             node = self._new_node(name)
             node.use_simulated_time()
-            self._in_thread(lambda run=run, node=node: run(node))  # type: ignore[misc]
+            self._in_thread(partial(self._run, make, node))
         self._in_thread(self._robots.run)
         self._run_until(lambda: self._goals.connection_count > 0, math.inf, START_S)
         self._began_s, self._spent_s = self.time_s, 0.0
@@ -154,20 +151,16 @@ class NavigationWorld:
 
         threading.Thread(target=guarded, daemon=True).start()
 
-    def _run_amcl(self, node: Node) -> None:
-        parameters = read_parameters(node, "~")
-        AmclNode(node, node.log, read_settings(parameters), parameters).run()
-
-    def _run_move_base(self, node: Node) -> None:
+    @staticmethod
+    def _run(make: Callable[..., object], node: Node) -> None:
         schedule = Schedule(node)
-        self._move_base = MoveBase(node, node.log, schedule)
+        make(node, node.log, schedule)
         schedule.start()
 
     def _serve_map(self) -> None:
         message = _map_message(self._grid)
-        service: Any = load_service_class("nav_msgs/GetMap")
-        self.node.serve("static_map", service, lambda _: service._response_class(message))
-        self.node.advertise("map", type(message), queue_size=1, latch=True).publish(message)
+        serve(self.node, "static_map", "nav_msgs/GetMap", lambda _: message)
+        advertise(self.node, "map", "nav_msgs/OccupancyGrid", latch=True).publish(message)
 
     def close(self) -> None:
         """End all nodes."""
@@ -374,12 +367,8 @@ def _wall_centres(world: World) -> Any:
 
 
 def _map_message(grid: Grid) -> Any:
-    message: Any = load_message_class("nav_msgs/OccupancyGrid")()
-    message.header.frame_id = "map"
-    message.info.resolution = grid.description.resolution
+    message: Any = load_message_class("nav_msgs/OccupancyGrid")(data=grid.cells)
+    message.header.frame_id, message.info.resolution = "map", grid.description.resolution
     message.info.width, message.info.height = grid.width, grid.height
-    x, y, yaw = grid.description.origin
-    place, turn = message.info.origin.position, message.info.origin.orientation
-    place.x, place.y, turn.z, turn.w = x, y, math.sin(yaw / 2), math.cos(yaw / 2)
-    message.data = grid.cells
+    (message.info.origin,) = plane.pose_messages([grid.description.origin])
     return message

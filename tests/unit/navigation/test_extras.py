@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from pipros.navigation.extras import missing_extra
+from pipros.navigation.programs import missing_extra
 
 NUMPY = ImportError("numpy.core.multiarray failed to import")
 
@@ -32,7 +32,7 @@ def test_a_numpy_that_cannot_be_imported_is_not_taken_for_ctrl_c(monkeypatch: py
     assert "needs a library that fails: numpy.core.multiarray failed to import" in str(missing_extra(NUMPY))
 
 
-@pytest.mark.parametrize("program", ["costmap.program", "navfn.navfn_node", "move_base.program"])
+@pytest.mark.parametrize("program", ["costmap.costmap", "navfn.navfn_node", "move_base.move_base_node"])
 def test_a_program_without_numpy_says_so_in_one_line(program: str) -> None:
     code = (
         "import sys; sys.modules['numpy'] = sys.modules['cv2'] = None; "

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
 from pipros.msg import load_message_class
-from pipros.msg.time import Time
+from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
 
 
@@ -36,7 +35,7 @@ class LinkDiagnostics:
 
     def __init__(self, node: Node, hardware: str) -> None:
         """Advertise the topic. Blocks until the master answers."""
-        self._hardware = hardware
+        self._node, self._hardware = node, hardware
         self._array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
         self._status: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
         self._value: Any = load_message_class("diagnostic_msgs/KeyValue")
@@ -49,7 +48,7 @@ class LinkDiagnostics:
 
     def publish(self, statuses: Iterable[LinkStatus]) -> None:
         message = self._array()
-        message.header.stamp = Time.from_sec(time.time())
+        message.header.stamp = Time(*divmod(self._node.clock.now_ns(), NS_PER_S))
         for status in statuses:
             values = [self._value(key, value) for key, value in status.values.items()]
             message.status.append(

@@ -76,7 +76,8 @@ class Reconfigurable:
     """Serves the settings of a namespace: the service `set_parameters`, and two latched topics.
 
     The settings are read from the parameter server, clamped, and written back. Changes are applied one at a
-    time, in threads of the node.
+    time, in threads of the node. A setting `restore_defaults`, as in navigation, restores those
+    of the start.
 
     Attributes:
         values: the current settings by name. The mapping is replaced by each change.
@@ -112,6 +113,7 @@ class Reconfigurable:
         self._updates = node.advertise(
             f"{self._prefix}parameter_updates", self._config, latch=True, queue_size=1
         )
+        self._first = self.values
         self._change(self.values, 0xFFFFFFFF)
         service: Any = load_service_class("dynamic_reconfigure/Reconfigure")
         node.serve(
@@ -145,6 +147,8 @@ class Reconfigurable:
 
     def _change(self, values: Mapping[str, Value], level: int) -> None:
         with self._lock:
+            if values.get("restore_defaults"):
+                values = {**self._first, "restore_defaults": False}
             self.values = dict(self._apply(values, level) or values)
             for name, value in self.values.items():
                 self._node.params.set(f"{self._prefix}{name}", value)

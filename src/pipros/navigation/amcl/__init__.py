@@ -5,11 +5,3 @@ decides when they are used; all of them perform no I/O. `amcl_node.py` connects 
 transforms. Poses are x, y in metres and yaw in radians. The book that the modules cite is Thrun, Burgard and
 Fox, Probabilistic Robotics (2005).
 """
-
-from pipros.navigation.extras import missing_extra
-
-try:
-    import cv2 as cv2  # the import error is raised here for all modules in the package
-    import numpy as numpy
-except ImportError as error:
-    raise missing_extra(error) from error

@@ -1,8 +1,10 @@
-"""The node amcl: topics, services, transforms and parameters around a `Localizer`."""
+"""The node amcl: topics, services, transforms and parameters around a `Localizer`; and its program."""
 
 from __future__ import annotations
 
 import logging
+import math
+import sys
 import threading
 import time
 from collections.abc import Mapping
@@ -11,29 +13,32 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.libraries.reconfiguring.server import Reconfigurable, Value
+from pipros.basics.errors import Interrupted
+from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.messages import in_ns, pose_of
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed
-from pipros.msg import load_message_class, load_service_class
+from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, from_roll_pitch_yaw, roll_pitch_yaw
+from pipros.msg import load_service_class
+from pipros.msg.time import NS_PER_S
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.localizer import Localizer
 from pipros.navigation.amcl.publications import Publications
-from pipros.navigation.amcl.scans import ScanReader
+from pipros.navigation.amcl.sensors import Beams, read_beams
 from pipros.navigation.amcl.settings import (
     LASER_MODELS,
     ODOMETRY_MODELS,
     Belief,
     Settings,
-    changeable_settings,
     checked,
     read_belief,
+    read_settings,
 )
 from pipros.navigation.frames import Frames
-from pipros.navigation.parameters import Parameters, read_parameters
+from pipros.navigation.parameters import read_parameters, settings_of
 from pipros.navigation.plane import flat
+from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import serve, subscribe
 from pipros.node import Node
-from pipros.node.rate import Timer
 from pipros.node.service_link import ServiceFailed
 
 NO_SCAN_S: Final = 15.0
@@ -47,46 +52,39 @@ INITIAL_POSE_S: Final = 0.5
 class AmclNode:
     """Localises a robot. Callbacks run in several threads, under one lock, which is not held in waits."""
 
-    def __init__(self, node: Node, log: logging.Logger, settings: Settings, parameters: Parameters) -> None:
-        """Register topics and services. `run` gets the map, and offers the changeable settings."""
-        self._node, self._log, self._settings = node, log, settings
+    def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
+        """Register topics and services, get the map, and offer the changeable settings.
+
+        Raises:
+            InvalidParameter: the node cannot run with a parameter.
+            Interrupted: the node was shut down while it waited for the map.
+        """
+        self._node, self._log = node, log
+        self._settings = settings = read_settings(read_parameters(node))
         self._rng = np.random.default_rng(settings.seed if settings.seed >= 0 else None)
         self._lock = threading.RLock()
-        self._belief = self._read_belief(parameters)
+        self._belief = self._read_belief()
         self._grid: GridMap | None = None
         self._localizer: Localizer | None = None
         self._waiting: Belief | None = None
-        self._starting: Mapping[str, Value] | None = None
-        self._scan_s = time.monotonic()
+        self._has_settings = False
+        self._saved_ns, self._scan_s = 0, time.monotonic()
+        self._lasers: dict[tuple[str, str], Pose] = {}
         self._frames = Frames(node, log)
-        self._scans = ScanReader(self._frames, log)
         self._out = Publications(node, settings)
-        stamped: Any = load_message_class("geometry_msgs/PoseWithCovarianceStamped")
-        scan: Any = load_message_class("sensor_msgs/LaserScan")
-        self._serve("global_localization", "std_srvs/Empty", self._start_anywhere)
-        self._serve("request_nomotion_update", "std_srvs/Empty", self._force_update)
-        self._serve("set_map", "nav_msgs/SetMap", self._set_map)
-        node.subscribe("initialpose", stamped, self._on_initial_pose, queue_size=2)
-        self._subscription = node.subscribe("scan", scan, self._on_scan, queue_size=100)
+        serve(node, "global_localization", "std_srvs/Empty", lambda _: self._start_anywhere())
+        serve(node, "request_nomotion_update", "std_srvs/Empty", lambda _: self._force_update())
+        serve(node, "set_map", "nav_msgs/SetMap", self._set_map)
+        pose = "geometry_msgs/PoseWithCovarianceStamped"
+        subscribe(node, "initialpose", pose, self._on_initial_pose, 2)
+        subscribe(node, "scan", "sensor_msgs/LaserScan", self._on_scan, 100)
         node.on_shutdown(self._save)
-
-    def _serve(self, name: str, type_name: str, handle: Any) -> None:
-        service = load_service_class(type_name)
-        self._node.serve(name, service, lambda request: service._response_class(**(handle(request) or {})))
-
-    def run(self) -> None:
-        """Get the map and localise until the node is shut down. Blocks."""
-        if self._settings.use_map_topic:
-            grid: Any = load_message_class("nav_msgs/OccupancyGrid")
-            self._node.subscribe("map", grid, self._on_map, queue_size=1)
+        if settings.use_map_topic:
+            subscribe(node, "map", "nav_msgs/OccupancyGrid", self._on_map)
         else:
             self._request_map()
-        if self._node.is_ending:
-            return
-        Reconfigurable(self._node, "~", changeable_settings(), self._reconfigure)
-        Schedule(self._node).start()
-        Timer(self._node.clock, round(NO_SCAN_S * 1e9), lambda _: self._check_scans(), reset=True)
-        self._node.wait_for_shutdown()
+        Reconfigurable(node, "~", settings_of(Settings), self._reconfigure)
+        schedule.every(NO_SCAN_S, self._check_scans)
 
     # -- the map and the initial pose ------------------------------------------------
 
@@ -96,12 +94,11 @@ class AmclNode:
         self._log.info("requesting the map from the service static_map")
         while not self._node.is_ending:
             try:
-                self._use_map(client.call(service._request_class(), timeout_s=60.0).map)
+                return self._use_map(client.call(service._request_class(), timeout_s=60.0).map)
             except ServiceFailed as error:
                 self._log.warning("requesting the map failed: %s. Trying again", error)
-            else:
-                return
             self._node.wait_for_shutdown(MAP_REQUEST_S)
+        raise Interrupted("the node was shut down while it waited for the map")
 
     def _on_map(self, message: Any) -> None:
         if not (self._settings.first_map_only and self._grid is not None):
@@ -121,8 +118,7 @@ class AmclNode:
         # The message has the resolution in single precision; amcl computes with that number as well.
         grid = GridMap(values, info.resolution, (info.origin.position.x, info.origin.position.y))
         with self._lock:
-            self._grid = grid
-            self._belief = self._read_belief(read_parameters(self._node))
+            self._grid, self._belief = grid, self._read_belief()
             self._rebuild(self._belief)
             if self._waiting is not None:
                 self._start_at(self._waiting)
@@ -132,88 +128,76 @@ class AmclNode:
         if self._grid is not None:
             self._localizer = Localizer(self._grid, self._settings, belief, self._rng)
 
-    def _read_belief(self, parameters: Parameters) -> Belief:
-        belief, ignored = read_belief(parameters)
+    def _read_belief(self) -> Belief:
+        belief, ignored = read_belief(read_parameters(self._node))
         for name in ignored:
             self._log.warning("~%s is not a finite number: it is ignored", name)
         return belief
 
     def _on_initial_pose(self, message: Any) -> None:
-        frame = message.header.frame_id.removeprefix("/")
+        frame, wanted = message.header.frame_id.removeprefix("/"), self._settings.global_frame_id
         if not frame:
             self._log.warning("an initial pose without a frame is taken to be in the frame of the map")
-        elif frame != self._settings.global_frame_id:
-            self._log.warning(
-                "initial poses must be in the frame %s, got one in %s", self._settings.global_frame_id, frame
-            )
+        elif frame != wanted:
+            self._log.warning("initial poses must be in the frame %s, got one in %s", wanted, frame)
             return
         pose, covariance = message.pose.pose, message.pose.covariance
-        moved = composed(
-            pose_of(pose.position, pose.orientation), self._motion_since(in_ns(message.header.stamp))
-        )
-        (x, y, yaw), (xx, xy, yy, aa) = flat(moved), (covariance[i] for i in (0, 1, 7, 35))
-        if not np.isfinite((x, y, yaw, xx, xy, yy, aa)).all():
+        moved = self._motion_since(in_ns(message.header.stamp))
+        x, y, yaw = flat(composed(pose_of(pose.position, pose.orientation), moved))
+        belief = Belief(x, y, yaw, covariance[0], covariance[7], covariance[35], covariance[1])
+        if not all(map(math.isfinite, (x, y, yaw, belief.xx, belief.yy, belief.aa, belief.xy))):
             self._log.warning("an initial pose has numbers that are not finite: it is ignored")
             return
         with self._lock:
-            self._start_at(Belief(x, y, yaw, xx, yy, aa, xy))
-            if self._settings.force_update_after_initialpose and self._localizer is not None:
-                self._localizer.force_update()
+            self._start_at(belief)
+            if self._settings.force_update_after_initialpose:
+                self._force_update()
         self._log.info("setting the pose to %.3f %.3f %.3f", x, y, yaw)
 
     def _motion_since(self, stamp_ns: int) -> Pose:
         """Return the robot's pose relative to its pose at a time, or no motion if that is not known."""
         base, odom = self._settings.base_frame_id, self._settings.odom_frame_id
         pose = self._frames.motion(base, odom, stamp_ns, self._node.clock.now_ns(), INITIAL_POSE_S)
-        if pose is None:
-            if self._out.correction is not None:
-                self._log.warning("the motion since the timestamp of an initial pose is not known")
-            return IDENTITY
-        return pose
+        if pose is None and self._out.correction is not None:
+            self._log.warning("the motion since the timestamp of an initial pose is not known")
+        return IDENTITY if pose is None else pose
 
     def _start_at(self, belief: Belief) -> None:
-        if self._localizer is None:
-            self._waiting = belief
-        else:
+        self._waiting = belief if self._localizer is None else None
+        if self._localizer is not None:
             self._localizer.start_at(belief)
-            self._waiting = None
 
     # -- services --------------------------------------------------------------------
 
-    def _start_anywhere(self, _: Any) -> None:
+    def _start_anywhere(self) -> None:
         with self._lock:
             if self._localizer is not None:
                 self._localizer.start_anywhere()
         self._log.info("the particles are spread over the whole map")
 
-    def _force_update(self, _: Any) -> None:
+    def _force_update(self) -> None:
         with self._lock:
             if self._localizer is not None:
                 self._localizer.force_update()
 
-    def _set_map(self, request: Any) -> dict[str, bool]:
+    def _set_map(self, request: Any) -> bool:
         self._use_map(request.map)
         self._on_initial_pose(request.initial_pose)
-        with self._lock:
-            if self._settings.force_update_after_set_map and self._localizer is not None:
-                self._localizer.force_update()
-        return {"success": True}
+        if self._settings.force_update_after_set_map:
+            self._force_update()
+        return True
 
-    def _reconfigure(self, values: Mapping[str, Value], _: int) -> Mapping[str, Value] | None:
+    def _reconfigure(self, values: Mapping[str, Any], _: int) -> None:
         """Use changed settings. The first call, at the start, is ignored, as in amcl."""
-        if self._starting is None:
-            self._starting = values
-            return None
-        if values["restore_defaults"]:
-            values = {**self._starting, "restore_defaults": False}
+        if not self._has_settings:
+            self._has_settings = True
+            return
         for name, models in (("laser_model_type", LASER_MODELS), ("odom_model_type", ODOMETRY_MODELS)):
             if values[name] not in models:
                 self._log.warning("~%s must be one of %s", name, ", ".join(models))
         with self._lock:
-            self._settings = checked(replace(self._settings, **values))  # type: ignore[arg-type]
-            self._out.settings = self._settings
+            self._settings = self._out.settings = checked(replace(self._settings, **values))
             self._rebuild(self._out.belief or self._belief)
-        return values
 
     # -- scans -----------------------------------------------------------------------
 
@@ -224,7 +208,7 @@ class AmclNode:
             return
         stamp_ns = in_ns(message.header.stamp)
         base = self._frames.awaited(settings.odom_frame_id, settings.base_frame_id, stamp_ns, TRANSFORM_S)
-        beams = self._scans.read(message, settings) if base is not None else None
+        beams = self._beams(message) if base is not None else None
         if base is None or beams is None:
             return
         with self._lock:
@@ -236,20 +220,48 @@ class AmclNode:
                 self._out.publish_estimate(outcome.estimate, stamp_ns, base)
             elif self._out.correction is not None:
                 self._out.publish_transform(stamp_ns)
-                if self._out.is_save_due(self._node.clock.now_ns()):
-                    self._save()
+                self._save_if_due()
             self._out.publish_diagnostics()
+
+    def _beams(self, message: Any) -> Beams | None:
+        """Return the beams of a scan in the robot's frame, or None with a warning if it cannot be used.
+
+        The pose of each laser on the robot is looked up once.
+        """
+        settings, frame = self._settings, message.header.frame_id.removeprefix("/")
+        key = settings.base_frame_id, frame
+        laser = self._lasers.get(key) or self._frames.latest(*key)
+        if laser is None:
+            self._log.warning("no transform from %s to %s: scans are ignored", frame, settings.base_frame_id)
+            return None
+        self._lasers[key] = laser
+        range_min, range_max = message.range_min, message.range_max
+        if settings.laser_max_range > 0.0:
+            range_max = min(range_max, settings.laser_max_range)
+        if settings.laser_min_range > 0.0:
+            range_min = max(range_min, settings.laser_min_range)
+        if not range_max > 0.0 or not math.isfinite(message.angle_min + message.angle_increment):
+            self._log.warning("a scan must have range_max > 0 and finite angles: it is ignored")
+            return None
+        # Two directions in the robot's frame give the sense of rotation, which an inverted laser reverses.
+        first = _bearing(laser, message.angle_min)
+        step = math.remainder(_bearing(laser, message.angle_min + message.angle_increment) - first, math.tau)
+        bearings = first + step * np.arange(len(message.ranges))
+        return read_beams(np.array(message.ranges, float), bearings, laser[:2], range_min, range_max)
+
+    def _save_if_due(self) -> None:
+        now_ns, rate = self._node.clock.now_ns(), self._settings.save_pose_rate
+        if rate > 0.0 and now_ns - self._saved_ns >= NS_PER_S / rate:
+            self._saved_ns = now_ns
+            self._save()
 
     def _save(self) -> None:
         """Store the pose as the initial pose for the next start."""
         settings, belief, correction = self._settings, self._out.belief, self._out.correction
-        if belief is None or correction is None:
+        base = self._frames.latest(settings.odom_frame_id, settings.base_frame_id)
+        if belief is None or correction is None or base is None:
             return
-        found = self._frames.latest(settings.odom_frame_id, settings.base_frame_id)
-        if found is None:
-            return
-        x, y, yaw = flat(composed(correction, found))
-        saved = {"pose_x": x, "pose_y": y, "pose_a": yaw}
+        saved = dict(zip(("pose_x", "pose_y", "pose_a"), flat(composed(correction, base)), strict=True))
         saved |= {"cov_xx": belief.xx, "cov_yy": belief.yy, "cov_aa": belief.aa}
         for name, value in saved.items():
             self._node.params.set(f"~initial_{name}", value)
@@ -258,3 +270,20 @@ class AmclNode:
         silent_s = time.monotonic() - self._scan_s
         if silent_s > NO_SCAN_S:
             self._log.warning("no scan for %.0f s on %s", silent_s, self._node.resolve("scan"))
+
+
+def _bearing(laser: Pose, angle: float) -> float:
+    """Return the yaw in the robot's frame of a beam at an angle of the laser."""
+    return roll_pitch_yaw(composed(laser, (0.0, 0.0, 0.0, *from_roll_pitch_yaw(0.0, 0.0, angle))))[2]
+
+
+def main() -> int:
+    """Run the node until it is shut down. Return 1 if a parameter or an argument is invalid."""
+    if "--run-from-bag" in sys.argv:
+        print(
+            "ERROR: amcl: --run-from-bag is not supported. Try: rosparam set use_sim_time true; "
+            "rosbag play --clock BAG",
+            file=sys.stderr,
+        )
+        return 1
+    return run_node("amcl", "amcl", AmclNode)

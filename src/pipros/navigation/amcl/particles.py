@@ -9,14 +9,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import product
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pipros.navigation.amcl.grid import Array
+from pipros.navigation.amcl.settings import Settings
+from pipros.navigation.plane import Triple
+
 Labels = NDArray[np.int64]
 
 BIN: Final = np.array((0.5, 0.5, np.radians(10.0)))
@@ -28,35 +30,6 @@ _NEIGHBOURS: Final = [step for step in product((-1, 0, 1), repeat=3) if step > (
 """Half of the 26 steps to a neighbour; the others are their opposites."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sampling:
-    """Parameters of resampling: limits of the number of particles, KLD sampling, and recovery rates.
-
-    Attributes:
-        error: greatest error between true and estimated distribution.
-        z: the quantile of the normal distribution for the confidence that it is not exceeded. Users set
-            `kld_z` to 0.99, which amcl uses as the quantile itself.
-        slow, fast: decay rates of the averages of the measurement's likelihood; 0 turns recovery off.
-        is_selective: resample only if the effective number of particles is at most half of all.
-    """
-
-    least: int
-    most: int
-    error: float
-    z: float
-    slow: float
-    fast: float
-    is_selective: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Cluster:
-    """A connected group of particles: the sum of their weights, and their mean pose."""
-
-    weight: float
-    pose: tuple[float, float, float]
-
-
 class ParticleFilter:
     """A set of weighted poses. Not thread-safe.
 
@@ -66,9 +39,8 @@ class ParticleFilter:
         has_converged: see `CONVERGED_M`; computed by `resample`.
     """
 
-    def __init__(self, sampling: Sampling, rng: np.random.Generator) -> None:
-        self._sampling = sampling
-        self._rng = rng
+    def __init__(self, settings: Settings, rng: np.random.Generator) -> None:
+        self._settings, self._rng = settings, rng
         self._slow = self._fast = 0.0
         self.poses = np.zeros((1, 3))
         self.weights = np.ones(1)
@@ -84,7 +56,7 @@ class ParticleFilter:
         """Draw the greatest number of particles from a normal distribution, of shapes (3,) and (3, 3)."""
         variances, axes = np.linalg.eigh(covariance)
         deviations = np.sqrt(np.maximum(variances, 0.0))
-        drawn = self._rng.normal(size=(self._sampling.most, 3)) * deviations
+        drawn = self._rng.normal(size=(self._settings.max_particles, 3)) * deviations
         self.spread(mean + drawn @ axes.T)
 
     def weigh(self, factors: Array) -> None:
@@ -95,14 +67,17 @@ class ParticleFilter:
             self.weights = np.full(len(weights), 1.0 / len(weights))
             return
         self.weights = weights / total
-        average, sampling = total / len(weights), self._sampling
-        self._slow += sampling.slow * (average - self._slow) if self._slow else average
-        self._fast += sampling.fast * (average - self._fast) if self._fast else average
+        average, settings = total / len(weights), self._settings
+        self._slow += settings.recovery_alpha_slow * (average - self._slow) if self._slow else average
+        self._fast += settings.recovery_alpha_fast * (average - self._fast) if self._fast else average
 
     def resample(self, random_poses: Callable[[int, np.random.Generator], Array]) -> None:
-        """Draw new particles by weight, and some random ones if the measurements have become unlikely."""
-        sampling, count = self._sampling, self._sampling.most
-        if sampling.is_selective and 1.0 / float((self.weights**2).sum()) > 0.5 * len(self.weights):
+        """Draw new particles by weight, and some random ones if the measurements have become unlikely.
+
+        With `selective_resampling`, only if the effective number of particles is at most half of all.
+        """
+        settings, count = self._settings, self._settings.max_particles
+        if settings.selective_resampling and 1.0 / float((self.weights**2).sum()) > 0.5 * len(self.weights):
             return
         share = max(0.0, 1.0 - self._fast / self._slow) if self._slow else 0.0
         ends = np.cumsum(self.weights)
@@ -115,7 +90,7 @@ class ParticleFilter:
         _, first = np.unique(_bins(drawn), axis=0, return_index=True)
         is_new = np.zeros(count, np.int64)
         is_new[first] = 1
-        limits = kld_limits(np.cumsum(is_new), sampling)
+        limits = kld_limits(np.cumsum(is_new), settings)
         enough = np.flatnonzero(np.arange(1, count + 1) > limits)
         self._set(drawn[: enough[0] + 1] if enough.size else drawn)
         offsets = abs(self.poses[:, :2] - self.poses[:, :2].mean(axis=0))
@@ -139,8 +114,8 @@ class ParticleFilter:
         found[2, 2] = -2.0 * np.log(min(max(length, 1e-300), 1.0))
         return found
 
-    def heaviest_cluster(self) -> Cluster:
-        """Return the cluster with the greatest weight. Particles in touching bins are connected."""
+    def heaviest_cluster(self) -> tuple[float, Triple]:
+        """Return the weight and the mean pose of the heaviest cluster: of particles in touching bins."""
         bins, member = np.unique(_bins(self.poses), axis=0, return_inverse=True)
         label = _connected(bins)[member.ravel()]
         totals = np.bincount(label, self.weights)
@@ -149,22 +124,23 @@ class ParticleFilter:
         weights, poses = self.weights[inside], self.poses[inside]
         x, y = (weights @ poses[:, :2] / totals[heaviest]).tolist()
         yaw = float(np.arctan2(weights @ np.sin(poses[:, 2]), weights @ np.cos(poses[:, 2])))
-        return Cluster(float(totals[heaviest]), (x, y, yaw))
+        return float(totals[heaviest]), (x, y, yaw)
 
 
-def kld_limits(occupied: Labels, sampling: Sampling) -> Array:
+def kld_limits(occupied: Labels, settings: Settings) -> Array:
     """Return the number of particles for each number of occupied bins, within the limits.
 
     With k bins, the error e and the quantile z, it is
-    (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³.
+    (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³. Users set `kld_z` to 0.99, the wanted
+    confidence, which amcl uses as the quantile itself.
     """
-    if sampling.error <= 0.0:
-        return np.full(len(occupied), float(sampling.most))
+    if settings.kld_err <= 0.0:
+        return np.full(len(occupied), float(settings.max_particles))
     free = np.maximum(occupied - 1, 1).astype(float)
     part = 2.0 / (9.0 * free)
-    count = np.ceil(free / (2.0 * sampling.error) * (1.0 - part + np.sqrt(part) * sampling.z) ** 3)
-    limited: Array = np.clip(count, sampling.least, sampling.most)
-    return np.where(occupied <= 1, float(sampling.most), limited)
+    count = np.ceil(free / (2.0 * settings.kld_err) * (1.0 - part + np.sqrt(part) * settings.kld_z) ** 3)
+    limited: Array = np.clip(count, settings.min_particles, settings.max_particles)
+    return np.where(occupied <= 1, float(settings.max_particles), limited)
 
 
 def _bins(poses: Array) -> Labels:

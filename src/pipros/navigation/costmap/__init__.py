@@ -3,11 +3,3 @@
 A cost is 0 (free) to 252 near obstacles; 253 means that the robot's centre collides there for certain, 254 is
 an obstacle, and 255 is unknown. Positions are in metres and angles in radians, in the map's frame.
 """
-
-from pipros.navigation.extras import missing_extra
-
-try:
-    import cv2  # noqa: F401
-    import numpy  # noqa: F401
-except ImportError as error:
-    raise missing_extra(error) from None

@@ -11,19 +11,19 @@ from typing import Any, Final
 from pipros.basics.errors import Interrupted
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.pose import roll_pitch_yaw
-from pipros.msg import load_message_class
 from pipros.navigation.costmap import footprint
-from pipros.navigation.costmap.connect_layers import connect_layer
 from pipros.navigation.costmap.grid import CostGrid, Points
-from pipros.navigation.costmap.layer_parameters import layer_types
 from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D
+from pipros.navigation.costmap.layers import add_layers
 from pipros.navigation.costmap.output import CostmapOutput
 from pipros.navigation.costmap.sensor_input import SensorInput
 from pipros.navigation.frames import Frames
 from pipros.navigation.limits import NavigationLimits
 from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
+from pipros.navigation.plane import flat
+from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import subscribe
 from pipros.node import Node
 
 _WAIT_S: Final = 0.1
@@ -52,6 +52,7 @@ class Costmap:
         global_frame, base_frame: the frames of the map and of the robot.
         layered: the costs and the layers. Hold `lock` while you read or change anything in it.
         is_initialized: whether there was an update since the start.
+        inputs: the subscriptions of all layers to sensors.
     """
 
     def __init__(
@@ -72,7 +73,7 @@ class Costmap:
         if not self.global_frame or not self.base_frame:
             raise InvalidParameter(f"{self.namespace}: global_frame and robot_base_frame must not be empty")
         self.is_initialized = False
-        self._is_stopped = self._is_paused = False
+        self._is_stopped = False
         self._tolerance_s = 0.3
         self._padding = 0.01
         self._unpadded: Points = []
@@ -87,10 +88,9 @@ class Costmap:
             is_rolling=given.boolean("rolling_window", False),
             tracks_unknown=given.boolean("track_unknown_space", False),
         )
-        self._output = CostmapOutput(node, self, always_full=given.boolean("always_send_full_costmap", False))
+        self._output = CostmapOutput(self, always_full=given.boolean("always_send_full_costmap", False))
         self.inputs: list[SensorInput] = []
-        for layer_name, kind in layer_types(node, self.namespace, log):
-            connect_layer(self, layer_name, kind)
+        add_layers(self)
         self._connect_footprint()
         self.settings = Reconfigurable(node, self.namespace, SETTINGS, self._apply)
 
@@ -145,11 +145,12 @@ class Costmap:
         topic = search_upwards(self.node, self.namespace, "footprint_topic")
         name = f"{self.namespace}/{topic if isinstance(topic, str) else 'footprint'}"
         if self.node.resolve(name) != self._output.footprint_topic:
-            polygon: Any = load_message_class("geometry_msgs/Polygon")
-            self.node.subscribe(name, polygon, self._on_footprint, queue_size=1)
+            subscribe(self.node, name, "geometry_msgs/Polygon", self._on_footprint)
 
     def _on_footprint(self, message: Any) -> None:
-        corners = [[point.x, point.y] for point in message.points]
+        self._try_footprint([[point.x, point.y] for point in message.points])
+
+    def _try_footprint(self, corners: Any) -> None:
         try:
             self.set_footprint(footprint.from_parameter(corners, f"{self.namespace}/footprint"))
         except InvalidParameter as error:
@@ -160,11 +161,6 @@ class Costmap:
         with self.lock:
             self._unpadded = unpadded
             self.layered.set_footprint(footprint.padded(unpadded, self._padding))
-
-    @property
-    def unpadded_footprint(self) -> Points:
-        """The outline of the robot without the padding."""
-        return self._unpadded
 
     def _apply(self, values: Mapping[str, Any], _: int) -> None:
         with self.lock:
@@ -189,8 +185,7 @@ class Costmap:
                 self.name, values["width"], values["height"], resolution, limit,
             )  # fmt: skip
             return
-        size = int(width), int(height), resolution, values["origin_x"], values["origin_y"]
-        self.layered.resize(*size)
+        self.layered.resize(int(width), int(height), resolution, values["origin_x"], values["origin_y"])
 
     def _apply_footprint(self, text: str, radius: float) -> None:
         if (text, radius) == self._outline:
@@ -198,11 +193,8 @@ class Costmap:
         self._outline = text, radius
         if text in ("", "[]"):
             self.set_footprint(footprint.circle(radius))
-            return
-        try:
-            self.set_footprint(footprint.from_parameter(text, f"{self.namespace}/footprint"))
-        except InvalidParameter as error:
-            self.log.error("%s", error)
+        else:
+            self._try_footprint(text)
 
     def _set_frequency(self, frequency: float) -> None:
         self._is_off = frequency <= 0
@@ -224,16 +216,14 @@ class Costmap:
         except TransformException as error:
             self.warn(f"the robot's pose is unknown: {error}")
             return None
-        if stamp_ns and now_ns - stamp_ns > self._tolerance_s * 1e9:
-            self.warn(
-                f"the robot's pose is {(now_ns - stamp_ns) / 1e9:.3f} s old, more than transform_tolerance, "
-                f"{self._tolerance_s} s"
-            )
+        age_s, limit_s = (now_ns - stamp_ns) / 1e9 if stamp_ns else 0.0, self._tolerance_s
+        if age_s > limit_s:
+            self.warn(f"the robot's pose is {age_s:.3f} s old, more than transform_tolerance, {limit_s} s")
             return None
-        return Pose2D(pose[0], pose[1], roll_pitch_yaw(pose)[2])
+        return Pose2D(*flat(pose))
 
     def _on_time(self) -> None:
-        if not (self._is_stopped or self._is_paused or self._is_off):
+        if not (self._is_stopped or self._is_off):
             self.update()
         self._output.publish_if_due(self.node.clock.now_ns())
 
@@ -253,25 +243,15 @@ class Costmap:
 
     def start(self) -> None:
         """Receive sensors again, and continue the updates."""
-        self._set_active(True)
-        self._is_stopped = self._is_paused = False
+        self._set_active(is_active=True)
 
     def stop(self) -> None:
         """Stop the updates, and ignore sensors."""
-        self._is_stopped = True
-        self.is_initialized = False
-        self._set_active(False)
-
-    def pause(self) -> None:
-        """Stop the updates, but keep what sensors see."""
-        self._is_paused = True
+        self._set_active(is_active=False)
         self.is_initialized = False
 
-    def resume(self) -> None:
-        """Continue the updates after `pause`."""
-        self._is_paused = False
-
-    def _set_active(self, is_active: bool) -> None:
+    def _set_active(self, *, is_active: bool) -> None:
+        self._is_stopped = not is_active
         for each in self.inputs:
             each.is_active = is_active
 
@@ -281,3 +261,12 @@ class Costmap:
             self.grid.costs[...] = self.grid.default
             for layer in self.layered.layers:
                 layer.reset()
+
+
+def main() -> int:
+    """Run `costmap_2d_node`: one costmap, in the namespace `~costmap`. Return 1 if a parameter is invalid."""
+    return run_node(
+        "costmap_node",
+        "costmap_2d",
+        lambda node, log, schedule: Costmap(node, log, Frames(node, log), schedule, "costmap"),
+    )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import ast
 import math
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from pipros.navigation.costmap.grid import Points
-from pipros.navigation.parameters import InvalidParameter
+from pipros.navigation.parameters import InvalidParameter, is_number
 
 _CORNERS_OF_CIRCLE = 16
 _MOST_CORNERS = 1000
@@ -29,25 +30,18 @@ def from_parameter(value: Any, name: str) -> Points:
     """
     corners = value
     if isinstance(value, str):
-        try:
+        corners = None
+        with suppress(ValueError, SyntaxError, MemoryError, RecursionError):
             corners = ast.literal_eval(value.strip()) if len(value) < 60 * _MOST_CORNERS else None
-        except (ValueError, SyntaxError, MemoryError, RecursionError):
-            corners = None
     if (
         not isinstance(corners, list)
         or not 3 <= len(corners) <= _MOST_CORNERS
         or not all(isinstance(corner, list) and len(corner) == 2 for corner in corners)
-        or not all(_is_finite(number) for corner in corners for number in corner)
+        or not all(is_number(number) and math.isfinite(number) for corner in corners for number in corner)
     ):
-        shown = str(value)[:200]
-        raise InvalidParameter(
-            f"{name} must be a list of at least 3 corners such as [[1, 1], …], got {shown}"
-        )
+        expected = "a list of at least 3 corners such as [[1, 1], …]"
+        raise InvalidParameter(f"{name} must be {expected}, got {str(value)[:200]}")
     return [(float(x), float(y)) for x, y in corners]
-
-
-def _is_finite(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def as_text(corners: Points) -> str:
@@ -57,11 +51,7 @@ def as_text(corners: Points) -> str:
 
 def padded(corners: Points, padding: float) -> Points:
     """Move each corner outwards by the padding in x and, separately, in y. A coordinate of 0 stays."""
-    return [(x + _sign(x) * padding, y + _sign(y) * padding) for x, y in corners]
-
-
-def _sign(number: float) -> float:
-    return 0.0 if number == 0 else math.copysign(1.0, number)
+    return [(float(x + np.sign(x) * padding), float(y + np.sign(y) * padding)) for x, y in corners]
 
 
 def radii(corners: Points) -> tuple[float, float]:

@@ -34,13 +34,13 @@ class CostGrid:
         default: the cost of cells of which nothing is known.
     """
 
-    def __init__(self, default: int = FREE) -> None:
-        self.default = default
+    def __init__(self, default: int = FREE, kind: type = np.uint8) -> None:
+        self.default, self._kind = default, kind
         self.resize(0, 0, 1.0, 0.0, 0.0)
 
     def resize(self, width: int, height: int, resolution: float, origin_x: float, origin_y: float) -> None:
         """Set the size in cells and the place, and all cells to the default."""
-        self.costs: Costs = np.full((height, width), self.default, np.uint8)
+        self.costs: Costs = np.full((height, width), self.default, self._kind)
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
 
     @property
@@ -77,12 +77,10 @@ class CostGrid:
         row = min(max((y - self.origin_y) / self.resolution, 0), self.height - 1)
         return int(column), int(row)
 
-    def cell_to_world(self, column: float, row: float) -> tuple[float, float]:
-        """Return the centre of a cell."""
-        return (
-            self.origin_x + (column + 0.5) * self.resolution,
-            self.origin_y + (row + 0.5) * self.resolution,
-        )
+    def cell_to_world(self, column: Any, row: Any) -> tuple[Any, Any]:
+        """Return the centre of a cell, or of cells."""
+        x, y = self.origin_x + (column + 0.5) * self.resolution, self.origin_y + (row + 0.5) * self.resolution
+        return x, y
 
     def in_cells(self, distance: float) -> int:
         """Return the number of cells that cover a distance."""

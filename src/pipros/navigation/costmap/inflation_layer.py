@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 
 from pipros.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costs, Numbers
-from pipros.navigation.costmap.layered import Bounds, LayeredCostmap, Pose2D, Window
+from pipros.navigation.costmap.layered import Bounds, Layer, LayeredCostmap, Pose2D, Window
 
 _ROUNDING = 1e-4
 """Tolerance for distances of 32 bits, in cells."""
 
 
-class InflationLayer:
+class InflationLayer(Layer):
     """Raises costs around cells of cost 254, up to a radius.
 
     With d the distance in metres between the centres of a cell and of the nearest obstacle, r the inscribed
@@ -22,10 +22,7 @@ class InflationLayer:
     """
 
     def __init__(self, name: str, costmap: LayeredCostmap) -> None:
-        self.name = name
-        self.is_enabled = True
-        self.is_current = True
-        self._costmap = costmap
+        super().__init__(name, costmap)
         self._radius, self._scaling, self._inflates_unknown = 0.0, 0.0, False
         self._must_inflate_all = True
         self._last = Bounds()
@@ -37,14 +34,11 @@ class InflationLayer:
         self.footprint_changed()
 
     def match_size(self) -> None:
-        self._cells = self._costmap.grid.in_cells(self._radius)
+        self._cells = self.costmap.grid.in_cells(self._radius)
 
     def footprint_changed(self) -> None:
         self.match_size()
         self._must_inflate_all = True
-
-    def reset(self) -> None:
-        """Do nothing: the layer measures nothing."""
 
     def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:  # noqa: ARG002 # part of the interface
         now = Bounds()
@@ -65,7 +59,7 @@ class InflationLayer:
         """Raise the costs around the obstacles in a part of the map, and around those near it."""
         if not self._cells:
             return
-        grid = self._costmap.grid
+        grid = self.costmap.grid
         sources = window.grown(self._cells, grid)
         reached = sources.grown(self._cells, grid)
         part = grid.costs[reached.slices]
@@ -88,7 +82,7 @@ class InflationLayer:
 
     def _costs_at(self, distances: Numbers) -> Costs:
         """Return the costs at distances of 32 bits in cells, which are square roots of whole numbers."""
-        metres = np.sqrt(np.rint(distances.astype(np.float64) ** 2)) * self._costmap.grid.resolution
-        inscribed = self._costmap.inscribed_radius
+        metres = np.sqrt(np.rint(distances.astype(np.float64) ** 2)) * self.costmap.grid.resolution
+        inscribed = self.costmap.inscribed_radius
         far = (INSCRIBED - 1) * np.exp(-self._scaling * np.maximum(metres - inscribed, 0.0))
         return np.where(metres <= inscribed, INSCRIBED, far).astype(np.uint8)

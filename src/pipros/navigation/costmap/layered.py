@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,23 +32,23 @@ class Window(NamedTuple):
         """The indexes of the rectangle's rows and columns."""
         return slice(self.y0, self.yn), slice(self.x0, self.xn)
 
+    def united(self, other: Window) -> Window:
+        """Return the smallest rectangle with both; an empty one adds nothing."""
+        if self.x0 >= self.xn or other.x0 >= other.xn:
+            return other if self.x0 >= self.xn else self
+        low = min(self.x0, other.x0), min(self.y0, other.y0)
+        return Window(*low, max(self.xn, other.xn), max(self.yn, other.yn))
+
     def grown(self, cells: int, grid: CostGrid) -> Window:
         """Return the rectangle with a border of so many cells, within the grid."""
-        return Window(
-            max(0, self.x0 - cells),
-            max(0, self.y0 - cells),
-            min(grid.width, self.xn + cells),
-            min(grid.height, self.yn + cells),
-        )
+        low = max(0, self.x0 - cells), max(0, self.y0 - cells)
+        return Window(*low, min(grid.width, self.xn + cells), min(grid.height, self.yn + cells))
 
 
 class Bounds:
     """A rectangle in metres that grows."""
 
     def __init__(self) -> None:
-        self.clear()
-
-    def clear(self) -> None:
         self.min_x = self.min_y = math.inf
         self.max_x = self.max_y = -math.inf
 
@@ -70,16 +70,16 @@ class Bounds:
             self.touch(other.max_x, other.max_y)
 
 
-class Layer(Protocol):
-    """A layer of a costmap.
+class Layer:
+    """A layer of a costmap. Base class.
 
     Attributes:
         is_current: whether the data is recent enough to drive by.
     """
 
-    name: str
-    is_enabled: bool
-    is_current: bool
+    def __init__(self, name: str, costmap: LayeredCostmap) -> None:
+        self.name, self.costmap = name, costmap
+        self.is_enabled = self.is_current = True
 
     def match_size(self) -> None:
         """Take over the size and place of the costmap."""
@@ -119,19 +119,10 @@ class LayeredCostmap:
         self.inscribed_radius, self.circumscribed_radius = radii([])
         self.window: Window | None = None
 
-    def resize(
-        self,
-        width: int,
-        height: int,
-        resolution: float,
-        origin_x: float,
-        origin_y: float,
-        *,
-        lock: bool = False,
-    ) -> None:
-        """Set the size in cells and the place; all layers follow."""
+    def resize(self, *geometry: Any, lock: bool = False) -> None:
+        """Set the size and place with the arguments of `CostGrid.resize`; all layers follow."""
         self.is_size_locked |= lock
-        self.grid.resize(width, height, resolution, origin_x, origin_y)
+        self.grid.resize(*geometry)
         for layer in self.layers:
             layer.match_size()
 
@@ -167,22 +158,16 @@ class LayeredCostmap:
             layer.update_costs(self.window)
 
 
-class CellLayer:
+class CellLayer(Layer):
     """A layer with its own grid. Base class of the static and the obstacle layer."""
 
     def __init__(self, name: str, costmap: LayeredCostmap, default: int) -> None:
-        self.name = name
-        self.is_enabled = True
-        self.is_current = True
-        self.costmap = costmap
+        super().__init__(name, costmap)
         self.grid = CostGrid(default)
         self._extra = Bounds()
 
     def match_size(self) -> None:
         self.grid.resize(*self.costmap.grid.geometry)
-
-    def footprint_changed(self) -> None:
-        """Do nothing: the footprint is read in each update."""
 
     def clear_area(self, x0: int, y0: int, xn: int, yn: int, *, inside: bool = False) -> None:
         """Set cells to unknown: those outside a rectangle of cells or, if `inside`, those in it.
@@ -199,7 +184,7 @@ class CellLayer:
     def use_extra_bounds(self, bounds: Bounds) -> None:
         """Widen the bounds by areas that were cleared."""
         bounds.include(self._extra)
-        self._extra.clear()
+        self._extra = Bounds()
 
     def write(self, window: Window, *, by_maximum: bool, with_unknown: bool = False) -> None:
         """Write the layer's costs into the combined ones; unknown cells only if `with_unknown`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import accumulate, takewhile
 from typing import Any
 
 import numpy as np
@@ -18,19 +19,18 @@ _FLOAT32 = 7  # of sensor_msgs/PointField
 
 @dataclass(frozen=True, slots=True)
 class SourceSettings:
-    """The parameters of an observation source: distances in metres, times in seconds."""
+    """The parameters of an observation source, under their names: distances in metres, times in seconds."""
 
-    name: str
     topic: str
     data_type: str = "PointCloud"
     sensor_frame: str = ""
-    persistence_s: float = 0.0
-    expected_period_s: float = 0.0
-    min_height: float = 0.0
-    max_height: float = 2.0
-    is_infinity_valid: bool = False
-    is_marking: bool = True
-    is_clearing: bool = False
+    observation_persistence: float = 0.0
+    expected_update_rate: float = 0.0
+    min_obstacle_height: float = 0.0
+    max_obstacle_height: float = 2.0
+    inf_is_valid: bool = False
+    marking: bool = True
+    clearing: bool = False
     obstacle_range: float = 2.5
     raytrace_range: float = 3.0
 
@@ -61,20 +61,15 @@ class Source:
         """
         placed = _placed(points[np.isfinite(points).all(axis=1)], cloud)
         height = placed[:, 2]
-        chosen = (height >= self.settings.min_height) & (height <= self.settings.max_height)
+        chosen = (height >= self.settings.min_obstacle_height) & (height <= self.settings.max_obstacle_height)
         self._kept.insert(0, Observation(sensor[:3], placed[chosen], stamp_ns))
         self._updated_ns = now_ns
-        total = 0
-        fitting: list[Observation] = []
-        for each in self._kept:
-            total += len(each.points)
-            if fitting and total > limit:
-                break
-            fitting.append(each)
-        self._kept = fitting
+        totals = accumulate(len(each.points) for each in self._kept)
+        fits = [total <= limit for total in totals]
+        del self._kept[max(1, sum(fits)) :]
 
     def touch(self, now_ns: int) -> None:
-        """Count the time of `expected_period_s` from now on."""
+        """Count the time of `expected_update_rate` from now on."""
         self._updated_ns = now_ns
 
     def clear(self) -> None:
@@ -83,18 +78,17 @@ class Source:
 
     def observations(self) -> list[Observation]:
         """Return the observations that are not older than the time to keep before the newest arrival."""
-        keep_ns = round(self.settings.persistence_s * 1e9)
+        keep_ns = round(self.settings.observation_persistence * 1e9)
         if not keep_ns:
             del self._kept[1:]
-        for at, each in enumerate(self._kept):
-            if keep_ns and self._updated_ns is not None and self._updated_ns - each.stamp_ns > keep_ns:
-                del self._kept[at:]
-                break
+        elif self._updated_ns is not None:
+            oldest_ns = self._updated_ns - keep_ns
+            self._kept = list(takewhile(lambda each: each.stamp_ns >= oldest_ns, self._kept))
         return list(self._kept)
 
     def is_current(self, now_ns: int) -> bool:
         """Return whether the newest observation arrived in time."""
-        limit_ns = round(self.settings.expected_period_s * 1e9)
+        limit_ns = round(self.settings.expected_update_rate * 1e9)
         return not limit_ns or self._updated_ns is None or now_ns - self._updated_ns <= limit_ns
 
 
@@ -131,12 +125,8 @@ def cloud_points(cloud: Any) -> Points3D:
             f"a cloud of {count} points of {size} bytes must have more data, got {len(cloud.data)}"
         )
     kind = ">f4" if cloud.is_bigendian else "<f4"
-    layout: Any = {
-        "names": list("xyz"),
-        "formats": [kind] * 3,
-        "offsets": [offsets[name] for name in "xyz"],
-        "itemsize": size,
-    }
+    places = [offsets[name] for name in "xyz"]
+    layout: Any = {"names": list("xyz"), "formats": [kind] * 3, "offsets": places, "itemsize": size}
     rows = np.frombuffer(cloud.data, np.dtype(layout), count) if count else np.empty(0, np.dtype(layout))
     return np.stack([rows[name].astype(np.float32) for name in "xyz"], axis=1)
 

@@ -63,10 +63,10 @@ class ObstacleLayer(CellLayer):
         seen = [(source.settings, source.observations()) for source in self.sources]
         self.is_current = all(source.is_current(now_ns) for source in self.sources)
         for settings, observations in seen:
-            for each in observations if settings.is_clearing else ():
+            for each in observations if settings.clearing else ():
                 self._clear(each, settings.raytrace_range, bounds)
         for settings, observations in seen:
-            for each in observations if settings.is_marking else ():
+            for each in observations if settings.marking else ():
                 self._mark(each, settings.obstacle_range, bounds)
         self._footprint = placed(self.costmap.footprint, *robot)
         if self.clears_footprint:

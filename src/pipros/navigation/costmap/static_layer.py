@@ -15,13 +15,16 @@ from pipros.navigation.costmap.layered import Bounds, CellLayer, LayeredCostmap,
 
 @dataclass(frozen=True, slots=True)
 class StaticSettings:
-    """How the cells of a map become costs, and how these are combined with those of earlier layers."""
+    """The parameters, under their names: how the cells of a map become costs, and where it comes from."""
 
-    tracks_unknown: bool = True
-    lethal_threshold: int = 100
-    unknown_value: int = -1
-    is_trinary: bool = True
-    uses_maximum: bool = False
+    map_topic: str = "map"
+    first_map_only: bool = False
+    subscribe_to_updates: bool = False
+    track_unknown_space: bool = True
+    lethal_cost_threshold: int = 100
+    unknown_cost_value: int = -1
+    trinary_costmap: bool = True
+    use_maximum: bool = False
 
 
 class StaticLayer(CellLayer):
@@ -40,21 +43,17 @@ class StaticLayer(CellLayer):
         self._settings = settings
         self._find_map = find_map
         self._updated = Window(0, 0, 0, 0)
-        threshold = min(max(settings.lethal_threshold, 0), 100)
+        threshold = min(max(settings.lethal_cost_threshold, 0), 100)
         values = np.arange(256)
         scaled = (values / max(threshold, 1) * LETHAL).astype(np.int64)
-        costs = np.where(
-            values >= threshold, LETHAL, 0 if settings.is_trinary else np.minimum(scaled, LETHAL)
-        )
-        costs[settings.unknown_value % 256] = UNKNOWN if settings.tracks_unknown else FREE
+        below = 0 if settings.trinary_costmap else np.minimum(scaled, LETHAL)
+        costs = np.where(values >= threshold, LETHAL, below)
+        costs[settings.unknown_cost_value % 256] = UNKNOWN if settings.track_unknown_space else FREE
         self._table: Costs = costs.astype(np.uint8)
 
     def match_size(self) -> None:
         if not self.costmap.is_rolling:
             super().match_size()
-
-    def reset(self) -> None:
-        """Keep the map, which is not measured by this node."""
 
     def set_map(self, message: Any) -> None:
         """Take over a `nav_msgs/OccupancyGrid`.
@@ -87,20 +86,15 @@ class StaticLayer(CellLayer):
         part = Window(message.x, message.y, message.x + message.width, message.y + message.height)
         is_inside = part.x0 >= 0 <= part.y0 and part.xn <= self.grid.width and part.yn <= self.grid.height
         if not is_inside or len(message.data) != message.width * message.height:
-            size = f"{self.grid.width} X {self.grid.height}"
-            raise ValueError(f"an update must lie inside the map of {size}, got columns and rows {part}")
+            size = f"the map of {self.grid.width} X {self.grid.height}"
+            raise ValueError(f"an update must lie inside {size}, got columns and rows {part}")
         self._write(message.data, part)
 
     def _write(self, data: Any, part: Window) -> None:
         values = np.array(data, np.int8).view(np.uint8)
         rows, columns = part.slices
         self.grid.costs[rows, columns] = self._table[values].reshape(part.yn - part.y0, part.xn - part.x0)
-        if self._updated.x0 < self._updated.xn:
-            old = self._updated
-            part = Window(
-                min(old.x0, part.x0), min(old.y0, part.y0), max(old.xn, part.xn), max(old.yn, part.yn)
-            )
-        self._updated = part
+        self._updated = part.united(self._updated)
 
     def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:  # noqa: ARG002 # part of the interface
         if self.map_frame is None:
@@ -118,9 +112,8 @@ class StaticLayer(CellLayer):
         if self.map_frame is None:
             return
         if not self.costmap.is_rolling:
-            self.write(
-                window, by_maximum=self._settings.uses_maximum, with_unknown=not self._settings.uses_maximum
-            )
+            by_maximum = self._settings.use_maximum
+            self.write(window, by_maximum=by_maximum, with_unknown=not by_maximum)
         elif (pose := self._find_map(self.map_frame)) is not None:
             self._write_moved(window, pose)
 
@@ -128,8 +121,7 @@ class StaticLayer(CellLayer):
         """Look up the centre of each cell in the map, whose frame may be turned and moved."""
         grid = self.costmap.grid
         columns, rows = np.arange(window.x0, window.xn)[None, :], np.arange(window.y0, window.yn)[:, None]
-        x = grid.origin_x + (columns + 0.5) * grid.resolution
-        y = grid.origin_y + (rows + 0.5) * grid.resolution
+        x, y = grid.cell_to_world(columns, rows)
         turn = rotation_matrix(pose)
         map_columns, map_rows, inside = self.grid.world_to_cells(
             turn[0] * x + turn[1] * y + pose[0], turn[3] * x + turn[4] * y + pose[1]
@@ -138,6 +130,6 @@ class StaticLayer(CellLayer):
             return
         found = self.grid.costs[map_rows, map_columns]
         part = grid.costs[window.slices]
-        if self._settings.uses_maximum:
+        if self._settings.use_maximum:
             found = np.maximum(found, part)
         np.copyto(part, found, where=inside)

@@ -10,20 +10,20 @@ import numpy as np
 
 from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.errors import TransformException
-from pipros.msg import load_message_class
-from pipros.msg.time import Time
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import INSCRIBED
 from pipros.navigation.dwa.goal_rotation import STILL, GoalRotation
 from pipros.navigation.dwa.planner import Choice, DwaPlanner
 from pipros.navigation.dwa.settings import SETTINGS, DwaSettings
-from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
+from pipros.navigation.parameters import InvalidParameter, read_parameters, search_upwards
 from pipros.navigation.plane import Poses, Triple
+from pipros.navigation.wiring import advertise, now, subscribe
 from pipros.node import Node
 
 _NEAR_M: Final = 1.0
 """With `prune_plan`, poses at the beginning of the plan that are farther from the robot are dropped."""
+_CLOUD: Final = "sensor_msgs/PointCloud2"
 _RENAMED: Final = {
     "max_trans_vel": "max_vel_trans", "min_trans_vel": "min_vel_trans", "max_rot_vel": "max_vel_theta",
     "min_rot_vel": "min_vel_theta", "acc_limit_trans": "acc_lim_trans",
@@ -49,32 +49,23 @@ class DwaLocalPlanner:
             "cheat_factor": given.number("cheat_factor", 1.0),
         }
         self._settings = DwaSettings(**self._fixed)
-        self._initial: Mapping[str, Any] = {}
         self._planner = DwaPlanner(self._settings)
         is_latching = read_parameters(node, "~").boolean("latch_xy_goal_tolerance", False)
         self._rotation = GoalRotation(self._settings, is_latching=is_latching)
         self._plan_frame, self._plan = costmap.global_frame, np.empty((0, 3))
         self._velocity: Triple = STILL
-        self._advertise(namespace, given)
-        self._reconfigurable = Reconfigurable(node, namespace, SETTINGS, self._apply)
-        odometry: Any = load_message_class("nav_msgs/Odometry")
-        node.subscribe(given.text("odom_topic", "odom"), odometry, self._on_odometry, queue_size=1)
-
-    def _advertise(self, namespace: str, given: Parameters) -> None:
-        path: Any = load_message_class("nav_msgs/Path")
-        self._global_plan = self._node.advertise(f"{namespace}/global_plan", path, queue_size=1)
-        self._local_plan = self._node.advertise(f"{namespace}/local_plan", path, queue_size=1)
-        cloud: Any = load_message_class("sensor_msgs/PointCloud2")
-        self._tried = self._node.advertise(f"{namespace}/trajectory_cloud", cloud, queue_size=1)
-        self._costs = self._node.advertise(f"{namespace}/cost_cloud", cloud, queue_size=1)
+        self._global_plan, self._local_plan, self._tried, self._costs = (
+            advertise(node, f"{namespace}/{name}", kind)
+            for name, kind in (("global_plan", "nav_msgs/Path"), ("local_plan", "nav_msgs/Path"),
+                               ("trajectory_cloud", _CLOUD), ("cost_cloud", _CLOUD))
+        )  # fmt: skip
         self._shows_tried = given.boolean("publish_traj_pc", False)
         self._shows_costs = given.boolean("publish_cost_grid_pc", False)
         self._cloud_frame = given.text("global_frame_id", "odom")
+        Reconfigurable(node, namespace, SETTINGS, self._apply)
+        subscribe(node, given.text("odom_topic", "odom"), "nav_msgs/Odometry", self._on_odometry)
 
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
-        self._initial = self._initial or dict(values)
-        if values["restore_defaults"]:
-            values = {**self._initial, "restore_defaults": False}
         try:
             settings = DwaSettings.of(values, **self._fixed)
         except InvalidParameter as error:
@@ -117,8 +108,9 @@ class DwaLocalPlanner:
             choice = self._planner.choose(pose, self._velocity)
             self._show(choice)
         if choice.command is not None:
-            self._publish(self._global_plan, local)
-            self._publish(self._local_plan, choice.way)
+            for publisher, way in ((self._global_plan, local), (self._local_plan, choice.way)):
+                if publisher.connection_count:
+                    publisher.publish(plane.path(way, self._costmap.global_frame, now(self._node)))
         return choice.command
 
     def _turn(self, pose: Triple, goal: Triple) -> Triple | None:
@@ -170,13 +162,6 @@ class DwaLocalPlanner:
 
     # -- what is shown -----------------------------------------------------------
 
-    def _publish(self, publisher: Any, poses: Poses) -> None:
-        if publisher.connection_count:
-            publisher.publish(plane.path(poses, self._costmap.global_frame, self._now()))
-
-    def _now(self) -> Time:
-        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
-
     def _show(self, choice: Choice) -> None:
         tried, scores = choice.tried, choice.scores
         if self._shows_tried and self._tried.connection_count:
@@ -184,7 +169,7 @@ class DwaLocalPlanner:
             rows = [tried.x[mask], tried.y[mask], np.zeros(int(mask.sum())), tried.yaw[mask]]
             rows.append(np.broadcast_to(scores[:, None], mask.shape)[mask])
             names = ("x", "y", "z", "theta", "cost")
-            self._tried.publish(plane.cloud(names, np.column_stack(rows), self._cloud_frame, self._now()))
+            self._tried.publish(plane.cloud(names, np.column_stack(rows), self._cloud_frame, now(self._node)))
         if self._shows_costs and self._costs.connection_count:
             self._costs.publish(self._cost_cloud())
 
@@ -193,13 +178,10 @@ class DwaLocalPlanner:
         path, goal = self._planner.distances[:2]
         row, column = np.nonzero((path < grid.costs.size) & (grid.costs < INSCRIBED))
         costs = grid.costs[row, column].astype(float)
-        x = grid.origin_x + (column + 0.5) * grid.resolution
-        y = grid.origin_y + (row + 0.5) * grid.resolution
+        x, y = grid.cell_to_world(column, row)
         to_path, to_goal = path[row, column], goal[row, column]
-        total = grid.resolution * (
-            settings.path_distance_bias * to_path + settings.goal_distance_bias * to_goal
-        )
-        total += settings.occdist_scale * costs
+        total = settings.path_distance_bias * to_path + settings.goal_distance_bias * to_goal
+        total = grid.resolution * total + settings.occdist_scale * costs
         values = np.column_stack((x, y, np.zeros(len(x)), to_path, to_goal, costs, total))
         names = ("x", "y", "z", "path_cost", "goal_cost", "occ_cost", "total_cost")
-        return plane.cloud(names, values, self._costmap.global_frame, self._now())
+        return plane.cloud(names, values, self._costmap.global_frame, now(self._node))

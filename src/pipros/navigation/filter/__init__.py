@@ -4,10 +4,3 @@
 makes measurements from poses, twists and accelerations; all of them perform no I/O. `filter_node.py` connects
 them to topics, services and transforms.
 """
-
-from pipros.navigation.extras import missing_extra
-
-try:
-    import numpy as numpy  # the import error is raised here for all modules in the package
-except ImportError as error:
-    raise missing_extra(error) from error

@@ -10,101 +10,89 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.libraries.transforms.messages import in_ns, pose_of
+from pipros.libraries.transforms.messages import in_ns, pose_of, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose
-from pipros.msg import load_message_class, load_service_class
+from pipros.msg import load_message_class
 from pipros.navigation.filter.control import Control
 from pipros.navigation.filter.estimates import Estimates
 from pipros.navigation.filter.health import Health
 from pipros.navigation.filter.measurements import Input, Readings, seconds
-from pipros.navigation.filter.settings import Settings, Topic
+from pipros.navigation.filter.settings import KINDS, Topic, make_timeline, read_settings
 from pipros.navigation.filter.state import POSE, RATES, SIZE, Array, Command, Measurement
-from pipros.navigation.filter.timeline import Timeline
 from pipros.navigation.frames import Frames
+from pipros.navigation.parameters import read_parameters
+from pipros.navigation.programs import run_node
+from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import serve, subscribe
 from pipros.node import Node
-from pipros.node.rate import Timer
 
-_CLASSES: Final = {
-    "odom": "nav_msgs/Odometry",
-    "pose": "geometry_msgs/PoseWithCovarianceStamped",
-    "twist": "geometry_msgs/TwistWithCovarianceStamped",
-    "imu": "sensor_msgs/Imu",
-}
+_TYPES: Final = (
+    "nav_msgs/Odometry", "geometry_msgs/PoseWithCovarianceStamped",
+    "geometry_msgs/TwistWithCovarianceStamped", "sensor_msgs/Imu",
+)  # fmt: skip
 
 
 class FilterNode:
     """Estimates a robot's state from its input topics. Callbacks run in several threads, under one lock."""
 
-    def __init__(self, node: Node, log: logging.Logger, settings: Settings, timeline: Timeline) -> None:
-        """Register the topics and services, and start the cycle."""
-        self._node, self._log, self._settings, self._timeline = node, log, settings, timeline
+    def __init__(self, node: Node, log: logging.Logger, schedule: Schedule, *, unscented: bool) -> None:
+        """Register the topics and services, and start the cycle.
+
+        Raises:
+            InvalidParameter: the node cannot run with a parameter.
+        """
+        parameters, found = read_parameters(node), node.params.search("tf_prefix")
+        prefix = node.params.get(found) if found else ""
+        self._settings = settings = read_settings(parameters, prefix if isinstance(prefix, str) else "")
+        self._timeline = make_timeline(parameters, unscented=unscented)
+        self._node, self._log, self._schedule = node, log, schedule
         self._lock = threading.Lock()
         self._frames = Frames(node, log)
-        self._readings = Readings(
-            settings.world_frame, settings.base_frame, self._find, settings.in_plane, settings.gravity
+        frames, gravity = (
+            (settings.world_frame, settings.base_link_frame),
+            settings.gravitational_acceleration,
         )
-        self._readings.state = timeline.kalman.state
+        self._readings = Readings(*frames, self._find, settings.two_d_mode, gravity)
+        self._readings.state = self._timeline.kalman.state
         self._last_stamps: dict[str, int] = {}
         self._pose_set_ns = 0
-        self._is_on = True
-        self._control = timeline.kalman.control
+        self._is_on, self._is_started = True, False
         self._health = Health(node, settings)
         self._estimates = Estimates(node, log, settings, self._frames)
         self._rates: tuple[float, Array] = (0.0, np.zeros(3))
-        self._timer: Timer | None = None
         self._subscribe()
-        if settings.is_disabled:
-            self._serve("~enable", "std_srvs/Empty", self._enable)
+        if settings.disabled_at_startup:
+            serve(node, "~enable", "std_srvs/Empty", lambda _: self._start())
         else:
             self._start()
 
     def _subscribe(self) -> None:
-        readers = {
-            "odom": self._on_odometry,
-            "pose": self._on_pose,
-            "twist": self._on_twist,
-            "imu": self._on_imu,
-        }
+        node, control = self._node, self._timeline.kalman.control
+        readers = self._on_odometry, self._on_pose, self._on_twist, self._on_imu
         for topic in self._settings.topics:
             if not topic.is_used:
                 self._log.warning("%s uses no variables: it is not subscribed to", topic.name)
                 continue
-            self._node.subscribe(
-                topic.topic,
-                load_message_class(_CLASSES[topic.kind]),
-                partial(self._receive, readers[topic.kind], topic),
-                queue_size=topic.queue_size,
-                tcp_nodelay=topic.nodelay,
-            )
-        stamped = load_message_class("geometry_msgs/PoseWithCovarianceStamped")
-        self._node.subscribe("set_pose", stamped, self._set_pose, queue_size=1)
-        self._serve("set_pose", "robot_localization/SetPose", lambda request: self._set_pose(request.pose))
-        self._serve("~toggle", "robot_localization/ToggleFilterProcessing", self._toggle)
-        if self._control is not None:
-            kind = "TwistStamped" if self._settings.is_command_stamped else "Twist"
-            command = load_message_class(f"geometry_msgs/{kind}")
-            self._node.subscribe("cmd_vel", command, partial(self._on_command, self._control), queue_size=1)
-
-    def _serve(self, name: str, type_name: str, handle: Callable[[Any], bool | None]) -> None:
-        """Offer a service; the result of `handle`, if any, is the only field of the response."""
-        service_class = load_service_class(type_name)
-
-        def respond(request: Any) -> Any:
-            answer = handle(request)
-            return service_class._response_class(*([] if answer is None else [answer]))
-
-        self._node.serve(name, service_class, respond)
+            kind = KINDS.index(topic.kind)
+            take = partial(self._receive, readers[kind], topic)
+            size, nodelay = topic.queue_size, topic.nodelay
+            message = load_message_class(_TYPES[kind])
+            node.subscribe(topic.topic, message, take, queue_size=size, tcp_nodelay=nodelay)
+        subscribe(node, "set_pose", _TYPES[1], self._set_pose)
+        service = "robot_localization/SetPose"
+        serve(node, "set_pose", service, lambda request: self._set_pose(request.pose))
+        serve(node, "~toggle", "robot_localization/ToggleFilterProcessing", self._toggle)
+        if control is not None:
+            command = f"geometry_msgs/Twist{'Stamped' * self._settings.stamped_control}"
+            subscribe(node, "cmd_vel", command, partial(self._on_command, control))
 
     # -- services ----------------------------------------------------------------
 
     def _start(self) -> None:
-        period_ns = round(1e9 / self._settings.frequency)
-        self._timer = Timer(self._node.clock, period_ns, lambda _: self._cycle(), reset=True, name="filter")
-
-    def _enable(self, _: Any) -> None:
         with self._lock:
-            if self._timer is None:
-                self._start()
+            if not self._is_started:
+                self._is_started = True
+                self._schedule.every(1.0 / self._settings.frequency, self._cycle)
 
     def _toggle(self, request: Any) -> bool:
         with self._lock:
@@ -134,7 +122,7 @@ class FilterNode:
     # -- inputs ------------------------------------------------------------------
 
     def _find(self, target: str, source: str, stamp_ns: int) -> Pose | None:
-        return self._frames.find(target, source.lstrip("/"), stamp_ns, self._settings.tf_timeout_s)
+        return self._frames.find(target, source.lstrip("/"), stamp_ns, self._settings.transform_timeout)
 
     def _now_s(self) -> float:
         return seconds(self._node.clock.now_ns())
@@ -172,34 +160,27 @@ class FilterNode:
             self._add(self._readings.twist(sensor, frame, stamp_ns, twist, _square(given.covariance, 6)))
 
     def _on_imu(self, topic: Topic, message: Any, stamp_ns: int) -> None:
-        frame = message.header.frame_id
-        attitude = None
+        frame, attitude = message.header.frame_id, None
         if not _is_missing(message.orientation_covariance):
             attitude = self._posed(None, message.orientation)
             if self._is_expected(topic.pose, stamp_ns):
-                covariance = np.zeros((6, 6))
-                covariance[3:, 3:] = _square(message.orientation_covariance, 3)
+                covariance = _rotational(message.orientation_covariance)
                 self._add(self._readings.attitude(topic.pose, frame, stamp_ns, attitude, covariance))
-        rates = message.angular_velocity_covariance
+        rates, forces = message.angular_velocity_covariance, message.linear_acceleration_covariance
         if not _is_missing(rates) and self._is_expected(topic.twist, stamp_ns):
-            covariance = np.zeros((6, 6))
-            covariance[3:, 3:] = _square(rates, 3)
-            turning = message.angular_velocity
-            twist = np.array([0.0, 0.0, 0.0, turning.x, turning.y, turning.z])
-            self._add(self._readings.twist(topic.twist, frame, stamp_ns, twist, covariance))
-        uncertainty = message.linear_acceleration_covariance
-        if not _is_missing(uncertainty) and self._is_expected(topic.acceleration, stamp_ns):
-            pushing = message.linear_acceleration
-            acceleration = np.array([pushing.x, pushing.y, pushing.z])
-            square = _square(uncertainty, 3)
-            sensor = topic.acceleration
-            self._add(self._readings.acceleration(sensor, frame, stamp_ns, acceleration, square, attitude))
+            twist = np.array((0.0, 0.0, 0.0, *vector_of(message.angular_velocity)))
+            self._add(self._readings.twist(topic.twist, frame, stamp_ns, twist, _rotational(rates)))
+        sensor = topic.acceleration
+        if not _is_missing(forces) and self._is_expected(sensor, stamp_ns):
+            force = np.array(vector_of(message.linear_acceleration))
+            square = _square(forces, 3)
+            self._add(self._readings.acceleration(sensor, frame, stamp_ns, force, square, attitude))
 
     def _posed(self, position: Any, orientation: Any) -> Pose:
         """Return a pose with a normalized quaternion; warn if its norm is wrong."""
         x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
         norm = float(np.sqrt(x * x + y * y + z * z + w * w))
-        place = (0.0, 0.0, 0.0) if position is None else (position.x, position.y, position.z)
+        place = (0.0, 0.0, 0.0) if position is None else vector_of(position)
         if norm == 0.0:
             return (*place, *IDENTITY[3:])
         if abs(norm - 1.0) > 0.01:
@@ -211,7 +192,7 @@ class FilterNode:
         if not sensor.flags.any():
             return False
         if stamp_ns < self._last_stamps.get(sensor.source, 0):
-            if self._settings.resets_on_jump and self._node.clock.is_simulated:
+            if self._settings.reset_on_time_jump and self._node.clock.is_simulated:
                 self._reset()
             else:
                 self._health.warn(sensor.source, "a message is older than the previous one: it is ignored")
@@ -235,16 +216,13 @@ class FilterNode:
 
     def _on_command(self, control: Control, message: Any) -> None:
         with self._lock:
-            if not self._settings.is_command_stamped:
+            if not self._settings.stamped_control:
                 command = Command(_six(message), self._now_s())
-            elif message.header.frame_id.lstrip("/") in ("", self._settings.base_frame):
+            elif message.header.frame_id.lstrip("/") in ("", self._settings.base_link_frame):
                 command = Command(_six(message.twist), seconds(in_ns(message.header.stamp)))
             else:
-                self._log.warning(
-                    "commands must be in the frame %s, got one in %s",
-                    self._settings.base_frame,
-                    message.header.frame_id,
-                )
+                frames = self._settings.base_link_frame, message.header.frame_id
+                self._log.warning("commands must be in the frame %s, got one in %s", *frames)
                 return
             control.command = command
 
@@ -266,15 +244,18 @@ class FilterNode:
             self._rates = now_s, kalman.state[RATES].copy()
             if now_s > before_s:
                 self._readings.angular_acceleration = (self._rates[1] - rates) / (now_s - before_s)
-            if self._estimates.publish(
-                self._timeline.time_s, kalman, self._readings.angular_acceleration, now_s - before_s
-            ):
+            turning, time_s = self._readings.angular_acceleration, self._timeline.time_s
+            if self._estimates.publish(time_s, kalman, turning, now_s - before_s):
                 self._health.tick()
 
 
 def _six(twist: Any) -> Array:
-    line, turn = twist.linear, twist.angular
-    return np.array([line.x, line.y, line.z, turn.x, turn.y, turn.z])
+    return np.array((*vector_of(twist.linear), *vector_of(twist.angular)))
+
+
+def _rotational(covariance: Any) -> Array:
+    """Return a covariance of rotations, 3 x 3, as a part of one of 6 x 6."""
+    return np.pad(_square(covariance, 3), ((3, 0), (3, 0)))
 
 
 def _square(values: Any, size: int) -> Array:
@@ -283,3 +264,8 @@ def _square(values: Any, size: int) -> Array:
 
 def _is_missing(covariance: Any) -> bool:
     return bool(abs(covariance[0] + 1) < 1e-9)
+
+
+def main(name: str) -> int:
+    """Run `ekf_localization_node` or `ukf_localization_node`. Return 1 if a parameter is invalid."""
+    return run_node(name, "robot_localization", partial(FilterNode, unscented=name.startswith("ukf")))

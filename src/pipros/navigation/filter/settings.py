@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import takewhile
 from math import inf
 from typing import Any, Final
 
@@ -11,7 +12,7 @@ import numpy as np
 from pipros.navigation.filter.control import Control
 from pipros.navigation.filter.kalman import DEFAULT_COVARIANCE, DEFAULT_PROCESS_NOISE, ExtendedKalmanFilter
 from pipros.navigation.filter.measurements import Input
-from pipros.navigation.filter.state import POSE, SIZE, TWIST, Array
+from pipros.navigation.filter.state import ACCELERATION, ANGLES, POSE, RATES, SIZE, TWIST, Array
 from pipros.navigation.filter.timeline import Timeline
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
 from pipros.navigation.parameters import InvalidParameter, Parameters
@@ -47,27 +48,27 @@ class Topic:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """The settings of a node, without those of the filter itself. Times are in seconds."""
+    """The parameters under their names, without those of the filter itself. Times are in seconds."""
 
-    frequency: float
-    map_frame: str
-    odom_frame: str
-    base_frame: str
-    base_frame_output: str
-    world_frame: str
-    publishes_tf: bool
-    inverts_tf: bool
-    publishes_acceleration: bool
-    publishes_corrections: bool
-    tf_offset_s: float
-    tf_timeout_s: float
-    has_diagnostics: bool
-    gravity: float
-    resets_on_jump: bool
-    is_disabled: bool
-    in_plane: bool
-    is_command_stamped: bool
-    topics: tuple[Topic, ...]
+    frequency: float = 30.0
+    map_frame: str = "map"
+    odom_frame: str = "odom"
+    base_link_frame: str = "base_link"
+    base_link_frame_output: str = ""
+    world_frame: str = ""
+    publish_tf: bool = True
+    invert_tf: bool = False
+    publish_acceleration: bool = False
+    permit_corrected_publication: bool = False
+    transform_time_offset: float = 0.0
+    transform_timeout: float = 0.0
+    print_diagnostics: bool = True
+    gravitational_acceleration: float = 9.80665
+    reset_on_time_jump: bool = False
+    disabled_at_startup: bool = False
+    two_d_mode: bool = False
+    stamped_control: bool = False
+    topics: tuple[Topic, ...] = ()
 
 
 def read_settings(parameters: Parameters, prefix: str) -> Settings:
@@ -81,37 +82,19 @@ def read_settings(parameters: Parameters, prefix: str) -> Settings:
         given = parameters.text(name, default).lstrip("/")
         return f"{prefix.strip('/')}/{given}" if prefix.strip("/") and given else given
 
-    map_frame, odom_frame = frame("map_frame", "map"), frame("odom_frame", "odom")
-    base = frame("base_link_frame", "base_link")
-    output = frame("base_link_frame_output", parameters.text("base_link_frame", "base_link"))
-    if len({map_frame, odom_frame, base}) < 3 or output in (map_frame, odom_frame):
-        raise InvalidParameter(
-            f"map_frame, odom_frame and base_link_frame must differ, got {map_frame}, {odom_frame}, {base}"
-        )
-    frequency = parameters.number("frequency", 30.0)
-    if not 0 < frequency < inf:
-        raise InvalidParameter(f"~frequency must be > 0, got {frequency}")
-    return Settings(
-        frequency=frequency,
-        map_frame=map_frame,
-        odom_frame=odom_frame,
-        base_frame=base,
-        base_frame_output=output,
-        world_frame=frame("world_frame", parameters.text("odom_frame", "odom")),
-        publishes_tf=parameters.boolean("publish_tf", True),
-        inverts_tf=parameters.boolean("invert_tf", False),
-        publishes_acceleration=parameters.boolean("publish_acceleration", False),
-        publishes_corrections=parameters.boolean("permit_corrected_publication", False),
-        tf_offset_s=parameters.number("transform_time_offset", 0.0),
-        tf_timeout_s=parameters.number("transform_timeout", 0.0),
-        has_diagnostics=parameters.boolean("print_diagnostics", True),
-        gravity=parameters.number("gravitational_acceleration", 9.80665),
-        resets_on_jump=parameters.boolean("reset_on_time_jump", False),
-        is_disabled=parameters.boolean("disabled_at_startup", False),
-        in_plane=parameters.boolean("two_d_mode", False),
-        is_command_stamped=parameters.boolean("stamped_control", False),
-        topics=tuple(_read_topics(parameters)),
-    )
+    base, odom = parameters.text("base_link_frame", "base_link"), parameters.text("odom_frame", "odom")
+    usual = {"map": "map", "odom": "odom", "base_link": "base_link", "world": odom}
+    frames = {f"{name}_frame": frame(f"{name}_frame", default) for name, default in usual.items()}
+    output = frame("base_link_frame_output", base)
+    fixed = frames["map_frame"], frames["odom_frame"], frames["base_link_frame"]
+    if len(set(fixed)) < 3 or output in fixed[:2]:
+        names = "map_frame, odom_frame and base_link_frame"
+        raise InvalidParameter(f"{names} must differ, got {', '.join(fixed)}")
+    topics = tuple(_read_topics(parameters))
+    settings = parameters.read(Settings, **frames, base_link_frame_output=output, topics=topics)
+    if not 0 < settings.frequency < inf:
+        raise InvalidParameter(f"~frequency must be > 0, got {settings.frequency}")
+    return settings
 
 
 def make_timeline(parameters: Parameters, *, unscented: bool) -> Timeline:
@@ -130,12 +113,10 @@ def make_timeline(parameters: Parameters, *, unscented: bool) -> Timeline:
     }
     if parameters.boolean("use_control", False):
         options["control"] = _read_control(parameters, timeout_s)
-    kalman: ExtendedKalmanFilter
     if unscented:
-        spread = {name: parameters.number(name, default) for name, default in _SPREAD.items()}
-        kalman = UnscentedKalmanFilter(**spread, **options)
-    else:
-        kalman = ExtendedKalmanFilter(**options)
+        spread = {"alpha": 0.001, "kappa": 0.0, "beta": 2.0}
+        options |= {name: parameters.number(name, default) for name, default in spread.items()}
+    kalman = (UnscentedKalmanFilter if unscented else ExtendedKalmanFilter)(**options)
     smooths = parameters.boolean("smooth_lagged_data", False)
     return Timeline(
         kalman,
@@ -145,33 +126,28 @@ def make_timeline(parameters: Parameters, *, unscented: bool) -> Timeline:
     )
 
 
-_SPREAD: Final = {"alpha": 0.001, "kappa": 0.0, "beta": 2.0}
-
-
 def _square(parameters: Parameters, name: str, default: Array) -> Array:
     return np.array(parameters.numbers(name, SIZE * SIZE, default.ravel().tolist())).reshape(SIZE, SIZE)
 
 
 def _read_control(parameters: Parameters, timeout_s: float) -> Control:
-    limits = parameters.numbers("acceleration_limits", 6, [1.0] * 6)
-    gains = parameters.numbers("acceleration_gains", 6, [1.0] * 6)
-    return Control(
-        flags=np.array(parameters.booleans("control_config", 6)),
-        acceleration_limits=np.array(limits),
-        acceleration_gains=np.array(gains),
-        deceleration_limits=np.array(parameters.numbers("deceleration_limits", 6, limits)),
-        deceleration_gains=np.array(parameters.numbers("deceleration_gains", 6, gains)),
-        timeout_s=parameters.number("control_timeout", timeout_s),
+    def six(name: str, default: Any) -> Any:
+        return np.array(parameters.numbers(name, 6, default))
+
+    limits, gains = (six(f"acceleration_{name}", (1.0,) * 6) for name in ("limits", "gains"))
+    slower = six("deceleration_limits", tuple(limits)), six("deceleration_gains", tuple(gains))
+    flags, timeout_s = (
+        parameters.booleans("control_config", 6),
+        parameters.number("control_timeout", timeout_s),
     )
+    return Control(np.array(flags), limits, gains, *slower, timeout_s)
 
 
 def _read_topics(parameters: Parameters) -> list[Topic]:
     found = []
     for kind in KINDS:
-        for number in range(INPUTS):
-            if not parameters.has(f"{kind}{number}"):
-                break
-            found.append(_read_topic(parameters, kind, f"{kind}{number}"))
+        names = takewhile(parameters.has, (f"{kind}{number}" for number in range(INPUTS)))
+        found += [_read_topic(parameters, kind, name) for name in names]
     return found
 
 
@@ -186,32 +162,27 @@ def _read_topic(parameters: Parameters, kind: str, name: str) -> Topic:
         selected[indices] = flags[indices]
         return Input(f"{name}_{suffix}", selected, parameters.number(f"{name}_{threshold}", inf), **options)
 
-    several = kind in ("odom", "imu")
-    nothing = slice(0, 0)
+    several, nothing = kind in ("odom", "imu"), slice(0, 0)
+    pose, twist, acceleration = {
+        "odom": (POSE, TWIST, nothing),
+        "pose": (POSE, nothing, nothing),
+        "twist": (nothing, TWIST, nothing),
+        "imu": (ANGLES, RATES, ACCELERATION),
+    }[kind]
+    limits = [
+        f"{part}_rejection_threshold" if several else "rejection_threshold" for part in ("pose", "twist")
+    ]
+    is_free = parameters.boolean(f"{name}_remove_gravitational_acceleration", False)
+    pushes = {"is_relative": relative, "removes_gravity": is_free}
+    moves = {"is_differential": differential, "is_relative": relative and not differential}
     return Topic(
-        kind=kind,
-        name=name,
+        kind,
+        name,
         topic=parameters.text(name, ""),
         queue_size=max(parameters.integer(f"{name}_queue_size", 1), 1),
         nodelay=parameters.boolean(f"{name}_nodelay", False),
         uses_child_frame=parameters.boolean(f"{name}_pose_use_child_frame", False),
-        pose=part(
-            "pose",
-            {"twist": nothing, "imu": slice(3, 6)}.get(kind, POSE),
-            "pose_rejection_threshold" if several else "rejection_threshold",
-            is_differential=differential,
-            is_relative=relative and not differential,
-        ),
-        twist=part(
-            "twist",
-            {"pose": nothing, "imu": slice(9, 12)}.get(kind, TWIST),
-            "twist_rejection_threshold" if several else "rejection_threshold",
-        ),
-        acceleration=part(
-            "acceleration",
-            slice(12, 15) if kind == "imu" else nothing,
-            "linear_acceleration_rejection_threshold",
-            is_relative=relative,
-            removes_gravity=parameters.boolean(f"{name}_remove_gravitational_acceleration", False),
-        ),
+        pose=part("pose", pose, limits[0], **moves),
+        twist=part("twist", twist, limits[1]),
+        acceleration=part("acceleration", acceleration, "linear_acceleration_rejection_threshold", **pushes),
     )

@@ -5,10 +5,3 @@ topics and transforms. Poses are those of the laser: x, y in metres and yaw in r
 G. Grisetti, C. Stachniss and W. Burgard, Improved Techniques for Grid Mapping With Rao-Blackwellized Particle
 Filters, IEEE Transactions on Robotics 23 (2007).
 """
-
-from pipros.navigation.extras import missing_extra
-
-try:
-    import numpy as numpy  # the import error is raised here for all modules in the package
-except ImportError as error:
-    raise missing_extra(error) from error

@@ -52,9 +52,7 @@ class HitMaps:
         self._delta = delta
         self._table = np.zeros((particles, 1, 1), np.int64)
         self._row = self._column = 0  # block of the table's first row and column
-        self._hits = np.zeros((64, _AREA), np.int32)
-        self._x = np.zeros((64, _AREA))
-        self._y = np.zeros((64, _AREA))
+        self._pools: list[Any] = [np.zeros((64, _AREA), kind) for kind in (np.int32, float, float)]
 
     def resample(self, chosen: Cells) -> None:
         """Replace the particles by copies of the chosen ones."""
@@ -77,11 +75,10 @@ class HitMaps:
         block = self._table[particles, places[0], places[1]]
         flat = block * _AREA + (rows % SIDE) * SIDE + columns % SIDE
         cells, member, counts = np.unique(flat, return_inverse=True, return_counts=True)
-        hits = self._hits.ravel()
+        hits, *pools = (pool.ravel() for pool in self._pools)
         before = hits[cells]
         hits[cells] += counts.astype(np.int32)
-        for pool, values in ((self._x, x), (self._y, y)):
-            means = pool.ravel()
+        for means, values in zip(pools, (x, y), strict=True):
             means[cells] = (means[cells] * before + np.bincount(member.ravel(), values)) / hits[cells]
 
     def _cover(self, rows: Cells, columns: Cells) -> None:
@@ -97,19 +94,18 @@ class HitMaps:
     def _make_own(self, codes: Cells) -> None:
         """Give places in the tables (flat indexes) blocks that no other particle has."""
         table = self._table.reshape(-1)
-        users = np.bincount(table, minlength=len(self._hits))
+        users = np.bincount(table, minlength=len(self._pools[0]))
         codes = codes[(table[codes] == 0) | (users[table[codes]] > 1)]
         free = np.flatnonzero(users == 0)
         free = free[free > 0]
         lacking = len(codes) - len(free)
         if lacking > 0:
-            more = max(lacking, len(self._hits))
-            free = np.concatenate((free, np.arange(len(self._hits), len(self._hits) + more)))
-            self._hits = np.concatenate((self._hits, np.zeros((more, _AREA), np.int32)))
-            self._x = np.concatenate((self._x, np.zeros((more, _AREA))))
-            self._y = np.concatenate((self._y, np.zeros((more, _AREA))))
+            more = np.arange(len(users), len(users) + max(lacking, len(users)))
+            free = np.concatenate((free, more))
+            self._pools = [np.pad(pool, ((0, len(more)), (0, 0))) for pool in self._pools]
         new, old = free[: len(codes)], table[codes]
-        self._hits[new], self._x[new], self._y[new] = self._hits[old], self._x[old], self._y[old]
+        for pool in self._pools:
+            pool[new] = pool[old]
         table[codes] = new
         self._table = table.reshape(self._table.shape)
 
@@ -128,11 +124,7 @@ class HitMaps:
         blocks = table[:, min(bottom, table.shape[1] - 1) : top, min(left, table.shape[2] - 1) : right]
         count, tall, wide = blocks.shape
 
-        def dense(pool: Any) -> Any:
-            parts = pool[blocks].reshape(count, tall, wide, SIDE, SIDE)
-            return parts.transpose(0, 1, 3, 2, 4).reshape(count, tall * SIDE, wide * SIDE)
-
-        origin = row + min(bottom, table.shape[1] - 1), column + min(left, table.shape[2] - 1)
-        return Window(
-            dense(self._hits) > 0, dense(self._x), dense(self._y), origin[0] * SIDE, origin[1] * SIDE
-        )
+        parts = (pool[blocks].reshape(count, tall, wide, SIDE, SIDE) for pool in self._pools)
+        hits, x, y = (each.swapaxes(2, 3).reshape(count, tall * SIDE, wide * SIDE) for each in parts)
+        row, column = row + min(bottom, table.shape[1] - 1), column + min(left, table.shape[2] - 1)
+        return Window(hits > 0, x, y, row * SIDE, column * SIDE)

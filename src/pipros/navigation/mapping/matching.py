@@ -13,12 +13,9 @@ from math import sqrt
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pipros.navigation.mapping.hit_maps import Cells, HitMaps, Window, cells_of
+from pipros.navigation.mapping.hit_maps import Array, Cells, HitMaps, Window, cells_of
 from pipros.navigation.mapping.settings import Settings
-
-Array = NDArray[np.float64]
 
 CHUNK: Final = 8
 """Particles that are matched at the same time: their parts of the maps fit into the processor's cache."""

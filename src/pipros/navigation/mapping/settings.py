@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Final
 
@@ -67,13 +67,7 @@ def read_settings(parameters: Parameters) -> Settings:
     Raises:
         InvalidParameter: the node cannot run with a parameter.
     """
-    readers = {int: parameters.integer, float: parameters.number, str: parameters.text}
-    usual = Settings()
-    read = {}
-    for each in fields(usual):
-        default = getattr(usual, each.name)
-        read[each.name] = readers[type(default)](each.name, default)  # type: ignore[operator]
-    settings = Settings(**read)
+    settings = parameters.read(Settings)
     if not isfinite(settings.tf_delay):
         settings = replace(settings, tf_delay=settings.transform_publish_period)
     for name in ("delta", "sigma", "lsigma", "ogain", "lstep", "astep", "particles", "throttle_scans"):

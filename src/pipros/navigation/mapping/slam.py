@@ -9,15 +9,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pipros.navigation.mapping.hit_maps import HitMaps
+from pipros.navigation.mapping.hit_maps import Array, HitMaps
 from pipros.navigation.mapping.matching import Matcher
 from pipros.navigation.mapping.settings import Settings
 from pipros.navigation.mapping.survey import Step
-
-Array = NDArray[np.float64]
-Pose2 = tuple[float, float, float]
+from pipros.navigation.plane import Triple
 
 
 class GridSlam:
@@ -28,7 +25,7 @@ class GridSlam:
         steps: the last step on each particle's trajectory.
     """
 
-    def __init__(self, settings: Settings, angles: Array, start: Pose2, rng: np.random.Generator) -> None:
+    def __init__(self, settings: Settings, angles: Array, start: Triple, rng: np.random.Generator) -> None:
         """Start all particles at a pose, the laser's pose in the odometry frame."""
         count = settings.particles
         self._settings, self._angles, self._rng = settings, angles, rng
@@ -53,7 +50,7 @@ class GridSlam:
             shares = self._logs / self._logs.sum()
             return float(-(shares * np.log(shares)).sum())
 
-    def scan(self, odometry: Pose2, ranges: Array, time_s: float) -> bool:
+    def scan(self, odometry: Triple, ranges: Array, time_s: float) -> bool:
         """Move the particles; process the scan if it is the first, or after a motion or some time.
 
         Args:
@@ -83,7 +80,7 @@ class GridSlam:
         """Match a scan without any effect, to measure how long it takes."""
         self._matcher.match(self._maps, self.poses + np.array((0.1, 0.1, 0.1)), ranges)
 
-    def _move(self, odometry: Pose2) -> None:
+    def _move(self, odometry: Triple) -> None:
         """Move the particles by the odometry's motion, with noise in their own frames."""
         settings, (x, y, yaw) = self._settings, self._odometry
         east, north, turn = odometry[0] - x, odometry[1] - y, math.remainder(odometry[2] - yaw, math.tau)

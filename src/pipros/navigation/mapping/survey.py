@@ -8,10 +8,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from pipros.navigation.costmap.grid import line_cells
+from pipros.navigation.mapping.hit_maps import Array, Cells, cells_of
 from pipros.navigation.mapping.settings import Settings
-
-Array = NDArray[np.float64]
-Cells = NDArray[np.int64]
 
 GROWTH_M: Final = 10.0
 """How far the map grows beyond a scan that leaves it."""
@@ -80,16 +79,15 @@ class Survey:
         angles = self._angles[is_used] + yaw
         ends_x, ends_y = x + reach * np.cos(angles), y + reach * np.sin(angles)
         self._grow(min(x, *ends_x, x), min(y, *ends_y, y), max(x, *ends_x, x), max(y, *ends_y, y))
-        columns, rows = self._cells(ends_x, 0), self._cells(ends_y, 1)
-        start = int(self._cells(np.array(y), 1)), int(self._cells(np.array(x), 0))
-        self._count(self._visits, *_lines(*start, rows, columns), sign)
+        (columns, column), (rows, row) = (
+            (cells_of(ends - start, settings.delta), int(cells_of(np.array(place - start), settings.delta)))
+            for ends, place, start in ((ends_x, x, self.origin[0]), (ends_y, y, self.origin[1]))
+        )
+        passed_columns, passed_rows = line_cells(column, row, columns, rows)
+        self._count(self._visits, passed_rows, passed_columns, sign)
         is_end = reach < settings.maxUrange
-        for counts in (self._visits, self._hits):
-            self._count(counts, rows[is_end], columns[is_end], sign)
-
-    def _cells(self, positions: Array, axis: int) -> Cells:
-        found: Cells = np.floor((positions - self.origin[axis]) / self._settings.delta + 0.5).astype(np.int64)
-        return found
+        self._count(self._visits, rows[~is_end], columns[~is_end], -sign)  # beyond the end of a long beam
+        self._count(self._hits, rows[is_end], columns[is_end], sign)
 
     @staticmethod
     def _count(counts: NDArray[np.int32], rows: Cells, columns: Cells, sign: int) -> None:
@@ -127,19 +125,3 @@ def _path(last: Step | None) -> list[Step]:
         steps.append(last)
         last = last.parent
     return steps
-
-
-def _lines(row: int, column: int, rows: Cells, columns: Cells) -> tuple[Cells, Cells]:
-    """Return the cells of Bresenham's lines from one cell to others, without the last cell of each."""
-    down, aside = rows - row, columns - column
-    length = np.maximum(abs(down), abs(aside))
-    line = np.repeat(np.arange(len(length)), length)
-    step = np.arange(len(line)) - np.repeat(np.cumsum(length) - length, length)
-
-    def along(ends: Cells) -> Cells:
-        # The nearest cell, (2 k b + a) // 2a, for the step k of a and b = |ends|.
-        nearest = (2 * step * abs(ends[line]) + length[line]) // (2 * length[line])
-        found: Cells = np.sign(ends[line]) * nearest
-        return found
-
-    return row + along(down), column + along(aside)

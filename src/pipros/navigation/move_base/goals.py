@@ -17,8 +17,8 @@ from pipros.libraries.actions.server_goal import Event, after
 from pipros.libraries.actions.status import TERMINAL, Status
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
-from pipros.msg.time import Time
 from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import advertise, now, stamped, subscribe
 from pipros.node import Node
 
 REPLACED: Final = "This goal was canceled because another goal was recieved by the simple action server"
@@ -38,7 +38,11 @@ class Goal:
 
 
 class GoalServer:
-    """Receives goals and cancellations, and publishes status, feedback and results."""
+    """Receives goals and cancellations, and publishes status, feedback and results.
+
+    Attributes:
+        is_cancelled: whether the current goal should end, because a client cancelled it.
+    """
 
     def __init__(
         self, node: Node, name: str, action: str, schedule: Schedule, on_goal: Callable[[], object]
@@ -48,27 +52,19 @@ class GoalServer:
         Args:
             on_goal: called, without a lock, after each message with a goal.
         """
-        self._node, self._notify = node, on_goal
+        self._node, self._action, self._notify = node, action, on_goal
         self._lock = threading.RLock()
         self._current: Goal | None = None
         self._next: Goal | None = None
-        self._is_cancelled = self._is_next_cancelled = False
+        self.is_cancelled = self._is_next_cancelled = False
         self._last_cancel_ns = self._count = 0
-        limits = node.limits
-        self._goals: GoalTable[Goal] = GoalTable(
-            limits.goals, limits.name_characters, lambda goal: goal.ended_ns > 0
-        )
-        self._status_class: Any = load_message_class("actionlib_msgs/GoalStatus")
-        self._array_class: Any = load_message_class("actionlib_msgs/GoalStatusArray")
-        self._result_class: Any = load_message_class(f"{action}ActionResult")
-        self._feedback_class: Any = load_message_class(f"{action}ActionFeedback")
-        self._statuses = node.advertise(f"{name}/status", self._array_class, queue_size=50, latch=True)
-        self._results = node.advertise(f"{name}/result", self._result_class, queue_size=50)
-        self._feedback = node.advertise(f"{name}/feedback", self._feedback_class, queue_size=50)
-        goal_class: Any = load_message_class(f"{action}ActionGoal")
-        cancel_class: Any = load_message_class("actionlib_msgs/GoalID")
-        node.subscribe(f"{name}/goal", goal_class, self._on_goal, queue_size=50)
-        node.subscribe(f"{name}/cancel", cancel_class, self._on_cancel, queue_size=50)
+        sizes = node.limits.goals, node.limits.name_characters
+        self._goals: GoalTable[Goal] = GoalTable(*sizes, lambda goal: goal.ended_ns > 0)
+        self._statuses = advertise(node, f"{name}/status", "actionlib_msgs/GoalStatusArray", 50, latch=True)
+        self._results = advertise(node, f"{name}/result", f"{action}ActionResult", 50)
+        self._feedback = advertise(node, f"{name}/feedback", f"{action}ActionFeedback", 50)
+        subscribe(node, f"{name}/goal", f"{action}ActionGoal", self._on_goal, 50)
+        subscribe(node, f"{name}/cancel", "actionlib_msgs/GoalID", self._on_cancel, 50)
         schedule.every(_STATUS_S, self._publish_statuses)
         self._publish_statuses()
 
@@ -79,16 +75,9 @@ class GoalServer:
         return self._next is not None
 
     @property
-    def is_cancelled(self) -> bool:
-        """Whether the current goal should end, because a client cancelled it."""
-        return self._is_cancelled
-
-    @property
     def is_active(self) -> bool:
-        return self._current is not None and self._current.status.status in (
-            Status.ACTIVE,
-            Status.PREEMPTING,
-        )
+        status = None if self._current is None else self._current.status.status
+        return status in (Status.ACTIVE, Status.PREEMPTING)
 
     def accept(self) -> Any:
         """Accept the new goal, and return its content. A goal that is active ends as PREEMPTED."""
@@ -99,7 +88,7 @@ class GoalServer:
             if self.is_active:
                 self._end(self._current, Event.CANCEL, REPLACED)
             self._current = goal
-            self._is_cancelled, self._is_next_cancelled = self._is_next_cancelled, False
+            self.is_cancelled, self._is_next_cancelled = self._is_next_cancelled, False
             self._change(goal, Event.ACCEPT, _ACCEPTED)
             self._publish_statuses()
             return goal.content
@@ -107,15 +96,18 @@ class GoalServer:
     def end(self, event: Event, text: str) -> None:
         """End the current goal."""
         with self._lock:
-            self._is_cancelled = False
+            self.is_cancelled = False
             self._end(self._current, event, text)
 
     def publish_feedback(self, fields: Any) -> None:
         """Publish the feedback of the current goal."""
         if self._current is not None and self._feedback.connection_count:
-            message = self._feedback_class(status=deepcopy(self._current.status), feedback=fields)
-            message.header.stamp = self._now()
-            self._feedback.publish(message)
+            self._publish(
+                self._feedback,
+                f"{self._action}ActionFeedback",
+                status=deepcopy(self._current.status),
+                feedback=fields,
+            )
 
     # -- messages ----------------------------------------------------------------
 
@@ -137,8 +129,8 @@ class GoalServer:
                 stamp_s = self._node.clock.now_ns() / 1e9
                 goal_id.id = f"{self._node.name}-{self._count}-{stamp_s:.9f}"
             if not in_ns(goal_id.stamp):
-                goal_id.stamp = self._now()
-            goal = Goal(message.goal, self._status_class(goal_id, Status.PENDING, ""))
+                goal_id.stamp = now(self._node)
+            goal = Goal(message.goal, _status(goal_id, Status.PENDING))
             if not self._goals.add(goal_id.id, goal):
                 self._node.log.warning("a goal is rejected: there are too many, or its ID is too long")
                 self._end(goal, Event.REJECT, "this action server has too many goals")
@@ -154,12 +146,11 @@ class GoalServer:
             stamp_ns = in_ns(message.stamp)
             for goal in self._goals.meant_by(message.id, stamp_ns, _stamp_of):
                 if self._change(goal, Event.CANCEL_REQUESTED, goal.status.text):
-                    self._is_cancelled |= goal is self._current
+                    self.is_cancelled |= goal is self._current
                     self._is_next_cancelled |= goal is self._next
             if message.id and self._goals.find(message.id) is None:
-                expected = Goal(None, self._status_class(message, Status.RECALLING, ""))
-                expected.ended_ns = self._node.clock.now_ns() or 1
-                self._goals.add(message.id, expected)
+                expected = _status(message, Status.RECALLING)
+                self._goals.add(message.id, Goal(None, expected, self._node.clock.now_ns() or 1))
             self._last_cancel_ns = max(self._last_cancel_ns, stamp_ns)
             self._publish_statuses()
 
@@ -176,21 +167,22 @@ class GoalServer:
 
     def _end(self, goal: Goal | None, event: Event, text: str) -> None:
         if goal is not None and self._change(goal, event, text):
-            message = self._result_class(status=deepcopy(goal.status))
-            message.header.stamp = self._now()
-            self._results.publish(message)
+            self._publish(self._results, f"{self._action}ActionResult", status=deepcopy(goal.status))
             self._publish_statuses()
 
     def _publish_statuses(self) -> None:
         with self._lock:
             now_ns = self._node.clock.now_ns()
             self._goals.keep(lambda goal: not goal.ended_ns or goal.ended_ns + _KEPT_NS >= now_ns)
-            message = self._array_class(status_list=[deepcopy(goal.status) for goal in self._goals])
-            message.header.stamp = self._now()
-            self._statuses.publish(message)
+            listed = [deepcopy(goal.status) for goal in self._goals]
+            self._publish(self._statuses, "actionlib_msgs/GoalStatusArray", status_list=listed)
 
-    def _now(self) -> Time:
-        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
+    def _publish(self, publisher: Any, kind: str, **fields: Any) -> None:
+        publisher.publish(stamped(kind, "", now(self._node), **fields))
+
+
+def _status(goal_id: Any, status: Status) -> Any:
+    return load_message_class("actionlib_msgs/GoalStatus")(goal_id, int(status), "")
 
 
 def _stamp_of(goal: Goal) -> int:

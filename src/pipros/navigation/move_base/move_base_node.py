@@ -14,7 +14,6 @@ from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.messages import in_ns, pose_of
 from pipros.libraries.transforms.pose import composed
 from pipros.msg import load_message_class
-from pipros.msg.time import Time
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.layered import Pose2D
@@ -29,7 +28,9 @@ from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.navigation.plane import Poses, Triple
+from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import advertise, now, subscribe
 from pipros.node import Node
 
 BAD_QUATERNION = End(Event.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
@@ -50,53 +51,44 @@ class MoveBase:
         given = read_parameters(node, "~")
         self._is_strict = given.boolean("strict", False)
         self._lock = threading.RLock()
-        names = plugins.GLOBAL_PLANNER, "base_local_planner/TrajectoryPlannerROS"
         self._check_planners(
-            given.text("base_global_planner", names[0]), given.text("base_local_planner", names[1])
+            given.text("base_global_planner", plugins.GLOBAL_PLANNER),
+            given.text("base_local_planner", "base_local_planner/TrajectoryPlannerROS"),
         )
-        twist: Any = load_message_class("geometry_msgs/Twist")
-        stamped: Any = load_message_class("geometry_msgs/PoseStamped")
-        self._velocities = node.advertise("cmd_vel", twist, queue_size=1)
-        self._current_goal = node.advertise("~current_goal", stamped, queue_size=None)
-        self._recoveries = node.advertise(
-            "move_base/recovery_status", load_message_class("move_base_msgs/RecoveryStatus"), queue_size=1
-        )
-        self._goal_class: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")
-        self._forwarded = node.advertise("move_base/goal", self._goal_class, queue_size=1)
-        self._feedback_class: Any = load_message_class("move_base_msgs/MoveBaseFeedback")
-
-        frames = Frames(node, log)
-        self._frames = frames
-        self._global_map = Costmap(node, log, frames, schedule, "global_costmap")
+        stamped = "geometry_msgs/PoseStamped"
+        self._velocities = advertise(node, "cmd_vel", "geometry_msgs/Twist")
+        self._current_goal = advertise(node, "~current_goal", stamped, None)
+        self._recoveries = advertise(node, "move_base/recovery_status", "move_base_msgs/RecoveryStatus")
+        self._forwarded = advertise(node, "move_base/goal", "move_base_msgs/MoveBaseActionGoal")
+        self._frames = Frames(node, log)
+        self._global_map = Costmap(node, log, self._frames, schedule, "global_costmap")
         self._planner = NavfnPlanner(node, log, self._global_map)
-        self._local_map = Costmap(node, log, frames, schedule, "local_costmap")
+        self._local_map = Costmap(node, log, self._frames, schedule, "local_costmap")
         self._controller = DwaLocalPlanner(node, log, self._local_map)
+        self._maps = self._global_map, self._local_map
         self._goal: Any = None
         self._target: Triple | None = None
         self._planned_s = -math.inf
         self._values: dict[str, Any] = {}
-        self._initial: dict[str, Any] = {}
         self._machine = Machine(self, Patience())
-        self._reconfigurable = Reconfigurable(node, "~", SETTINGS, self._apply)
+        Reconfigurable(node, "~", SETTINGS, self._apply)
         radius = read_parameters(node, "~local_costmap").number("circumscribed_radius", 0.46)
-        self._plan_service = PlanService(
-            node, log, self._planner, self._global_map, self._local_map,
-            given.number("clearing_radius", radius), self._target_of, lambda: self._goals.is_active,
-        )  # fmt: skip
-        self._plan_service.settings = self._values
-        tools = Tools(node, log, self._global_map, self._local_map, self.drive)
-        self._behaviours = plugins.behaviours(
+        PlanService(
+            node, log, self._planner, self._maps, given.number("clearing_radius", radius), self._target_of,
+            lambda: self._goals.is_active,
+        ).settings = self._values  # fmt: skip
+        listed, values = (
             given.values.get("recovery_behaviors"),
             {**self._values, "circumscribed_radius": radius},
-            tools,
-            is_strict=self._is_strict,
         )
+        tools = Tools(node, log, *self._maps, self.drive)
+        self._behaviours = plugins.behaviours(listed, values, tools, is_strict=self._is_strict)
         self._rest(is_resting=True)
         self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)
         # A goal that came earlier would be lost on its way through the topic of the action.
         own = self._forwarded
         self._global_map.wait_until(lambda: own.connection_count > 0, "its own action server")
-        node.subscribe("move_base_simple/goal", stamped, self._forward, queue_size=1)
+        subscribe(node, "move_base_simple/goal", stamped, self._forward)
         period_s = self._period_s()
         self._change_planning = schedule.every(period_s, self._plan_if_due)
         self._change_cycle = schedule.every(period_s, self._cycle)
@@ -105,23 +97,19 @@ class MoveBase:
     # -- parameters --------------------------------------------------------------
 
     def _check_planners(self, global_planner: str, local_planner: str) -> None:
-        log, strict = self._log, self._is_strict
-        plugins.check_planner(
-            global_planner, plugins.GLOBAL_PLANNER, "base_global_planner", log, is_strict=strict
-        )
-        plugins.check_planner(
-            local_planner, plugins.LOCAL_PLANNER, "base_local_planner", log, is_strict=strict
-        )
+        for kind, given, ours in (
+            ("global", global_planner, plugins.GLOBAL_PLANNER),
+            ("local", local_planner, plugins.LOCAL_PLANNER),
+        ):
+            name = f"base_{kind}_planner"
+            plugins.check_planner(given, ours, name, self._log, is_strict=self._is_strict)
 
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
-        if values["restore_defaults"]:
-            values = {**self._initial, "restore_defaults": False}
         with self._lock:
             before = dict(self._values)
             self._values.update(values)
             if not before:
                 given = read_parameters(self._node, "~")
-                self._initial = dict(values)
                 patience = given.number("controller_patience", INITIAL_PATIENCE)
                 self._machine.patience = Patience.of({**values, "controller_patience": patience})
                 return values
@@ -145,8 +133,8 @@ class MoveBase:
 
     def _forward(self, message: Any) -> None:
         """Send a goal of `move_base_simple/goal` on as one of the action, with an empty ID."""
-        goal = self._goal_class()
-        goal.header.stamp, goal.goal.target_pose = self._now(), message
+        goal: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")()
+        goal.header.stamp, goal.goal.target_pose = now(self._node), message
         self._forwarded.publish(goal)
 
     def _on_goal(self) -> None:
@@ -210,14 +198,14 @@ class MoveBase:
     def _rest(self, *, is_resting: bool) -> None:
         """Stop or start the costmaps between goals, if `shutdown_costmaps` is set."""
         if self._values["shutdown_costmaps"]:
-            for costmap in (self._global_map, self._local_map):
+            for costmap in self._maps:
                 costmap.stop() if is_resting else costmap.start()
 
     def _publish_feedback(self) -> None:
         pose = self._global_map.robot_pose()
         if pose is not None:
-            stamped = plane.stamped_pose(pose, self._global_map.global_frame, self._now())
-            self._goals.publish_feedback(self._feedback_class(stamped))
+            stamped = plane.stamped_pose(pose, self._global_map.global_frame, now(self._node))
+            self._goals.publish_feedback(load_message_class("move_base_msgs/MoveBaseFeedback")(stamped))
 
     def _on_shutdown(self) -> None:
         with self._lock:
@@ -275,7 +263,7 @@ class MoveBase:
         self._log.warning("recovery behaviour [%s] runs: no progress while %s", name, trigger.name.lower())
         if self._recoveries.connection_count:
             pose = self._global_map.robot_pose() or STILL
-            stamped = plane.stamped_pose(pose, self._global_map.global_frame, self._now())
+            stamped = plane.stamped_pose(pose, self._global_map.global_frame, now(self._node))
             status: Any = load_message_class("move_base_msgs/RecoveryStatus")
             self._recoveries.publish(status(stamped, index, len(self._behaviours), name))
         self._behaviour.begin()
@@ -284,12 +272,14 @@ class MoveBase:
     def recover(self) -> bool:
         return bool(self._behaviour.recover())
 
-    def _now(self) -> Time:
-        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
-
 
 def _is_upright(turn: Any) -> bool:
     """Return whether a quaternion is finite, not too small, and keeps the z axis upright."""
     x, y, z, w = turn.x, turn.y, turn.z, turn.w
     squared = x * x + y * y + z * z + w * w
     return math.isfinite(squared) and squared >= 1e-6 and abs(1 - 2 * (x * x + y * y) / squared - 1) <= 1e-3
+
+
+def main() -> int:
+    """Run the node until it is shut down. Return 1 if a parameter is invalid."""
+    return run_node("move_base_node", "move_base", MoveBase)

@@ -16,7 +16,6 @@ BEHAVIOURS: Final[dict[str, Callable[[Tools, str], Behaviour]]] = {
     "rotate_recovery/RotateRecovery": Rotate,
 }
 _CLEAR, _ROTATE = BEHAVIOURS
-_CIRCUMSCRIBED: Final = 0.46
 _FACTOR: Final = 4.0
 """Multiple of the circumscribed radius within which the last behaviour keeps obstacles."""
 
@@ -38,17 +37,15 @@ def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, 
     log.warning("%s; [%s] runs instead, with ~%s/…", text, ours, ours.partition("/")[2])
 
 
-def default_behaviours(values: Mapping[str, Any], circumscribed: float) -> list[dict[str, Any]]:
+def _default_behaviours(values: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the list for an absent or faulty parameter, with the parameters of each behaviour."""
-    clear = {"type": _CLEAR, "reset_distance": values["conservative_reset_dist"]}
     rotate = [{"name": "rotate_recovery", "type": _ROTATE}] if values["clearing_rotation_allowed"] else []
-    aggressive = {"type": _CLEAR, "reset_distance": circumscribed * _FACTOR}
-    return [
-        {"name": "conservative_reset", **clear},
-        *rotate,
-        {"name": "aggressive_reset", **aggressive},
-        *rotate,
-    ]
+    kept = values["conservative_reset_dist"], values["circumscribed_radius"] * _FACTOR
+    one, two = (
+        {"name": f"{name}_reset", "type": _CLEAR, "reset_distance": distance}
+        for name, distance in zip(("conservative", "aggressive"), kept, strict=True)
+    )
+    return [one, *rotate, two, *rotate]
 
 
 def behaviours(given: Any, values: Mapping[str, Any], tools: Tools, *, is_strict: bool) -> dict[int, Any]:
@@ -59,8 +56,7 @@ def behaviours(given: Any, values: Mapping[str, Any], tools: Tools, *, is_strict
     """
     listed = _checked(given, tools.log, is_strict=is_strict)
     if listed is None:
-        circumscribed = values["circumscribed_radius"]
-        listed = default_behaviours(values, circumscribed)
+        listed = _default_behaviours(values)
         for each in listed:
             if "reset_distance" in each:
                 tools.node.params.set(f"~{each['name']}/reset_distance", each["reset_distance"])

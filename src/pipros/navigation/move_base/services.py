@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from pipros.msg import load_service_class
-from pipros.msg.time import Time
+from pipros.msg import load_message_class
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import FREE
 from pipros.navigation.costmap.layered import Pose2D
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.plane import Triple
+from pipros.navigation.wiring import now, serve
 from pipros.node import Node
 from pipros.node.service_server import CallFailed
 
@@ -34,8 +34,7 @@ class PlanService:
         node: Node,
         log: logging.Logger,
         planner: NavfnPlanner,
-        global_map: Costmap,
-        local_map: Costmap,
+        maps: tuple[Costmap, Costmap],
         clearing_radius: float,
         locate: Callable[[Any], Triple | None],
         is_active: Callable[[], bool],
@@ -43,22 +42,19 @@ class PlanService:
         """Offer the services.
 
         Args:
+            maps: the global and the local one.
             clearing_radius: half the side of the square that is freed around the robot, in metres.
             locate: returns a PoseStamped in the global frame, or None.
             is_active: returns whether move_base has a goal.
         """
-        self._node, self._log, self._planner = node, log, planner
-        self._maps = global_map, local_map
+        self._node, self._log, self._planner, self._maps = node, log, planner, maps
         self._radius, self._locate, self._is_active = clearing_radius, locate, is_active
-        self._plan_class: Any = load_service_class("nav_msgs/GetPlan")
-        self._empty_class: Any = load_service_class("std_srvs/Empty")
-        node.serve("~make_plan", self._plan_class, self._make_plan)
-        node.serve("~clear_costmaps", self._empty_class, self._clear)
+        serve(node, "~make_plan", "nav_msgs/GetPlan", self._make_plan)
+        serve(node, "~clear_costmaps", "std_srvs/Empty", lambda _: self._clear())
 
-    def _clear(self, _: Any) -> Any:
+    def _clear(self) -> None:
         for costmap in self._maps:
             costmap.reset_layers()
-        return self._empty_class._response_class()
 
     def _make_plan(self, request: Any) -> Any:
         if self._is_active():
@@ -72,18 +68,16 @@ class PlanService:
             raise CallFailed
         if self.settings["make_plan_clear_costmap"]:
             self._free_surroundings()
-        response = self._plan_class._response_class()
         if goal is None:
-            return response
+            return None
         for tried in (goal, *_around(goal, request.tolerance, global_map.grid.resolution)):
             plan = self._planner.make_plan(Pose2D(*start), Pose2D(*tried))
             if plan is not None:
-                stamp = Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
                 if tried != goal and self.settings["make_plan_add_unreachable_goal"]:
                     plan = np.vstack((plan, goal))
-                response.plan.poses = plane.path(plan, global_map.global_frame, stamp).poses
-                break
-        return response
+                poses = plane.path(plan, global_map.global_frame, now(self._node)).poses
+                return load_message_class("nav_msgs/Path")(poses=poses)
+        return None
 
     def _free_surroundings(self) -> None:
         for costmap in self._maps:

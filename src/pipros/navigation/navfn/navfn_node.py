@@ -8,9 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.msg import load_message_class, load_service_class
-from pipros.msg.time import Time
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import FREE, CostGrid
@@ -22,6 +19,7 @@ from pipros.navigation.parameters import read_parameters
 from pipros.navigation.plane import Poses
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import advertise, now, serve, subscribe
 from pipros.node import Node
 
 _POTENTIAL_HEIGHT_M = 20.0
@@ -38,13 +36,11 @@ class NavfnPlanner:
         given = read_parameters(node, namespace)
         self._allow_unknown = given.boolean("allow_unknown", True)
         self._tolerance = given.number("default_tolerance", 0.0)
-        self._plans = node.advertise(f"{namespace}/plan", load_message_class("nav_msgs/Path"), queue_size=1)
+        self._plans = advertise(node, f"{namespace}/plan", "nav_msgs/Path")
         self._potentials: Any = None
         if given.boolean("visualize_potential", False):
-            cloud = load_message_class("sensor_msgs/PointCloud2")
-            self._potentials = node.advertise(f"{namespace}/potential", cloud, queue_size=1)
-        self._service: Any = load_service_class("nav_msgs/GetPlan")
-        node.serve(f"{namespace}/make_plan", self._service, self._on_make_plan)
+            self._potentials = advertise(node, f"{namespace}/potential", "sensor_msgs/PointCloud2")
+        serve(node, f"{namespace}/make_plan", "nav_msgs/GetPlan", self._on_make_plan)
 
     def make_plan(self, start: Pose2D, goal: Pose2D) -> Poses | None:
         """Return a path as rows of (x, y, yaw), or None if there is none.
@@ -65,8 +61,8 @@ class NavfnPlanner:
                 return None
             grid.costs[first[1], first[0]] = FREE
             seen = CostGrid()
-            seen.costs, seen.resolution = grid.costs.copy(), grid.resolution
-            seen.origin_x, seen.origin_y = grid.origin_x, grid.origin_y
+            seen.resize(*grid.geometry)
+            seen.costs[...] = grid.costs
         field = find_field(seen.costs, first, last or (0, 0), allow_unknown=self._allow_unknown)
         poses = self._poses(seen, field, goal)
         if self._potentials is not None and self._potentials.connection_count:
@@ -84,9 +80,7 @@ class NavfnPlanner:
             return None
         points = field.path_to(cell, 4 * grid.width)
         if not points:
-            self._log.error(
-                "the goal (%.3f, %.3f) was reached, but the way back was not found", goal.x, goal.y
-            )
+            self._log.error("the way back from the goal (%.3f, %.3f) was not found", goal.x, goal.y)
             return None
         poses = np.zeros((len(points) + 1, 3))
         poses[:-1, :2] = np.array(points) * grid.resolution + (grid.origin_x, grid.origin_y)
@@ -110,45 +104,37 @@ class NavfnPlanner:
 
     def publish_plan(self, poses: Poses) -> None:
         """Publish a path, which may be empty."""
-        self._plans.publish(plane.path(poses, self._costmap.global_frame, self._now()))
-
-    def _now(self) -> Time:
-        return Time(*divmod(self._node.clock.now_ns(), 1_000_000_000))
+        self._plans.publish(plane.path(poses, self._costmap.global_frame, now(self._node)))
 
     def _publish_potentials(self, grid: CostGrid, field: Field, goal: Cell) -> None:
         rows, columns = np.nonzero(field.values < UNREACHED)
         values = field.values[rows, columns]
-        points = np.column_stack(
-            (
-                grid.origin_x + (columns + field.window.x0) * grid.resolution,
-                grid.origin_y + (rows + field.window.y0) * grid.resolution,
-                values / max(field.potential(goal), 1.0) * _POTENTIAL_HEIGHT_M,
-                values,
-            )
-        )
+        x = grid.origin_x + (columns + field.window.x0) * grid.resolution
+        y = grid.origin_y + (rows + field.window.y0) * grid.resolution
+        height = values / max(field.potential(goal), 1.0) * _POTENTIAL_HEIGHT_M
+        points = np.column_stack((x, y, height, values))
         fields = ("x", "y", "z", "pot")
-        self._potentials.publish(plane.cloud(fields, points, self._costmap.global_frame, self._now()))
+        self._potentials.publish(plane.cloud(fields, points, self._costmap.global_frame, now(self._node)))
 
     # -- service -----------------------------------------------------------------
 
     def _on_make_plan(self, request: Any) -> Any:
         frame = self._costmap.global_frame
-        response = self._service._response_class(plane.path((), frame, self._now()))
+        plan = plane.path((), frame, now(self._node))
         for name, pose in (("goal", request.goal), ("start", request.start)):
-            if pose.header.frame_id.lstrip("/") != frame:
-                self._log.error(
-                    "the %s must be in the frame %s, got one in %s", name, frame, pose.header.frame_id
-                )
-                return response
-        response.plan.poses = self.stamped_plan(request.start, request.goal)
-        return response
+            given = pose.header.frame_id
+            if given.lstrip("/") != frame:
+                self._log.error("the %s must be in the frame %s, got one in %s", name, frame, given)
+                return plan
+        plan.poses = self.stamped_plan(request.start, request.goal)
+        return plan
 
     def stamped_plan(self, start: Any, goal: Any) -> list[Any]:
         """Plan between two `geometry_msgs/PoseStamped`, and return such poses; none if there is no path."""
         poses = self.make_plan(*(Pose2D(*plane.flat_message(each.pose)) for each in (start, goal)))
         if poses is None:
             return []
-        made: list[Any] = plane.path(poses, self._costmap.global_frame, self._now()).poses
+        made: list[Any] = plane.path(poses, self._costmap.global_frame, now(self._node)).poses
         made[-1].pose.orientation = goal.pose.orientation
         return made
 
@@ -157,22 +143,20 @@ def _serve_plans(node: Node, log: logging.Logger, schedule: Schedule) -> None:
     """Offer what `navfn_node` has: plans from any pose to another, and from the robot to a goal."""
     costmap = Costmap(node, log, Frames(node, log), schedule, "costmap")
     planner = NavfnPlanner(node, log, costmap, "~navfn_planner")
-    service: Any = load_service_class("navfn/MakeNavPlan")
 
     def on_make_plan(request: Any) -> Any:
         path = planner.stamped_plan(request.start, request.goal)
-        return service._response_class(int(bool(path)), "", path)
+        return int(bool(path)), "", path
 
     def on_goal(message: Any) -> None:
         robot = costmap.robot_pose()
         if robot is not None:
             planner.make_plan(robot, Pose2D(*plane.flat_message(message.pose)))
 
-    node.serve("~make_plan", service, on_make_plan)
-    node.subscribe("~goal", load_message_class("geometry_msgs/PoseStamped"), on_goal, queue_size=1)
+    serve(node, "~make_plan", "navfn/MakeNavPlan", on_make_plan)
+    subscribe(node, "~goal", "geometry_msgs/PoseStamped", on_goal)
 
 
-@exits_after_ctrl_c()
 def main() -> int:
     """Run `navfn_node` until it is shut down. Return 1 if a parameter is invalid."""
     return run_node("global_planner", "navfn", _serve_plans)

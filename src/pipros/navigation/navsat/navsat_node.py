@@ -6,171 +6,160 @@ import logging
 import math
 import threading
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
 
-from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.messages import in_ns, pose_of
+from pipros.libraries.transforms.messages import in_ns, pose_of, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector, inverted, rotate
-from pipros.msg import load_message_class, load_service_class
+from pipros.msg import load_message_class
 from pipros.navigation import plane
 from pipros.navigation.frames import Frames
 from pipros.navigation.navsat.alignment import Alignment
 from pipros.navigation.navsat.geodesy import OutOfRange, zone_of_name
 from pipros.navigation.navsat.messages import filtered_fix, position, turned
 from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters
+from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
+from pipros.navigation.wiring import advertise, now, serve, subscribe
 from pipros.node import Node
-from pipros.node.roscpp_program import roscpp_program
 from pipros.node.service_server import CallFailed
-from pipros.node.subscriber import Subscriber
 
 _NO_FIX: Final = -1
 _WARNING_S: Final = 5.0
 _ORIGIN: Final = SimpleNamespace(x=0.0, y=0.0, z=0.0)
 
 
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The parameters, under their names: angles in radians, times in seconds, frequencies in Hz."""
+
+    frequency: float = 10.0
+    delay: float = 0.0
+    magnetic_declination_radians: float = 0.0
+    yaw_offset: float = 0.0
+    zero_altitude: bool = False
+    broadcast_cartesian_transform: bool = False
+    broadcast_cartesian_transform_as_parent_frame: bool = False
+    cartesian_frame_id: str = ""
+    use_local_cartesian: bool = False
+    publish_filtered_gps: bool = False
+    use_odometry_yaw: bool = False
+    wait_for_datum: bool = False
+    transform_timeout: float = 0.0
+
+
 class NavsatNode:
     """Converts fixes to positions in the world frame, and back. Callbacks share one lock."""
 
-    def __init__(self, node: Node, log: logging.Logger, parameters: Parameters) -> None:
-        """Register topics and services.
+    def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
+        """Register topics and services, and start the cycle.
 
         Raises:
             InvalidParameter: the node cannot run with a parameter.
         """
         self._node, self._log = node, log
-        read = parameters
-        turn = read.number("magnetic_declination_radians", 0.0) + read.number("yaw_offset", 0.0)
-        self._alignment = Alignment(read.boolean("use_local_cartesian", False), turn)
-        self._is_flat = read.boolean("zero_altitude", False)
-        self._uses_odometry_yaw = read.boolean("use_odometry_yaw", False)
-        self._has_datum = read.boolean("wait_for_datum", False)
-        self._timeout_s = read.number("transform_timeout", 0.0)
-        self._is_cartesian_sent, self._is_parent = (
-            self._renamed(read, f"broadcast_{{}}_transform{ending}") for ending in ("", "_as_parent_frame")
-        )
-        usual = "local_enu" if self._alignment.is_local else "utm"
-        self._cartesian_frame = read.text("cartesian_frame_id", usual)
+        given = self._renamed(read_parameters(node))
+        self._settings = settings = given.read(Settings)
+        if not 0.0 < settings.frequency < math.inf:
+            raise InvalidParameter(f"~frequency must be > 0, got {settings.frequency}")
+        turn = settings.magnetic_declination_radians + settings.yaw_offset
+        self._alignment = Alignment(settings.use_local_cartesian, turn)
+        self._has_datum = settings.wait_for_datum
         self._world_frame, self._base_frame, self._antenna_frame = "odom", "base_link", ""
         self._lock = threading.RLock()
         self._fix: tuple[int, Vector] | None = None
-        self._fix_covariance = np.zeros((3, 3))
+        self._fix_covariance = self._pose_covariance = np.zeros((3, 3))
         self._pose: tuple[int, Pose] | None = None
-        self._pose_covariance = np.zeros((3, 3))
         self._warned_s = -_WARNING_S
         self._frames = Frames(node, log)
-        self._load_classes()
-        self._serve("datum", "SetDatum", lambda request: self._set_datum(request.geo_pose))
-        self._serve("toLL", "ToLL", self._to_geographic)
-        self._serve("fromLL", "FromLL", self._from_geographic)
-        self._serve("setUTMZone", "SetUTMZone", self._set_zone)
-        if self._has_datum and read.has("datum"):
-            self._read_datum(read)
-        self._start(read)
+        self._static = advertise(node, "/tf_static", "tf2_msgs/TFMessage", 100, latch=True)
+        handlers = self._set_datum, self._to_geographic, self._from_geographic, self._set_zone
+        for name, handle in zip(("datum", "toLL", "fromLL", "setUTMZone"), handlers, strict=True):
+            kind = "SetDatum" if name == "datum" else name[0].upper() + name[1:]
+            serve(node, name, f"robot_localization/{kind}", partial(self._locked, handle))
+        if self._has_datum and given.has("datum"):
+            self._read_datum(given)
+        subscribe(node, "odometry/filtered", "nav_msgs/Odometry", self._on_odometry)
+        subscribe(node, "gps/fix", "sensor_msgs/NavSatFix", self._on_fix)
+        self._imu: Any = None
+        if not settings.use_odometry_yaw and not self._has_datum:
+            self._imu = subscribe(node, "imu/data", "sensor_msgs/Imu", self._on_imu)
+        self._positions = advertise(node, "odometry/gps", "nav_msgs/Odometry", 10)
+        self._filtered: Any = None
+        if settings.publish_filtered_gps:
+            self._filtered = advertise(node, "gps/filtered", "sensor_msgs/NavSatFix", 10)
+        if settings.delay > 0.0:
+            node.clock.sleep(settings.delay)
+        schedule.every(1.0 / settings.frequency, self._cycle)
 
-    def _renamed(self, parameters: Parameters, name: str) -> bool:
-        """Return a flag that had another name before."""
-        new, old = name.format("cartesian"), name.format("utm")
-        if parameters.has(old):
-            self._log.warning("~%s is deprecated: use ~%s", old, new)
-        return parameters.boolean(new, parameters.boolean(old, False))
+    def _renamed(self, given: Parameters) -> Parameters:
+        """Return the parameters with the new names of those that had another one before."""
+        values = dict(given.values)
+        for ending in ("", "_as_parent_frame"):
+            old, new = (f"broadcast_{kind}_transform{ending}" for kind in ("utm", "cartesian"))
+            if old in values:
+                self._log.warning("~%s is deprecated: use ~%s", old, new)
+                values.setdefault(new, values[old])
+        return Parameters(values)
 
-    def _load_classes(self) -> None:
-        self._odometry_class: Any = load_message_class("nav_msgs/Odometry")
-        self._fix_class: Any = load_message_class("sensor_msgs/NavSatFix")
-        tf: Any = load_message_class("tf2_msgs/TFMessage")
-        self._static = self._node.advertise("/tf_static", tf, queue_size=100, latch=True)
-
-    def _start(self, read: Parameters) -> None:
-        """Subscribe, advertise, and start the cycle."""
-        node = self._node
-        node.subscribe("odometry/filtered", self._odometry_class, self._on_odometry, queue_size=1)
-        node.subscribe("gps/fix", self._fix_class, self._on_fix, queue_size=1)
-        self._imu: Subscriber[Any] | None = None
-        if not self._uses_odometry_yaw and not self._has_datum:
-            imu: Any = load_message_class("sensor_msgs/Imu")
-            self._imu = node.subscribe("imu/data", imu, self._on_imu, queue_size=1)
-        self._positions = node.advertise("odometry/gps", self._odometry_class, queue_size=10)
-        self._filtered = None
-        if read.boolean("publish_filtered_gps", False):
-            self._filtered = node.advertise("gps/filtered", self._fix_class, queue_size=10)
-        frequency, delay_s = read.number("frequency", 10.0), read.number("delay", 0.0)
-        if not 0.0 < frequency < math.inf:
-            raise InvalidParameter(f"~frequency must be > 0, got {frequency}")
-        if delay_s > 0.0:
-            node.clock.sleep(delay_s)
-        schedule = Schedule(node)
-        schedule.every(1.0 / frequency, self._cycle)
-        schedule.start()
-
-    def _serve(self, name: str, type_name: str, handle: Any) -> None:
-        service = load_service_class(f"robot_localization/{type_name}")
-
-        def respond(request: Any) -> Any:
-            with self._lock:
-                answer = handle(request)
-            return service._response_class(*([] if answer is None else [answer]))
-
-        self._node.serve(name, service, respond)
+    def _locked(self, handle: Callable[[Any], Any], request: Any) -> Any:
+        with self._lock:
+            try:
+                return handle(request)
+            except OutOfRange as error:
+                raise CallFailed(str(error)) from None
 
     # -- services --------------------------------------------------------------------
 
-    def _read_datum(self, read: Parameters) -> None:
-        values = read.values["datum"]
+    def _read_datum(self, given: Parameters) -> None:
+        values = given.values["datum"]
         if not isinstance(values, list) or len(values) < 3:
             raise InvalidParameter(f"~datum must be a list of latitude, longitude and yaw, got {values!r}")
         if len(values) > 3:
             self._log.warning("only the first three elements of ~datum are used: latitude, longitude, yaw")
         latitude, longitude, yaw = Parameters({"datum": values[:3]}).numbers("datum", 3, ())
-        pose: Any = load_message_class("geographic_msgs/GeoPose")()
-        pose.position.latitude, pose.position.longitude = latitude, longitude
-        pose.orientation.z, pose.orientation.w = math.sin(yaw / 2.0), math.cos(yaw / 2.0)
         try:
-            self._set_datum(pose)
-        except CallFailed as error:
+            self._use_datum((latitude, longitude, 0.0), plane.raised((0.0, 0.0, yaw)))
+        except OutOfRange as error:
             raise InvalidParameter(f"~datum: {error}") from None
 
-    def _set_datum(self, pose: Any) -> None:
+    def _set_datum(self, request: Any) -> None:
+        position, turn = request.geo_pose.position, request.geo_pose.orientation
+        self._use_datum((position.latitude, position.longitude, position.altitude), pose_of(_ORIGIN, turn))
+
+    def _use_datum(self, position: Vector, orientation: Pose) -> None:
         """Use a position and orientation as the origin of the world frame."""
-        position, alignment = pose.position, self._alignment
-        try:
-            alignment.set_fix(position.latitude, position.longitude, position.altitude)
-        except OutOfRange as error:
-            raise CallFailed(str(error)) from None
+        alignment = self._alignment
+        alignment.set_fix(*position)
         self._has_datum = True
         alignment.to_world, alignment.odometry = None, IDENTITY
-        alignment.set_attitude(pose_of(_ORIGIN, pose.orientation), IDENTITY)
-        self._log.info("the datum is %s, %s, %s", position.latitude, position.longitude, position.altitude)
+        alignment.set_attitude(orientation, IDENTITY)
+        self._log.info("the datum is %s, %s, %s", *position)
 
     def _to_geographic(self, request: Any) -> Any:
         self._require_transform()
         point: Any = load_message_class("geographic_msgs/GeoPoint")
-        given = request.map_point
-        return point(*self._alignment.geographic((given.x, given.y, given.z)))
+        return point(*self._alignment.geographic(vector_of(request.map_point)))
 
     def _from_geographic(self, request: Any) -> Any:
         self._require_transform()
         point: Any = load_message_class("geometry_msgs/Point")
         given = request.ll_point
-        try:
-            in_plane = self._alignment.in_plane(given.latitude, given.longitude, given.altitude)
-        except OutOfRange as error:
-            raise CallFailed(str(error)) from None
+        in_plane = self._alignment.in_plane(given.latitude, given.longitude, given.altitude)
         x, y, z = self._alignment.in_world(in_plane)
-        return point(x, y, 0.0 if self._is_flat else z)
+        return point(x, y, 0.0 if self._settings.zero_altitude else z)
 
     def _require_transform(self) -> None:
         if self._alignment.to_world is None:
             raise CallFailed("the transform to the world frame is not known yet")
 
     def _set_zone(self, request: Any) -> None:
-        try:
-            self._alignment.set_zone(*zone_of_name(request.utm_zone))
-        except OutOfRange as error:
-            raise CallFailed(str(error)) from None
+        self._alignment.set_zone(*zone_of_name(request.utm_zone))
         self._has_datum = False
         self._log.info("the UTM zone is %s", request.utm_zone)
 
@@ -202,7 +191,7 @@ class NavsatNode:
             self._base_frame = message.child_frame_id.lstrip("/")
             if self._alignment.to_world is None and not self._has_datum:
                 self._alignment.odometry = pose
-                if self._uses_odometry_yaw:
+                if self._settings.use_odometry_yaw:
                     self._alignment.set_attitude(pose, IDENTITY)
             self._pose = in_ns(message.header.stamp), pose
             self._is_pose_new = True
@@ -220,7 +209,7 @@ class NavsatNode:
     def _find(self, target: str, source: str, stamp_ns: int) -> Pose | None:
         if not (target and source):
             return None
-        return self._frames.find(target, source, stamp_ns, self._timeout_s)
+        return self._frames.find(target, source, stamp_ns, self._settings.transform_timeout)
 
     def _warn(self, text: str) -> None:
         if time.monotonic() - self._warned_s >= _WARNING_S:
@@ -254,13 +243,15 @@ class NavsatNode:
             self._imu.unregister()
             self._imu = None
         pose = self._alignment.to_world
-        if not self._is_cartesian_sent or pose is None:
+        settings = self._settings
+        if not settings.broadcast_cartesian_transform or pose is None:
             return
-        parent, child = self._world_frame, self._cartesian_frame
-        if self._is_parent:
+        usual = "local_enu" if settings.use_local_cartesian else "utm"
+        parent, child = self._world_frame, settings.cartesian_frame_id or usual
+        if settings.broadcast_cartesian_transform_as_parent_frame:
             parent, child, pose = child, parent, inverted(pose)
-        message = plane.transforms(parent, child, pose, self._node.clock.now_ns())
-        if self._is_flat:
+        message = plane.transforms(parent, child, pose, now(self._node))
+        if self._settings.zero_altitude:
             message.transforms[0].transform.translation.z = 0.0
         self._static.publish(message)
 
@@ -271,7 +262,7 @@ class NavsatNode:
             return
         stamp_ns, in_plane = self._fix
         x, y, z = alignment.in_world(in_plane)
-        if self._is_flat:
+        if self._settings.zero_altitude:
             z = 0.0
         antenna = self._find(self._base_frame, self._antenna_frame, stamp_ns)
         base = self._find(self._world_frame, self._base_frame, stamp_ns) if antenna is not None else None
@@ -282,18 +273,10 @@ class NavsatNode:
             dx, dy, dz = rotate(base, antenna[:3])
             x, y, z = x - dx, y - dy, z - dz
         self._fix_covariance = turned(alignment.to_world, self._fix_covariance)
-        place = x, y, 0.0 if self._is_flat else z
+        place = x, y, 0.0 if self._settings.zero_altitude else z
         self._positions.publish(position(self._world_frame, stamp_ns, place, self._fix_covariance))
 
 
-@exits_after_ctrl_c()
 def main() -> int:
     """Run the node until it is shut down. Return 1 if a parameter is invalid."""
-    with roscpp_program("navsat_transform_node", "robot_localization") as (node, log):
-        try:
-            NavsatNode(node, log, read_parameters(node))
-        except InvalidParameter as error:
-            log.critical("%s", error)
-            return 1
-        node.wait_for_shutdown()
-    return 0
+    return run_node("navsat_transform_node", "robot_localization", NavsatNode)

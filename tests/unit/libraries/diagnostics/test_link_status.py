@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros.msg.time import Time
 
 
 class Topic:
@@ -14,6 +16,7 @@ class Topic:
         self.name = ""
         self.connection_count = 0
         self.messages: list[Any] = []
+        self.clock = SimpleNamespace(now_ns=lambda: 5_000_000_007)
 
     def advertise(self, name: str, _kind: Any, queue_size: int) -> Topic:
         self.name = name
@@ -33,6 +36,7 @@ def test_statuses_are_published_as_diagnostics() -> None:
     up = LinkStatus("/other", LinkLevel.OK, "connected", {})
     diagnostics.publish([LinkStatus("/link", LinkLevel.WARN, "slow", {"sent": "5"}), up])
     (array,) = topic.messages
+    assert array.header.stamp == Time(5, 7), "the time of the node, which may be simulated"
     first, second = array.status
     assert (first.name, first.level, first.message) == ("/link", LinkLevel.WARN, "slow")
     assert first.hardware_id == "this machine"

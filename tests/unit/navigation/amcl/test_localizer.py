@@ -8,16 +8,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipros.navigation.amcl.beams import Beams, read_beams
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.localizer import Localizer
-from pipros.navigation.amcl.particles import ParticleFilter, Sampling, kld_limits
+from pipros.navigation.amcl.particles import ParticleFilter, kld_limits
+from pipros.navigation.amcl.sensors import Beams, read_beams
 from pipros.navigation.amcl.settings import Belief, Settings, checked, read_settings
 from pipros.navigation.parameters import InvalidParameter, Parameters
 from tests.support.drives import ROUTE, START, Moment, apartment, drive
 
 ROBOT = Belief(START.x, START.y, START.yaw, 0.04, 0.04, 0.02)
 SETTINGS = replace(Settings(), min_particles=500, max_particles=2000, laser_max_beams=60)
+
+
+def sampling(least: int, most: int, error: float = 0.01, slow: float = 0.0, fast: float = 0.0) -> Settings:
+    return Settings(
+        min_particles=least,
+        max_particles=most,
+        kld_err=error,
+        recovery_alpha_slow=slow,
+        recovery_alpha_fast=fast,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -59,11 +69,11 @@ def errors_of(localizer: Localizer, moments: list[Moment]) -> list[tuple[float, 
 def test_the_number_of_particles_follows_from_the_bins(
     k: int, error: float, least: int, most: int, wanted: int
 ) -> None:
-    assert kld_limits(np.array([k]), Sampling(least, most, error, 0.99, 0.0, 0.0)) == [wanted]
+    assert kld_limits(np.array([k]), sampling(least, most, error)) == [wanted]
 
 
 def test_resampling_follows_the_weights_and_stops_at_the_limit() -> None:
-    particles = ParticleFilter(Sampling(400, 5000, 0.01, 0.99, 0.0, 0.0), np.random.default_rng(1))
+    particles = ParticleFilter(sampling(400, 5000), np.random.default_rng(1))
     particles.spread(np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0)]))
     particles.weigh(np.array([1.0, 3.0, 0.0]))
 
@@ -75,14 +85,14 @@ def test_resampling_follows_the_weights_and_stops_at_the_limit() -> None:
 
 
 def test_the_estimate_is_the_heaviest_cluster_and_the_covariance_that_of_all() -> None:
-    particles = ParticleFilter(Sampling(1, 9, 0.01, 0.99, 0.0, 0.0), np.random.default_rng(1))
+    particles = ParticleFilter(sampling(1, 9), np.random.default_rng(1))
     particles.spread(np.array([(0.2, 0.0, 3.1), (0.7, 0.0, 3.2), (5.0, 0.0, 0.0)]))
     particles.weigh(np.array([1.0, 1.0, 1.5]))
 
-    cluster, covariance = particles.heaviest_cluster(), particles.covariance()
+    (weight, pose), covariance = particles.heaviest_cluster(), particles.covariance()
 
-    assert cluster.weight == pytest.approx(2.0 / 3.5)
-    assert cluster.pose == pytest.approx((0.45, 0.0, math.remainder(3.15, math.tau)))
+    assert weight == pytest.approx(2.0 / 3.5)
+    assert pose == pytest.approx((0.45, 0.0, math.remainder(3.15, math.tau)))
     x = particles.poses[:, 0]
     mean = particles.weights @ x
     assert covariance[0, 0] == pytest.approx(particles.weights @ (x - mean) ** 2)
@@ -123,7 +133,7 @@ def test_a_robot_is_found_anywhere_on_the_map(grid: GridMap, moments: list[Momen
 
 def test_random_particles_appear_as_measurements_get_worse() -> None:
     """After the averages w_slow and w_fast, a share of 1 - w_fast / w_slow of the particles is random."""
-    particles = ParticleFilter(Sampling(20_000, 20_000, 0.01, 0.99, 0.01, 0.5), np.random.default_rng(1))
+    particles = ParticleFilter(sampling(20_000, 20_000, slow=0.01, fast=0.5), np.random.default_rng(1))
     particles.spread(np.zeros((1000, 3)))
     for factor in (1.0, 0.2):
         particles.weigh(np.full(1000, factor))

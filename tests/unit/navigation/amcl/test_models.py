@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from pipros.navigation.amcl.beam import BeamMixture, BeamModel
-from pipros.navigation.amcl.beams import read_beams
-from pipros.navigation.amcl.field import Hits, LikelihoodField, LikelihoodProduct, Skipping
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.motion import moved
+from pipros.navigation.amcl.sensors import BeamModel, LikelihoodField, LikelihoodProduct, read_beams
+from pipros.navigation.amcl.settings import Settings
 
 ALPHAS = (0.1, 0.2, 0.3, 0.15, 0.25)
 BEFORE, AFTER = (1.0, 2.0, 0.4), (1.5, 2.3, 1.0)
@@ -79,6 +79,10 @@ WALLS[30:, 5:9] = -1
 ORIGIN, SIZE, FAR, LIMIT = (-1.0, 0.5), 0.1, 4.0, 1.5
 LASER = (0.1, -0.05)
 Z_HIT, Z_SHORT, Z_MAX, Z_RAND, SIGMA, DECAY = 0.8, 0.1, 0.05, 0.06, 0.2, 0.3
+SETTINGS = Settings(
+    laser_z_hit=Z_HIT, laser_z_short=Z_SHORT, laser_z_max=Z_MAX, laser_z_rand=Z_RAND, laser_sigma_hit=SIGMA,
+    laser_lambda_short=DECAY, laser_likelihood_max_dist=LIMIT,
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -127,7 +131,7 @@ def field_probability(distance: float) -> float:
 def test_the_likelihood_field_is_that_of_a_plain_loop(grid: GridMap, particles: np.ndarray) -> None:
     beams = read_beams(RANGES, BEARINGS, LASER, 0.1, FAR)
 
-    found = LikelihoodField(grid, Hits(Z_HIT, Z_RAND, SIGMA), LIMIT).factors(particles, beams)
+    found = LikelihoodField(grid, SETTINGS).factors(particles, beams)
 
     hits = [(r, b) for r, b in used_beams() if r < FAR]
     wanted = [1 + sum(field_probability(end_distance(p, r, b)) ** 3 for r, b in hits) for p in particles]
@@ -139,8 +143,9 @@ def test_products_and_skipped_beams_are_those_of_a_plain_loop(
     grid: GridMap, particles: np.ndarray, has_converged: bool, threshold: float
 ) -> None:
     beams = read_beams(RANGES, BEARINGS, LASER, 0.1, FAR)
-    skipping = Skipping(0.4, threshold, 0.9)
-    model = LikelihoodProduct(grid, Hits(Z_HIT, Z_RAND, SIGMA), LIMIT, len(RANGES), skipping)
+    skipping = {"do_beamskip": True, "beam_skip_distance": 0.4, "beam_skip_threshold": threshold}
+    settings = replace(SETTINGS, laser_max_beams=len(RANGES), **skipping)  # type: ignore[arg-type]
+    model = LikelihoodProduct(grid, settings)
 
     found = model.factors(particles, beams, has_converged=has_converged)
 
@@ -183,9 +188,7 @@ def expected_range(x: float, y: float, angle: float) -> float:
 def test_the_beam_model_is_that_of_a_plain_loop(grid: GridMap, particles: np.ndarray) -> None:
     beams = read_beams(RANGES, BEARINGS, LASER, 0.1, FAR)
 
-    found = BeamModel(grid, BeamMixture(Z_HIT, Z_SHORT, Z_MAX, Z_RAND, SIGMA, DECAY)).factors(
-        particles, beams
-    )
+    found = BeamModel(grid, SETTINGS).factors(particles, beams)
 
     def probability(pose: np.ndarray, measured: float, bearing: float) -> float:
         x, y, yaw = pose

@@ -47,11 +47,11 @@ def static(cells: Any, **options: Any) -> tuple[LayeredCostmap, StaticLayer]:
     ("options", "costs"),
     [
         ({}, [255, 0, 0, 0, 254]),
-        ({"tracks_unknown": False}, [0, 0, 0, 0, 254]),
-        ({"is_trinary": False}, [255, 0, 127, 251, 254]),
-        ({"is_trinary": False, "lethal_threshold": 50}, [255, 0, 254, 254, 254]),
-        ({"unknown_value": 50}, [254, 0, 255, 0, 254]),
-        ({"lethal_threshold": -3}, [255, 254, 254, 254, 254]),
+        ({"track_unknown_space": False}, [0, 0, 0, 0, 254]),
+        ({"trinary_costmap": False}, [255, 0, 127, 251, 254]),
+        ({"trinary_costmap": False, "lethal_cost_threshold": 50}, [255, 0, 254, 254, 254]),
+        ({"unknown_cost_value": 50}, [254, 0, 255, 0, 254]),
+        ({"lethal_cost_threshold": -3}, [255, 254, 254, 254, 254]),
     ],
 )
 def test_cells_of_a_map_become_costs(options: dict[str, Any], costs: list[int]) -> None:
@@ -128,7 +128,7 @@ def test_a_map_is_combined_by_maximum_and_kept_by_a_reset() -> None:
     for is_rolling in (False, True):
         costmap = LayeredCostmap(is_rolling=is_rolling)
         costmap.resize(3, 1, 0.1, -0.1, -0.05)
-        layer = StaticLayer("static", costmap, StaticSettings(uses_maximum=True), lambda _: IDENTITY)
+        layer = StaticLayer("static", costmap, StaticSettings(use_maximum=True), lambda _: IDENTITY)
         costmap.layers += [Filled(costmap, 100), layer]
         costmap.update(ROBOT)
         assert costmap.grid.costs.tolist() == [[100, 100, 100]]  # without a map
@@ -167,7 +167,7 @@ def see(layer: ObstacleLayer, points: Any, source: int = 0, now_ns: int = 1, sta
     layer.sources[source].add(rows, IDENTITY, IDENTITY, stamp_ns, now_ns, 1000)
 
 
-SCANNER = SourceSettings("scan", "scan", "LaserScan", is_clearing=True)
+SCANNER = SourceSettings("scan", "LaserScan", clearing=True)
 
 
 def test_what_a_sensor_sees_is_marked_and_what_it_sees_through_is_cleared() -> None:
@@ -214,14 +214,14 @@ def test_points_that_are_not_finite_are_ignored() -> None:
 
 
 def test_observations_are_kept_for_their_time_and_within_the_limit() -> None:
-    source = Source(SourceSettings("cloud", "cloud", persistence_s=2.0, expected_period_s=1.0))
+    source = Source(SourceSettings("cloud", observation_persistence=2.0, expected_update_rate=1.0))
     for at in range(5):
         source.add(np.zeros((10, 3), np.float32), IDENTITY, IDENTITY, at * 10**9, at * 10**9, 25)
     assert [each.stamp_ns for each in source.observations()] == [4 * 10**9, 3 * 10**9]
     assert source.is_current(5 * 10**9)
     assert not source.is_current(5 * 10**9 + 1)
 
-    only_last = Source(SourceSettings("cloud", "cloud"))
+    only_last = Source(SourceSettings("cloud"))
     for at in range(3):
         only_last.add(np.zeros((1, 3), np.float32), IDENTITY, IDENTITY, at, at, 100)
     assert [each.stamp_ns for each in only_last.observations()] == [2]

@@ -25,7 +25,7 @@ def settings(prefix: str = "", **values: Any) -> Any:
 def test_defaults_and_prefix() -> None:
     found = settings("robot1")
 
-    assert (found.frequency, found.world_frame, found.base_frame_output) == (
+    assert (found.frequency, found.world_frame, found.base_link_frame_output) == (
         30.0,
         "robot1/odom",
         "robot1/base_link",

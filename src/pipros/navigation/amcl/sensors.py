@@ -1,0 +1,194 @@
+"""Sensor models: how well the beams of a scan fit the map, as seen from each particle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Final
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pipros.navigation.amcl.grid import Array, GridMap
+from pipros.navigation.amcl.settings import Settings
+
+_SMALLEST_SIGMA: Final = 1e-9
+"""Replaces smaller standard deviations, to avoid a division by 0. Only an exact reading is then a hit."""
+_LONGEST_M: Final = 10_000.0
+"""Rays end here if the laser's longest range is greater, or infinite."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beams:
+    """Some beams of a scan.
+
+    Attributes:
+        ranges: metres. `range_max` stands for readings that are too short, infinity for those that are too
+            long.
+        bearings: directions in the robot's frame, in radians.
+        range_max: the laser's longest range, in metres.
+        laser: position of the laser in the robot's frame, in metres.
+    """
+
+    ranges: Array
+    bearings: Array
+    range_max: float
+    laser: tuple[float, float] = (0.0, 0.0)
+
+    def end_points(self, particles: Array) -> tuple[Array, Array]:
+        """Return x and y of the beams' ends, as seen from each particle; shape (particles, beams)."""
+        forward = self.laser[0] + self.ranges * np.cos(self.bearings)
+        left = self.laser[1] + self.ranges * np.sin(self.bearings)
+        x, y, yaw = particles.T[:, :, None]
+        cosine, sine = np.cos(yaw), np.sin(yaw)
+        return x + cosine * forward - sine * left, y + sine * forward + cosine * left
+
+    def chosen(self, model: str, limit: int) -> Beams:
+        """Return about `limit` beams at equal distances, as the sensor model of this name chooses them."""
+        count, is_product = len(self.ranges), model == "likelihood_field_prob"
+        step = max(1, -(-count // limit) if is_product else (count - 1) // (limit - 1))
+        return replace(self, ranges=self.ranges[::step], bearings=self.bearings[::step])
+
+    def only(self, chosen: NDArray[np.bool_]) -> Beams:
+        return replace(self, ranges=self.ranges[chosen], bearings=self.bearings[chosen])
+
+
+def read_beams(
+    ranges: Array, bearings: Array, laser: tuple[float, float], range_min: float, range_max: float
+) -> Beams:
+    """Return the beams of a scan, with ranges from `range_min` to `range_max`; see `Beams`."""
+    cleaned = np.where(ranges <= range_min, range_max, np.where(ranges > range_max, np.inf, ranges))
+    return Beams(cleaned, bearings, range_max, laser)
+
+
+class LikelihoodField:
+    """The model `likelihood_field`: as amcl, it adds the cubes of the probabilities of all beams.
+
+    See Probabilistic Robotics, table 6.3. With the distance d from its end to the nearest obstacle, a beam
+    has the probability `z_hit * exp(-d² / (2 sigma_hit²)) + z_rand / range_max`. It depends only on the cell
+    in which the beam ends, so it is computed once for each cell of the map.
+    """
+
+    def __init__(self, grid: GridMap, settings: Settings) -> None:
+        """Compute distances; those above the longest one, and those outside the map, count as it."""
+        self._grid, self._settings = grid, settings
+        self._distances = grid.obstacle_distances(settings.laser_likelihood_max_dist)
+        self._table = lru_cache(maxsize=2)(self._make_table)
+
+    def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:  # noqa: ARG002
+        """Return the factor for the weight of each particle: 1 + the sum of the cubes."""
+        ends = beams.only(beams.ranges < beams.range_max).end_points(particles)  # not those with NaN
+        found: Array = 1.0 + self._grid.look_up(self._table(beams.range_max), *ends).sum(axis=1)
+        return found
+
+    def _probabilities(self, range_max: float) -> Array:
+        sigma = max(self._settings.laser_sigma_hit, _SMALLEST_SIGMA)
+        nearness: Array = np.exp(-(self._distances**2) / (2.0 * sigma**2))
+        return self._settings.laser_z_hit * nearness + self._settings.laser_z_rand / range_max
+
+    def _make_table(self, range_max: float) -> Array:
+        cubes: Array = self._probabilities(range_max) ** 3
+        return cubes
+
+
+class LikelihoodProduct(LikelihoodField):
+    """The model `likelihood_field_prob`: the product of the probabilities of all beams.
+
+    With `do_beamskip`, and if the filter has converged, beams are left out that end near an obstacle for only
+    a few of the particles, such as beams that hit people. If these are most of the beams, all are used.
+    """
+
+    def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:
+        """Return the factor for the weight of each particle."""
+        ends = beams.only(beams.ranges < beams.range_max).end_points(particles)
+        logarithms = self._grid.look_up(self._table(beams.range_max), *ends)
+        settings = self._settings
+        if settings.do_beamskip and has_converged:
+            near = self._grid.look_up(self._distances, *ends) < settings.beam_skip_distance
+            kept = near.mean(axis=0) > settings.beam_skip_threshold
+            most = settings.laser_max_beams
+            if most - int(kept.sum()) < most * settings.beam_skip_error_threshold:
+                logarithms = logarithms[:, kept]
+        found: Array = np.exp(logarithms.sum(axis=1))
+        return found
+
+    def _make_table(self, range_max: float) -> Array:
+        with np.errstate(divide="ignore"):  # a probability is 0 if z_rand is 0
+            logarithms: Array = np.log(self._probabilities(range_max))
+        return logarithms
+
+
+class BeamModel:
+    """The model `beam`: compares each beam with the range that the map predicts for it.
+
+    See Probabilistic Robotics, table 6.1, without its normalizing factors. As amcl, it adds the cubes of the
+    probabilities of all beams.
+    """
+
+    def __init__(self, grid: GridMap, settings: Settings) -> None:
+        self._grid, self._settings = grid, settings
+        free = np.pad(grid.is_free, 1).astype(np.uint8)
+        distances = cv2.distanceTransform(free, cv2.DIST_C, cv2.DIST_MASK_3)
+        self._clear: NDArray[np.int32] = distances.astype(np.int32)
+
+    def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:  # noqa: ARG002
+        """Return the factor for the weight of each particle: 1 + the sum of the cubes."""
+        mix, beams = self._settings, beams.only(~np.isnan(beams.ranges))
+        measured, longest = beams.ranges, beams.range_max
+        starts = replace(beams, ranges=np.zeros(1), bearings=np.zeros(1)).end_points(particles)
+        reach = np.full(len(measured), min(longest, _LONGEST_M))
+        expected = self._expected(starts, replace(beams, ranges=reach).end_points(particles), longest)
+        with np.errstate(invalid="ignore"):  # infinite ranges match nothing
+            error = measured - expected
+            short = mix.laser_z_short * mix.laser_lambda_short * np.exp(-mix.laser_lambda_short * measured)
+            probability = np.square(error)
+            probability /= -2.0 * max(mix.laser_sigma_hit, _SMALLEST_SIGMA) ** 2
+            np.exp(probability, out=probability)
+            probability *= mix.laser_z_hit
+        probability += (error < 0) * short
+        probability += np.where(measured == longest, mix.laser_z_max, 0.0)
+        probability += np.where(measured < longest, mix.laser_z_rand / longest, 0.0)
+        factors: Array = 1.0 + np.einsum("ij,ij,ij->i", probability, probability, probability)
+        return factors
+
+    def _expected(self, starts: tuple[Array, Array], ends: tuple[Array, Array], longest: float) -> Array:
+        """Return the distances to the first cell on each ray that is not free; else `longest`.
+
+        Rays pass the cells of Bresenham's line. After k steps along its longer axis, of length a, a line
+        whose other axis has the length b is (2kb + a) // 2a cells aside. So a ray can skip cells: if no cell
+        within a distance of k cells (of any of the eight directions) stops rays, neither does one of its next
+        k cells. A ray that leaves the map does so through the border, which stops it.
+        """
+        (row0, column0), (row1, column1) = self._grid.cells(*starts), self._grid.cells(*ends)
+        shape, (height, width) = row1.shape, self._clear.shape
+        rows, columns = (row1 - row0).ravel(), (column1 - column0).ravel()
+        inside = (row0 >= -1) & (row0 < height - 1) & (column0 >= -1) & (column0 < width - 1)
+        first = np.where(inside, (row0 + 1) * width + column0 + 1, 0)  # the corner is not free
+        start = np.broadcast_to(first, shape).ravel()
+        long, wide = np.maximum(abs(rows), abs(columns)), np.minimum(abs(rows), abs(columns))
+        down, across = np.sign(rows) * width, np.sign(columns)
+        is_steep = abs(rows) > abs(columns)
+        along, aside = np.where(is_steep, down, across), np.where(is_steep, across, down)
+        lines = np.stack((start, long, 2 * wide, 2 * np.maximum(long, 1), along, aside))
+        found, clear = np.full(start.size, longest), self._clear.ravel()
+        ray, step = np.arange(start.size), np.zeros(start.size, np.int64)
+        while ray.size:
+            begin, length, twice_wide, twice_long, along, aside = lines
+            # The quotient of whole numbers below 2^52 is never rounded up to a whole number.
+            beside = ((step * twice_wide + length) / twice_long).astype(np.int64)
+            skipped = clear.take(begin + step * along + beside * aside)
+            stops = skipped == 0
+            found[ray[stops]] = np.hypot(step[stops], beside[stops]) * self._grid.resolution
+            step = step + skipped
+            kept = np.flatnonzero(~stops & (step <= length + 1))
+            ray, step, lines = ray[kept], step[kept], lines[:, kept]
+        return found.reshape(shape)
+
+
+def sensor_model(grid: GridMap, settings: Settings) -> LikelihoodField | BeamModel:
+    """Return the model of the settings."""
+    if settings.laser_model_type == "beam":
+        return BeamModel(grid, settings)
+    is_product = settings.laser_model_type == "likelihood_field_prob"
+    return (LikelihoodProduct if is_product else LikelihoodField)(grid, settings)

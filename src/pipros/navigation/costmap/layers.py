@@ -1,0 +1,236 @@
+"""The layers of a costmap: their types and parameters, also in old forms, and their topics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from pipros.libraries.reconfiguring.server import Reconfigurable, Setting
+from pipros.libraries.transforms.errors import TransformException
+from pipros.libraries.transforms.pose import Pose
+from pipros.navigation.costmap.inflation_layer import InflationLayer
+from pipros.navigation.costmap.layered import Layer
+from pipros.navigation.costmap.observations import Source, SourceSettings
+from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
+from pipros.navigation.costmap.sensor_input import DATA_TYPES, SensorInput
+from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
+from pipros.navigation.limits import NavigationLimits
+from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
+from pipros.navigation.wiring import subscribe
+
+if TYPE_CHECKING:
+    from pipros.navigation.costmap.costmap import Costmap
+
+STATIC, OBSTACLE = "costmap_2d::StaticLayer", "costmap_2d::ObstacleLayer"
+VOXEL, INFLATION = "costmap_2d::VoxelLayer", "costmap_2d::InflationLayer"
+
+_ENABLED: Final = Setting("enabled", True, description="Whether the layer takes part")
+_METHODS: Final = (
+    "{'enum_description': 'How costs are combined with those of earlier layers', 'enum': ["
+    "{'name': 'Overwrite', 'type': 'int', 'value': 0, 'description': 'Replace them'}, "
+    "{'name': 'Maximum', 'type': 'int', 'value': 1, 'description': 'Take the greater one'}, "
+    "{'name': 'Nothing', 'type': 'int', 'value': 99, 'description': 'Keep them'}]}"
+)
+_COMBINATION: Final = "combination_method", 1
+_OBSTACLES: Final = (
+    _ENABLED,
+    Setting("footprint_clearing_enabled", True, description="Whether to free the cells under the robot"),
+    Setting("max_obstacle_height", 2.0, 0, 50, "Height above which points do not mark, in metres"),
+)
+
+SETTINGS: Final[dict[str, tuple[Setting, ...]]] = {
+    STATIC: (_ENABLED,),
+    OBSTACLE: (*_OBSTACLES, Setting(*_COMBINATION, None, None, "How costs are combined", 0, _METHODS)),
+    VOXEL: (
+        *_OBSTACLES,
+        Setting("origin_z", 0.0, 0, None, "Height of the lowest voxel, in metres"),
+        Setting("z_resolution", 0.2, 0, 50, "Height of a voxel, in metres"),
+        Setting("z_voxels", 10, 0, 16, "Number of voxels above each other"),
+        Setting("unknown_threshold", 15, 0, 16, "Number of unknown voxels in a known column, at most"),
+        Setting("mark_threshold", 0, 0, 16, "Number of marked voxels in a free column, at most"),
+        Setting(*_COMBINATION, 0, 2, "How costs are combined", 0, _METHODS),
+    ),
+    INFLATION: (
+        _ENABLED,
+        Setting("cost_scaling_factor", 10.0, 0, 100, "How fast costs decrease with the distance, in 1/m"),
+        Setting("inflation_radius", 0.55, 0, 50, "Distance from obstacles up to which there are costs, in m"),
+        Setting("inflate_unknown", False, description="Whether to raise the costs of unknown cells"),
+    ),
+}
+"""The settings of each type of layer that clients can change."""
+
+_TRACK: Final = "track_unknown_space"
+_SHARED: Final[Mapping[str, tuple[str, ...]]] = {
+    STATIC: ("map_topic", "unknown_cost_value", "lethal_cost_threshold", _TRACK),
+    OBSTACLE: ("max_obstacle_height", "raytrace_range", "obstacle_range", _TRACK),
+    VOXEL: (
+        "origin_z", "z_resolution", "z_voxels", "mark_threshold", "unknown_threshold", "publish_voxel_map",
+    ),
+    INFLATION: ("cost_scaling_factor", "inflation_radius"),
+}  # fmt: skip
+"""Parameters of the costmap that each type of layer takes over."""
+
+
+def add_layers(costmap: Costmap) -> None:
+    """Add the layers in the parameters; static layers wait for their first map.
+
+    Without the parameter `plugins`, the layers follow from `static_map` and `map_type`, as before ROS Hydro.
+
+    Raises:
+        InvalidParameter: a layer cannot work with a parameter, or its type is unknown.
+        Interrupted: the node was shut down while it waited.
+    """
+    given = read_parameters(costmap.node, costmap.namespace)
+    if given.has("plugins"):
+        layers = _listed_layers(costmap, given)
+    else:
+        costmap.warn("there is no parameter plugins: the layers follow from the old parameters")
+        layers = _old_layers(costmap, given)
+    kinds = {STATIC: _add_static, INFLATION: _add_inflation}
+    for name, kind in layers:
+        kinds.get(kind, _add_obstacles)(costmap, name, kind)
+
+
+def _listed_layers(costmap: Costmap, given: Parameters) -> list[tuple[str, str]]:
+    for name in ("static_map", "map_type"):
+        if given.has(name):
+            costmap.warn(f"{name} has no effect, because plugins is set")
+    layers, listed, plugins = [], given.values["plugins"], f"{costmap.namespace}/plugins"
+    for each in listed if isinstance(listed, list) else [listed]:
+        if not (isinstance(each, dict) and all(isinstance(each.get(key), str) for key in ("name", "type"))):
+            raise InvalidParameter(f"{plugins} must be a list of {{name, type}}, got {str(each)[:200]}")
+        if each["type"] not in SETTINGS:
+            raise InvalidParameter(
+                f"{plugins}: {each['name']} has the type {each['type']}, which is not part of pipros "
+                f"(layers in C++ cannot be loaded); there are {', '.join(SETTINGS)}"
+            )
+        layers.append((each["name"], each["type"]))
+        _hand_down(costmap, given, each["name"], _SHARED[each["type"]], kept=_SHARED[each["type"]])
+    return layers
+
+
+def _hand_down(
+    costmap: Costmap, given: Parameters, layer: str, names: tuple[str, ...], kept: tuple[str, ...] = ()
+) -> None:
+    """Move parameters of the costmap to one of its layers, but leave copies of those in `kept`."""
+    params, namespace = costmap.node.params, costmap.namespace
+    for name in filter(given.has, names):
+        params.set(f"{namespace}/{layer}/{name}", given.values[name])
+        if name not in kept:
+            params.delete(f"{namespace}/{name}")
+
+
+def _old_layers(costmap: Costmap, given: Parameters) -> list[tuple[str, str]]:
+    layers = []
+    if given.boolean("static_map", False):
+        layers.append(("static_layer", STATIC))
+        _hand_down(costmap, given, "static_layer", _SHARED[STATIC], kept=(_TRACK,))
+    is_voxel = given.text("map_type", "costmap") == "voxel"
+    layers += [("obstacle_layer", VOXEL if is_voxel else OBSTACLE), ("inflation_layer", INFLATION)]
+    sources = dict.fromkeys(given.text("observation_sources", "").split())
+    names = (*_SHARED[OBSTACLE], "observation_sources", *sources, *(_SHARED[VOXEL] if is_voxel else ()))
+    _hand_down(costmap, given, "obstacle_layer", names)
+    _hand_down(costmap, given, "inflation_layer", _SHARED[INFLATION])
+    plugins = [{"name": name, "type": kind} for name, kind in layers]
+    costmap.node.params.set(f"{costmap.namespace}/plugins", plugins)
+    return layers
+
+
+def _serve(
+    costmap: Costmap, kind: str, layer: Layer, apply: Callable[[Mapping[str, Any]], object] | None = None
+) -> None:
+    """Offer the settings of a layer."""
+
+    def change(values: Mapping[str, Any], _: int) -> None:
+        with costmap.lock:
+            layer.is_enabled = values["enabled"]
+            if apply is not None:
+                apply(values)
+
+    Reconfigurable(costmap.node, f"{costmap.namespace}/{layer.name}", SETTINGS[kind], change)
+
+
+def _add_inflation(costmap: Costmap, name: str, kind: str) -> None:
+    layer = InflationLayer(name, costmap.layered)
+    costmap.layered.layers.append(layer)
+
+    def apply(values: Mapping[str, Any]) -> None:
+        radius, scaling = values["inflation_radius"], values["cost_scaling_factor"]
+        layer.configure(radius=radius, scaling=scaling, inflate_unknown=values["inflate_unknown"])
+
+    _serve(costmap, kind, layer, apply)
+
+
+def _add_static(costmap: Costmap, name: str, kind: str) -> None:
+    def find_map(frame: str) -> Pose | None:
+        try:
+            return costmap.frames.at(frame.lstrip("/"), costmap.global_frame, 0)
+        except TransformException as error:
+            costmap.warn(f"the static map is not used: {error}")
+            return None
+
+    node, namespace = costmap.node, f"{costmap.namespace}/{name}"
+    settings = read_parameters(node, namespace).read(StaticSettings)
+    layer = StaticLayer(name, costmap.layered, settings, find_map)
+    costmap.layered.layers.append(layer)
+    limit = node.limits.of(NavigationLimits).costmap_cells
+
+    def take(accept: Any, message: Any) -> None:
+        try:
+            with costmap.lock:
+                if accept == layer.set_map and settings.first_map_only and layer.map_frame is not None:
+                    return
+                if len(message.data) > limit:
+                    raise ValueError(f"a map must have at most {limit} cells (PIPROS_LIMITS, costmap_cells)")
+                accept(message)
+        except ValueError as error:
+            costmap.log.error("%s: %s", namespace, error)
+
+    topic = settings.map_topic
+    costmap.log.info("%s waits for a map on %s", namespace, topic)
+    subscribe(node, topic, "nav_msgs/OccupancyGrid", partial(take, layer.set_map))
+    costmap.wait_until(lambda: layer.map_frame is not None, f"a map on {node.resolve(topic)}")
+    if settings.subscribe_to_updates:
+        update = "map_msgs/OccupancyGridUpdate"
+        subscribe(node, f"{topic}_updates", update, partial(take, layer.set_part), 10)
+    _serve(costmap, kind, layer)
+
+
+def _add_obstacles(costmap: Costmap, name: str, kind: str) -> None:
+    node, namespace = costmap.node, f"{costmap.namespace}/{name}"
+    given = read_parameters(node, namespace)
+    tracks_unknown = given.boolean(_TRACK, costmap.layered.tracks_unknown)
+    now_ns: Callable[[], int] = lambda: node.clock.now_ns()  # noqa: E731 # the clock may be replaced
+    layer = ObstacleLayer(name, costmap.layered, now_ns, tracks_unknown=tracks_unknown, warn=costmap.warn)
+    costmap.layered.layers.append(layer)
+    names = given.text("observation_sources", "").split()
+    layer.sources += [Source(_source_settings(costmap, f"{namespace}/{each}", each)) for each in names]
+    inputs = [SensorInput(costmap, source) for source in layer.sources]
+    costmap.inputs += inputs
+
+    def receive() -> None:
+        for each in inputs:
+            each.process()
+
+    def apply(values: Mapping[str, Any]) -> None:
+        layer.clears_footprint = values["footprint_clearing_enabled"]
+        layer.max_height = values["max_obstacle_height"]
+        layer.combination = values["combination_method"]
+
+    layer.before_update = receive
+    _serve(costmap, kind, layer, apply)
+
+
+def _source_settings(costmap: Costmap, namespace: str, name: str) -> SourceSettings:
+    given = read_parameters(costmap.node, namespace)
+    found = {
+        each: search_upwards(costmap.node, namespace, each) for each in ("obstacle_range", "raytrace_range")
+    }
+    values = Parameters({**given.values, **found})
+    frame = given.text("sensor_frame", "").lstrip("/")
+    settings = values.read(SourceSettings, topic=given.text("topic", name), sensor_frame=frame)
+    if settings.data_type not in DATA_TYPES:
+        expected = f"one of {', '.join(DATA_TYPES)}"
+        raise InvalidParameter(f"{namespace}/data_type must be {expected}, got {settings.data_type}")
+    return settings

@@ -1,0 +1,49 @@
+"""Topics and services of a node by the names of their types, and the messages and times that they carry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from pipros.msg import load_message_class, load_service_class
+from pipros.msg.time import NS_PER_S, Time
+from pipros.node import Node
+
+
+def advertise(node: Node, topic: str, kind: str, queue_size: int | None = 1, *, latch: bool = False) -> Any:
+    """Advertise a topic of the type of this name."""
+    return node.advertise(topic, load_message_class(kind), queue_size=queue_size, latch=latch)
+
+
+def subscribe(node: Node, topic: str, kind: str, take: Callable[[Any], object], queue_size: int = 1) -> Any:
+    """Subscribe to a topic of the type of this name."""
+    return node.subscribe(topic, load_message_class(kind), take, queue_size=queue_size)
+
+
+def serve(node: Node, name: str, kind: str, handle: Callable[[Any], Any]) -> None:
+    """Offer a service. `handle` returns the only field of the response, a tuple of its fields, or None."""
+    service: Any = load_service_class(kind)
+
+    def respond(request: Any) -> Any:
+        answer = handle(request)
+        fields = answer if isinstance(answer, tuple) else () if answer is None else (answer,)
+        return service._response_class(*fields)
+
+    node.serve(name, service, respond)
+
+
+def stamped(kind: str, frame: str, stamp: Time | int, **fields: Any) -> Any:
+    """Return a message with a header; the time may be given in ns."""
+    message: Any = load_message_class(kind)(**fields)
+    message.header.frame_id = frame
+    message.header.stamp = time_of(stamp) if isinstance(stamp, int) else stamp
+    return message
+
+
+def time_of(stamp_ns: int) -> Time:
+    return Time(*divmod(max(0, stamp_ns), NS_PER_S))
+
+
+def now(node: Node) -> Time:
+    """Return the time of the node's clock."""
+    return time_of(node.clock.now_ns())
