@@ -22,11 +22,11 @@ NOTE_CLICKS = """() => {
 }"""
 CONTROLS = "a[href], button, input, select, textarea, summary, [tabindex='0']"
 # Elements that the mouse can use but the keyboard cannot: those with a listener that neither can have the
-# focus # nor contain an element that can. Log entries are selected with the arrow keys, and the plot has
-# keys.
+# focus # nor contain an element that can. Log entries and rows of tables are selected with the arrow keys,
+# and the plot has keys.
 MOUSE_ONLY = f"""() => [...document.querySelectorAll("[data-clicked]")].filter((element) =>
-  element.checkVisibility() && !element.matches(".entry, .u-wrap, body") && !element.matches("{CONTROLS}")
-  && !element.querySelector("{CONTROLS}") && element.childElementCount > 0)
+  element.checkVisibility() && !element.matches(".entry, .u-wrap, body, [role=grid] tr")
+  && !element.matches("{CONTROLS}") && !element.querySelector("{CONTROLS}") && element.childElementCount > 0)
   .map((element) => element.outerHTML.slice(0, 150))"""
 # Controls by what a user would call them: elements may be replaced by equal ones in the meantime.
 NAME = """(element) => {

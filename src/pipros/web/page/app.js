@@ -6,7 +6,8 @@ import { playback } from "./bags/playback.js";
 import { allViewsMenu, publishersMenu } from "./head_menus.js";
 import { goHome, rememberPlace, robotLink } from "./home.js";
 import { currentPlace, placeOf } from "./place.js";
-import { tabOf } from "./sections.js";
+import { OTHER_SECTIONS, tabOf } from "./sections.js";
+import { shortcuts } from "./shortcuts.js";
 import { TabContext } from "./tab_context.js";
 
 export const TABS = [
@@ -164,7 +165,8 @@ for (const [name, title] of TABS) {
 }
 tabs.append(...links);
 tabs.before(robotLink());
-updateMenu = allViewsMenu(tabs, TABS);
+updateMenu = allViewsMenu(tabs, [...TABS, ...OTHER_SECTIONS]);
+document.querySelector("header").prepend(shortcuts());
 publishersMenu();
 tabs.addEventListener("keydown", (event) => {
   const visible = links.filter((link) => !link.hidden);

@@ -9,7 +9,9 @@ import { onPublishers, publisherList } from "./publishers.js";
 export function allViewsMenu(tabs, titles) {
   const button = document.getElementById("all-views");
   const menu = document.getElementById("views-menu");
-  replace(menu, titles.map(([name, title]) => h("a", { href: placeOf(name), onclick: () => menu.hidePopover() }, title)));
+  replace(menu, titles.map(([name, title], index) =>
+    h("a", { href: placeOf(name), autofocus: index === 0, onclick: () => menu.hidePopover() }, title)));
+  byKeys(menu);
   let folded = [];
   const update = () => {
     button.hidden = tabs.scrollWidth <= tabs.clientWidth && !folded.length;
@@ -27,6 +29,25 @@ export function allViewsMenu(tabs, titles) {
     for (const [index, [name]] of titles.entries()) menu.children[index].classList.toggle("pale", names.includes(name));
     update();
   };
+}
+
+// The arrow keys go from entry to entry, and letters to the entry that begins with them.
+function byKeys(menu) {
+  let typed = "";
+  const startsWith = (text) => [...menu.children].find((each) => each.textContent.toLowerCase().startsWith(text));
+  menu.addEventListener("toggle", () => { typed = ""; });
+  menu.addEventListener("keydown", (event) => {
+    const links = [...menu.children];
+    const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+    let next = step && links[(links.indexOf(document.activeElement) + step + links.length) % links.length];
+    if (event.key.length === 1 && !event.ctrlKey && !event.metaKey) {
+      typed = startsWith((typed + event.key).toLowerCase()) ? (typed + event.key).toLowerCase() : event.key.toLowerCase();
+      next = startsWith(typed);
+    }
+    if (!next) return;
+    next.focus();
+    event.preventDefault();
+  });
 }
 
 export function publishersMenu() {

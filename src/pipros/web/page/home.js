@@ -47,7 +47,8 @@ async function robotPlace(isSure) {
 
 // Returns the link in the head that opens the layout "Robot".
 export function robotLink() {
-  const link = h("a", { href: "#panels", id: "robot", title: "Scene, cameras, plot and console side by side",
+  const link = h("a", { href: "#panels", id: "robot", title: "Scene, cameras, plot and console side by side (h)",
+    "aria-keyshortcuts": "h",
     onclick: async (event) => {
       event.preventDefault();
       link.setAttribute("aria-busy", "true");

@@ -42,6 +42,7 @@ export function dataTable(columns, options) {
     const focused = body.contains(document.activeElement) ? document.activeElement : null;
     wanted.forEach((row, index) => place(body, update(row), index));
     if (focused instanceof HTMLElement && focused !== document.activeElement) focused.focus({ preventScroll: true }); // its row was moved
+    if (onChoose && !body.querySelector(":scope > [tabindex='0']")) stopAt(body, body.querySelector("[data-name]"));
     replace(more.firstChild, `${rows.length - wanted.length} more: filter to see them.`);
     if (rows.length > wanted.length) body.append(more);
     else more.remove();
@@ -61,7 +62,7 @@ export function dataTable(columns, options) {
 
   function create(key) {
     const cells = columns.map(({ kind = "" }) => h("td", { class: kind }));
-    const choosing = onChoose ? { tabindex: 0, "aria-selected": String(key === chosen), onclick: () => choose(key) } : {};
+    const choosing = onChoose ? { tabindex: -1, "aria-selected": String(key === chosen), onclick: () => choose(key) } : {};
     const made = { element: h("tr", { "data-name": key, ...choosing }, cells), cells };
     shown.set(key, made);
     return made;
@@ -77,6 +78,7 @@ export function dataTable(columns, options) {
     for (const [other, { element: row }] of shown) row.setAttribute("aria-selected", String(other === key));
   }
 
+  if (onChoose) body.addEventListener("focusin", (event) => stopAt(body, event.target));
   if (onChoose) body.addEventListener("keydown", (event) => chooseByKey(event, onChoose));
   element.addEventListener("copy", copyRow);
   const csvButton = (name) => h("button", { title: "Save the table as CSV",
@@ -93,6 +95,11 @@ function ordered(rows, order, isDown) {
 
 function place(body, row, index) {
   if (body.children[index] !== row) body.insertBefore(row, body.children[index] ?? null);
+}
+
+// Makes Tab stop at one row only: that of an element.
+function stopAt(body, element) {
+  for (const row of body.children) if (row.dataset.name) row.tabIndex = row.contains(element) ? 0 : -1;
 }
 
 // The arrow keys go from row to row, Enter and the space bar choose one.

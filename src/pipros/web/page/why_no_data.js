@@ -7,7 +7,8 @@ import { h, replace } from "./dom.js";
 // While a bag is open there is no button, because only the running system can be examined.
 export function whyNoData(context) {
   const answer = h("div", { role: "status" });
-  const button = h("button", { type: "button", onclick: (event) => { event.preventDefault(); ask(); } }, "Why no data?");
+  const button = h("button", { type: "button", title: "Examine the topic (w)", "aria-keyshortcuts": "w",
+    onclick: (event) => { event.preventDefault(); ask(); } }, "Why no data?");
   const element = h("div", { class: "why", hidden: true }, button, answer);
   let topic = "";
 

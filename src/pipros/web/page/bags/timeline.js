@@ -13,7 +13,7 @@ export function timeline(on) {
   const cursor = h("div", { class: "cursor" });
   const chosen = h("div", { class: "selection", hidden: true });
   const axis = h("div", { class: "axis" });
-  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", "aria-valuemin": 0,
+  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", "aria-keyshortcuts": "t", "aria-valuemin": 0,
     title: "Click or drag to jump; with Shift, select a part. Escape clears the selection. The wheel, + and - zoom; 0 shows the whole " +
       "bag.", onkeydown: (event) => onKey(event) }, chosen, cursor);
   const names = h("div", { class: "names" });

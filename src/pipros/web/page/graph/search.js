@@ -5,7 +5,8 @@ import { h, replace } from "../dom.js";
 // `onHit(key)` is called if the user chooses the only hit, `onShowAll()` if hits that the options hide are to be shown.
 export function graphSearch(canvas, onHit, onShowAll) {
   const hits = h("span", { class: "pale", role: "status" });
-  const input = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark(),
+  const input = h("input", { type: "search", placeholder: "Search (/)", "aria-keyshortcuts": "/",
+    "aria-label": "Search nodes and topics", oninput: () => mark(),
     onkeydown: (event) => { if (event.key === "Enter") showHit(); } });
   let names = []; // of all nodes and topics, including hidden ones
 

@@ -8,11 +8,13 @@ const LARGEST_FILE = 100000;
 // Returns controls. `current()` is the text of the layout; `onOpen(text)` opens another, `onError(text)` shows an error.
 export function storedLayouts(context, current, onOpen, onError) {
   let may = false;
-  const choice = h("select", { "aria-label": "Stored layouts", onchange: () => attempt(async () => {
+  const choice = h("select", { "aria-label": "Stored layouts", "aria-keyshortcuts": "o",
+    onchange: () => attempt(async () => {
     name.value = choice.value;
     onOpen((await context.act("layout", { name: choice.value })).panels);
   }) });
-  const name = h("input", { size: 12, placeholder: "Name", "aria-label": "Name of the layout", spellcheck: "false", maxlength: 60 });
+  const name = h("input", { size: 12, placeholder: "Name", "aria-label": "Name of the layout", "aria-keyshortcuts": "n",
+    spellcheck: "false", maxlength: 60 });
   const save = h("button", { onclick: () => attempt(async () =>
     list(await context.act("save_layout", { name: name.value.trim(), panels: current() }), name.value.trim())) }, "Save");
   const remove = h("button", { onclick: () => attempt(async () => list(await context.act("delete_layout", { name: name.value.trim() }))) },

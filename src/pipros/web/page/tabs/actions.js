@@ -42,6 +42,7 @@ export function open(view, argument, context) {
   function choose(name) {
     context.remember(name);
     go(name);
+    side.querySelector("textarea")?.focus();
   }
 
   const typeOf = (name) => actions.find(([each]) => each === name)?.[1] ?? "";
@@ -82,7 +83,7 @@ function actionPanel(side, name, type, context, onClose) {
     }
   };
   const cancel = (id) => attempt(() => context.act("cancel_goal", { name, id }));
-  const send = h("button", { disabled: !context.control || !type,
+  const send = h("button", { disabled: !context.control || !type, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter",
     onclick: () => attempt(() => context.act("send_goal", { name, type, goal: goal.value })) }, "Send goal");
   const cancelAll = h("button", { disabled: !context.control, onclick: () => cancel("") }, "Cancel all");
   const live = copiesValues(h("div", {}, h("div", {})), showError);
@@ -93,7 +94,10 @@ function actionPanel(side, name, type, context, onClose) {
   side.append(panelHead(name, onClose), h("dl", {}, h("dt", {}, "Type"), h("dd", {}, type.replace(ENDING, "Action") || "unknown")),
     h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."), error,
       live);
-  if (type) attempt(async () => { goal.value = yaml(await context.act("message", { type: type.replace(ENDING, "Goal") })); });
+  if (type) attempt(async () => {
+    goal.value = yaml(await context.act("message", { type: type.replace(ENDING, "Goal") }));
+    if (document.activeElement === goal) goal.select();
+  });
   return context.watch("action", { name }, (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
 }
 

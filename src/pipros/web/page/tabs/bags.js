@@ -19,22 +19,22 @@ export function open(view, argument, context) {
   const hint = h("div", { class: "note" });
   const list = h("div", { class: "note choice", role: "group", "aria-label": "Bags" });
   const progress = h("progress", { max: 1, "aria-label": "Reading the bag", hidden: true });
-  const button = (text, title, onclick) => h("button", { "aria-label": title, title, onclick }, text);
-  const play = button("▶", "Play", () => playback.control({ play: !playback.state?.playing }));
+  const button = (text, title, onclick, key = null) => h("button", { "aria-label": title, title, "aria-keyshortcuts": key, onclick }, text);
+  const play = button("▶", "Play", () => playback.control({ play: !playback.state?.playing }), "Space");
   const step = (direction) => playback.control({ step: direction, topics: tracks.topics() });
   const speed = h("select", { "aria-label": "Speed", onchange: () => playback.control({ speed: Number(speed.value) }) },
     SPEEDS.map((value) => h("option", { value, selected: value === 1 }, `${value}×`)));
-  const loop = h("input", { type: "checkbox", onchange: () => playback.control({ loop: loop.checked }) });
+  const loop = h("input", { type: "checkbox", "aria-keyshortcuts": "l", onchange: () => playback.control({ loop: loop.checked }) });
   const moment = h("output", { class: "mono", "aria-label": "Moment in the bag" });
-  const goal = h("input", { size: 8, placeholder: "1:02.5", "aria-label": "Jump to" });
+  const goal = h("input", { size: 8, placeholder: "1:02.5", "aria-label": "Jump to", "aria-keyshortcuts": "/" });
   const controls = h("div", { class: "bar transport", hidden: true },
-    button("|◀", "To the beginning", () => jump(playback.bag.begin)), button("◂|", "Previous message", () => step(-1)), play,
-      button("▸|", "Next message", () => step(1)),
+    button("|◀", "To the beginning", () => jump(playback.bag.begin)), button("◂|", "Previous message", () => step(-1), ","), play,
+      button("▸|", "Next message", () => step(1), "."),
     speed, h("label", {}, loop, "Loop"), moment,
     h("form", { onsubmit: (event) => { event.preventDefault(); jumpToText(goal.value); } }, goal, h("button", {}, "Jump")));
   const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"],
     ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
-  const exported = h("button", { title: "Save the checked topics: the part selected by a drag with Shift, or all",
+  const exported = h("button", { "aria-keyshortcuts": "x", title: "Save the checked topics: the part selected by a drag with Shift, or all",
     onclick: () => { if (selection || isSure) save(); else ask(true); } }, "Export");
   const cancel = h("button", { hidden: true, title: "End the export" }, "Cancel");
   const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; ask(false); },

@@ -27,7 +27,8 @@ export function open(view, argument, context) {
   const levels = new Set(LEVELS.map(([level]) => level));
   const boxes = new Map(LEVELS.map(([level]) => [level, h("input", { type: "checkbox", checked: true,
     onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); refine(); } })]));
-  const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", oninput: () => refine() });
+  const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", "aria-keyshortcuts": "/",
+    oninput: () => refine() });
   const node = h("input", { type: "search", placeholder: "Node", title: HELP, "aria-label": "Filter by node", oninput: () => refine() });
   const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14,
     oninput: () => refine() });

@@ -79,8 +79,7 @@ export function open(view, argument, context) {
 
   document.addEventListener("keydown", (event) => {
     if (!context.hears(event) || isTyping(event.target)) return;
-    if (event.key === "/") search.input.focus();
-    else if (event.key === "Escape" && selected) choose("");
+    if (event.key === "Escape" && selected) choose("");
     else if (!canvas.onKey(event)) return;
     event.preventDefault();
   }, { signal: context.signal });

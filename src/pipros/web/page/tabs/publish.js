@@ -19,7 +19,8 @@ export function open(view, argument, context) {
   view.append(h("div", { class: "column" }, runningNote(context.signal), error, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
-    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" },
+    h("p", {}, h("button", { disabled: !control, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter", onclick: () => publish() },
+      "Publish"), h("span", { class: "key" },
       "  With the rate 0, the message is published once, and sent to later subscribers until it is stopped. Closing the page stops all.")),
     h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the " +
       "messages from 0."), list)));
@@ -27,7 +28,7 @@ export function open(view, argument, context) {
   context.watch("running_topics", {}, (data) => {
     known = data.topics;
     replace(topics, known.map((each) => h("option", { value: each.name })));
-    if (argument && !type.value) chosen();
+    if (!type.value) chosen(); // the topic was typed before
   });
 
   function chosen() {

@@ -40,9 +40,10 @@ export function open(view, argument, context) {
     table.show(rows);
   }
 
-  function choose(name) {
+  async function choose(name) {
     context.remember(name);
-    go(name);
+    await go(name);
+    if (selected === name) side.querySelector("textarea")?.select();
   }
 
   async function go(name) {
@@ -63,7 +64,8 @@ export function open(view, argument, context) {
     const request = h("textarea", { rows: 8, class: "mono", "aria-label": "Request in YAML", spellcheck: "false" });
     request.value = yaml(service.request);
     const answer = h("div", { class: "answer", "aria-live": "polite" });
-    const call = h("button", { disabled: !context.control, onclick: () => send(name, request.value, answer) }, "Call");
+    const call = h("button", { disabled: !context.control, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter",
+      onclick: () => send(name, request.value, answer) }, "Call");
     return [
       h("dl", {}, h("dt", {}, "Type"), h("dd", {}, service.type), h("dt", {}, "Arguments"), h("dd", {}, service.arguments || "none")),
       service.definition ? h("details", { class: "definition" }, h("summary", {}, "Definition"),
