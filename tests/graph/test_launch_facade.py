@@ -126,24 +126,6 @@ parent.shutdown()
     ) == ["> 7 5 a-2"]
 
 
-def test_a_script_can_have_its_own_monitor_and_processes(ros: RosSystem, package: Path) -> None:
-    assert run(
-        ros,
-        package,
-        """
-core = roslaunch.parent.ROSLaunchParent(uuid, [], show_summary=False)
-core.start(auto_terminate=False)
-monitor = roslaunch.pmon.start_process_monitor()
-node = roslaunch.core.Node("programs", "sleeper", "n")
-process = roslaunch.nodeprocess.create_node_process(uuid, node, core.config.master.uri)
-monitor.register(process)
-print(">", process.start(), process.is_alive(), monitor.get_active_names() == [process.name])
-print(">", roslaunch.pmon.shutdown_process_monitor(monitor), process.is_alive(), process.exit_code)
-core.shutdown()
-""",
-    ) == ["> True True True", "> True False -2"]
-
-
 def test_a_program_that_does_not_exist_is_an_exception(ros: RosSystem, package: Path) -> None:
     assert run(
         ros,

@@ -52,7 +52,6 @@ DIFFERENT = {
     "bad": "likewise",
     "errors": "the unknown attribute is named with its place",
     "unset ignored": "genuine reads nothing after the first argument that is not set",
-    "dead start": "it is a RuntimeError here",
 }
 """Where pipros differs on purpose, by label; why."""
 
@@ -111,7 +110,7 @@ def outcomes(side: Side, program: str, folder: Path) -> list[str]:
 def test_the_library_does_what_genuine_roslaunch_does(ros: RosSystem, package: Path) -> None:
     ros.pipros.start_master()
     genuine, ours = (outcomes(side, "examine_launch.py", package) for side in (ros.genuine, ros.pipros))
-    assert len(genuine) > 230
+    assert len(genuine) > 150
     assert "\n".join(difflib.unified_diff(genuine, ours, "genuine", "pipros", lineterm="", n=0)) == ""
 
 

@@ -22,6 +22,7 @@ LACKING = {
     "rosbag.bag.AES": "a library that is installed for encrypted bags, if at all",
     "rosbag.bag.gnupg": "a library that is installed for encrypted bags, if at all",
     "rosbag.bag.roslz4": "pipros uses lz4 from PyPI",
+    "roslaunch.*.get_ros_*": "functions of rospkg",
     "tf*PyKDL": "a library that pip does not have",
     "tf_conversions.*": "what PyKDL binds, a library that pip does not have",
 }

@@ -68,7 +68,7 @@ def facade_functions() -> Mapping[str, int]:
 
 
 def test_functions_of_facades_have_few_branches() -> None:
-    assert len(facade_functions()) > 2000
+    assert len(facade_functions()) > 1900
     wrong = {name: count for name, count in facade_functions().items() if count > MAX_BRANCHES}
     assert {name: count for name, count in wrong.items() if name not in EXCEPTIONS} == {}, (
         "move what they do into pipros"
@@ -98,7 +98,7 @@ def test_branches_are_counted(code: str, branches: int) -> None:
     assert branches_of(function) == branches
 
 
-MAX_INTERNAL_LINES = 8_901
+MAX_INTERNAL_LINES = 7_600
 """`facades/internals` is complete: it may shrink, but not grow."""
 
 

@@ -71,7 +71,7 @@ __all__ = [
 
 _star_names(
     __name__,
-    "logging os roslaunch.node_args roslaunch_core=roslaunch.core rospkg sys traceback",
+    "logging os roslaunch_core=roslaunch.core rospkg sys traceback",
     hidden="Machine Param",
 )
 

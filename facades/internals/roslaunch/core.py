@@ -5,13 +5,11 @@ Their instances are mutable, and can be converted to and from `pipros.launch.mod
 
 from __future__ import annotations
 
-import os
 import re
 import socket
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import Any, TypeVar
-from xml.sax.saxutils import escape
+from typing import Any
 from xmlrpc.client import MultiCall, ServerProxy
 
 from pipros.basics import names
@@ -19,8 +17,7 @@ from pipros.basics.env import Environment, split_master_uri
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch import model, placement, run_id
 from pipros.launch.model import LaunchError
-from rosgraph.network import create_local_xmlrpc_uri, parse_http_host_and_port
-from rosgraph.rosenv import ROS_MASTER_URI, ROS_NAMESPACE
+from rosgraph.network import parse_http_host_and_port
 from roslaunch.printing import (
     add_printerrlog_handler,
     add_printlog_handler,
@@ -50,18 +47,11 @@ __all__ = [
     "clear_printlog_handlers",
     "generate_run_id",
     "get_master_uri_env",
-    "get_ros_package_path",
-    "get_ros_root",
-    "is_child_mode",
     "is_machine_local",
     "local_machine",
     "printerrlog",
     "printlog",
     "printlog_bold",
-    "remap_localhost_uri",
-    "rle_wrapper",
-    "set_child_mode",
-    "setup_env",
 ]
 
 HANDED_ON = " ".join(f"roslaunch.core:{name}" for name in __all__)
@@ -86,7 +76,6 @@ TEST_TIME_LIMIT_DEFAULT = 60
 
 _REGISTER_TIMEOUT_S = 10.0
 _IS_RUNNING_TIMEOUT_S = 5.0
-_Result = TypeVar("_Result")
 
 
 class Master:
@@ -303,47 +292,6 @@ class Node:
             if is_broken:
                 raise ValueError(rule)
 
-    def xmltype(self) -> str:
-        """Return the tag of the node's XML element."""
-        return "node"
-
-    def xmlattrs(self) -> list[tuple[str, Any]]:
-        """Return the attributes of the node's XML element. Unset attributes are None."""
-        return [
-            ("pkg", self.package),
-            ("type", self.type),
-            ("machine", self.machine_name),
-            ("ns", self.namespace),
-            ("args", self.args),
-            ("output", self.output),
-            ("cwd", self.cwd or None),
-            ("respawn", self.respawn),
-            ("respawn_delay", self.respawn_delay),
-            ("name", self.name or None),
-            ("launch-prefix", self.launch_prefix),
-            ("required", self.required),
-        ]
-
-    def to_xml(self) -> str:
-        """Return the node's XML element, without parameters."""
-        return self._xml(())
-
-    def to_remote_xml(self) -> str:
-        """Return the node's XML element for a launch child, without the attribute `machine`."""
-        return self._xml(("machine",))
-
-    def _xml(self, left_out: Sequence[str]) -> str:
-        tag = self.xmltype()
-        attributes = " ".join(
-            f'{key}="{_escaped(value)}"'
-            for key, value in self.xmlattrs()
-            if value is not None and key not in left_out
-        )
-        lines = [f"<{tag} {attributes}>"]
-        lines += [f'  <remap from="{source}" to="{target}" />' for source, target in self.remap_args]
-        lines += [f'  <env name="{key}" value="{value}" />' for key, value in self.env_args]
-        return "\n".join([*lines, f"</{tag}>"])
-
     def to_model(self) -> model.Node:
         """Return the corresponding pipros object. The name defaults to the program's name."""
         return model.Node(
@@ -393,10 +341,6 @@ def _shared(node: model.Node) -> dict[str, Any]:
     }
 
 
-def _escaped(value: object) -> object:
-    return escape(value, {'"': "&quot;"}) if isinstance(value, str) else value
-
-
 class Test(Node):
     """A test in a launch file: a node that exits after writing results."""
 
@@ -442,18 +386,6 @@ class Test(Node):
         if limit <= 0:
             raise ValueError("'time-limit' must be a positive number")
         self.time_limit = float(limit)
-
-    def xmltype(self) -> str:
-        return "test"
-
-    def xmlattrs(self) -> list[tuple[str, Any]]:
-        attributes = [pair for pair in super().xmlattrs() if pair[0] not in ("respawn", "respawn_delay")]
-        attributes.append(("test-name", self.test_name))
-        if self.retry:
-            attributes.append(("retry", str(self.retry)))
-        if self.time_limit != TEST_TIME_LIMIT_DEFAULT:
-            attributes.append(("time-limit", self.time_limit))
-        return attributes
 
     def to_test(self) -> model.Test:
         """Return the corresponding pipros object."""
@@ -517,79 +449,16 @@ def is_machine_local(machine: Machine) -> bool:
     return placement.is_local(machine.to_model())
 
 
-def rle_wrapper(fn: Callable[..., _Result]) -> Callable[..., _Result]:
-    """Wrap a function so that all its errors are raised as RLException."""
-
-    def wrapped_fn(*args: Any) -> _Result:
-        try:
-            return fn(*args)
-        except Exception as error:
-            raise RLException(f"ERROR: {error}") from error
-
-    return wrapped_fn
-
-
-def _master_uri(*args: Any) -> str:
+def get_master_uri_env(*args: Any) -> str:
+    """Return the environment's master URI. Raises RLException if it is not a URI with a port."""
     uri = Environment.from_os(*args).master_uri
-    split_master_uri(uri)
+    try:
+        split_master_uri(uri)
+    except Exception as error:
+        raise RLException(f"ERROR: {error}") from error
     return uri
-
-
-get_master_uri_env = rle_wrapper(_master_uri)
-"""Return the environment's master URI. Raises RLException if it is not a URI with a port."""
-
-
-def get_ros_root(env: Mapping[str, str] | None = None) -> str | None:
-    """Return `ROS_ROOT` from the environment."""
-    return (os.environ if env is None else env).get("ROS_ROOT")
-
-
-def get_ros_package_path(env: Mapping[str, str] | None = None) -> str | None:
-    """Return `ROS_PACKAGE_PATH` from the environment."""
-    return (os.environ if env is None else env).get("ROS_PACKAGE_PATH")
-
-
-def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
-    """Replace the host `localhost` in a URI, or any host if forced, with this computer's address."""
-    host, port = parse_http_host_and_port(uri)
-    return create_local_xmlrpc_uri(port) if force_localhost or host == "localhost" else uri
-
-
-def setup_env(
-    node: Node | None, machine: Machine | None, master_uri: str, env: Mapping[str, str] | None = None
-) -> dict[str, str]:
-    """Return a node's environment: `env`, the master's URI, and the node's namespace and variables.
-
-    `env` defaults to this process's environment.
-    """
-    _ = machine
-    variables = dict(os.environ if env is None else env)
-    variables[ROS_MASTER_URI] = master_uri
-    if node is not None:
-        variables.pop(ROS_NAMESPACE, None)
-        namespace = node.namespace.removesuffix("/")
-        if namespace:
-            variables[ROS_NAMESPACE] = namespace
-        variables.update((str(key), str(value)) for key, value in node.env_args)
-    return variables
 
 
 def generate_run_id() -> str:
     """Return a new run ID."""
     return run_id.new_run_id()
-
-
-class _Child:
-    """Whether this process is a launch child."""
-
-    mode = False
-
-
-def is_child_mode() -> bool:
-    """Return whether this process is a launch child, as set by `set_child_mode`."""
-    return _Child.mode
-
-
-def set_child_mode(child_mode: bool) -> None:
-    """Set whether this process is a launch child."""
-    _Child.mode = child_mode

@@ -33,10 +33,8 @@ from roslaunch.nodeprocess import (
     DEFAULT_TIMEOUT_SIGINT,
     DEFAULT_TIMEOUT_SIGTERM,
     NUM_WORKERS,
-    RunProcess,
+    LocalProcess,
     RunProcesses,
-    create_master_process,
-    create_node_process,
     process_numbers,
 )
 from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
@@ -54,8 +52,6 @@ __all__ = [
     "ROSLaunchListener",
     "ROSLaunchRunner",
     "ROSRemoteRunnerIF",
-    "create_master_process",
-    "create_node_process",
     "start_process_monitor",
     "update_terminal_name",
     "validate_master_launch",
@@ -203,7 +199,7 @@ class ROSLaunchRunner:
             on_end=self.pm.tell,
         )
 
-    def launch(self) -> tuple[list[RunProcess], list[str]]:
+    def launch(self) -> tuple[list[LocalProcess], list[str]]:
         """Start everything. Return the names of the running processes and of the nodes that did not start.
 
         Raises:

@@ -1,4 +1,4 @@
-"""A launch's processes and their monitor."""
+"""The processes of a launch and their monitor."""
 
 from __future__ import annotations
 
@@ -10,18 +10,15 @@ import time
 import traceback
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Protocol
 
 from pipros.basics.interrupts import accept_ctrl_c
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.shared_names import share_names
-from pipros.launch.adopted import AdoptedProcesses
 from roslaunch.core import RLException, printerrlog, printlog, printlog_bold
 
 __all__ = [
-    "DeadProcess",
     "FatalProcessLaunch",
     "Process",
     "ProcessListener",
@@ -74,7 +71,7 @@ class ProcessListener:
 
 
 class Process:
-    """Base class of processes in a `ProcessMonitor`. Subclasses implement starting and stopping."""
+    """Base class of the processes in a `ProcessMonitor`."""
 
     def __init__(
         self,
@@ -93,10 +90,14 @@ class Process:
         self.respawn = respawn
         self.respawn_delay = respawn_delay
         self.required = required
-        self.lock = threading.Lock()
-        self.exit_code: int | None = None
-        self.spawn_count = 0
-        self.time_of_death: float | None = None
+
+    @property
+    def exit_code(self) -> int | None:
+        return None
+
+    @property
+    def spawn_count(self) -> int:
+        return 0
 
     def __str__(self) -> str:
         return f"Process<{self.name}>"
@@ -104,7 +105,7 @@ class Process:
     __repr__ = __str__
 
     def get_info(self) -> dict[str, Any]:
-        """Return information about the process, for the XML-RPC server."""
+        """Return information about the process."""
         info = {
             "spawn_count": self.spawn_count,
             "args": self.args,
@@ -118,56 +119,12 @@ class Process:
         }
         return info if self.exit_code is None else {**info, "exit_code": self.exit_code}
 
-    def start(self) -> Any:
-        """Prepare the start. Subclasses call this, then start the process."""
-        self.time_of_death = None
-        self.spawn_count += 1
-
     def is_alive(self) -> bool:
-        """Record the time at which the process was first found not running, and return False.
-
-        Subclasses return True if the process is running, and otherwise call this method.
-        """
-        if self.time_of_death is None:
-            self.time_of_death = time.time()
+        """Return whether the process is running."""
         return False
-
-    def should_respawn(self) -> bool | float:
-        """Return the delay in seconds before the process should be restarted, or False for no restart."""
-        if not self.respawn or (self.time_of_death is None and self.is_alive()):
-            return False
-        return (self.time_of_death or 0.0) + self.respawn_delay - time.time()
 
     def stop(self, errors: list[str] | None = None) -> None:
         """Stop the process. Problems are appended to `errors`."""
-
-    def get_exit_description(self) -> str:
-        """Return a description of how the process ended."""
-        if self.exit_code is None:
-            return "process has died"
-        return f"process has died [exit code {self.exit_code}]" if self.exit_code else _CLEANLY
-
-
-_CLEANLY = "process has finished cleanly"
-
-
-class DeadProcess(Process):
-    """Record of a process that has exited."""
-
-    def __init__(self, p: Process) -> None:
-        super().__init__(p.package, p.name, p.args, p.env, p.respawn, p.respawn_delay)
-        self.exit_code = p.exit_code
-        self.spawn_count = p.spawn_count
-        self.info = p.get_info()
-
-    def get_info(self) -> dict[str, Any]:
-        return self.info
-
-    def start(self) -> None:
-        raise RuntimeError("cannot call start on a dead process!")
-
-    def is_alive(self) -> bool:
-        return False
 
 
 class Watched(Protocol):
@@ -182,96 +139,33 @@ class Watched(Protocol):
     def stop(self) -> None: ...
 
 
-@dataclass(frozen=True, slots=True)
-class _Adopted:
-    """Adapter for a registered process, with the interface that a launch requires."""
-
-    process: Process
-
-    @property
-    def name(self) -> str:
-        return self.process.name
-
-    @property
-    def is_required(self) -> bool:
-        return self.process.required
-
-    @property
-    def exit_code(self) -> int | None:
-        return self.process.exit_code
-
-    def has_ended(self) -> bool:
-        return bool(self.process.spawn_count) and not self.process.is_alive()
-
-    def restart_delay_s(self) -> float | None:
-        delay_s = self.process.should_respawn()
-        return None if delay_s is False else float(delay_s)
-
-    def describe_end(self) -> str:
-        return self.process.get_exit_description()
-
-    def start(self) -> object:
-        return self.process.start()
-
-    def stop(self, errors: list[str]) -> None:
-        self.process.stop(errors)
-
-
-class _Printer:
-    """Print functions, which scripts can redirect with `roslaunch.core.add_printlog_handler` or replace."""
-
-    def say(self, text: str) -> None:
-        printlog(text)
-
-    def bold(self, text: str) -> None:
-        printlog_bold(text)
-
-    def error(self, text: str) -> None:
-        printerrlog(text)
-
-
 class ProcessMonitor(threading.Thread):
-    """Thread that monitors processes.
+    """Thread that monitors the nodes of a launch, which `pipros.launch.run` starts and restarts.
 
-    It reports exits, restarts processes, and ends all processes on `shutdown`. It monitors the nodes of one
-    launch, started by `pipros.launch.run`, and processes registered by scripts.
+    It reports exits, and ends all processes on `shutdown`.
 
     Attributes:
         listeners: notified of each process exit.
         done: whether all processes have ended and the thread has finished.
-        dead_list: records of registered processes that have exited.
     """
 
     def __init__(self, name: str = "ProcessMonitor") -> None:
         super().__init__(name=name, daemon=True)
-        self.plock = threading.RLock()
         self.is_shutdown = False
         self.done = False
         self.listeners: list[ProcessListener] = []
-        self.dead_list: list[Process] = []
-        self.core_procs: list[Process] = []
-        self.reacquire_signals: set[int] = set()
-        self._adopted = AdoptedProcesses[_Adopted](_Printer(), self.tell, traceback.print_exc)
         self._run: Watched | None = None
         self._registrations_complete = False
-        self._had_processes = False
         self._changed = threading.Event()
 
     @property
     def procs(self) -> list[Process]:
         """The running processes."""
-        if self.done:
-            return []
-        with self.plock:
-            return [
-                *(self._run.alive() if self._run else ()),
-                *(adopted.process for adopted in self._adopted),
-            ]
+        return list(self._run.alive()) if self._run is not None and not self.done else []
 
     def watch(self, run: Watched) -> None:
-        """Also monitor the nodes of a launch, and end them on shutdown."""
-        with self.plock:
-            self._run = run
+        """Monitor the nodes of a launch, and end them on shutdown."""
+        self._run = run
         self._changed.set()
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
@@ -286,36 +180,9 @@ class ProcessMonitor(threading.Thread):
             except Exception:
                 traceback.print_exc()
 
-    def register(self, p: Process) -> None:
-        """Add a process that the caller has started or will start.
-
-        Raises:
-            RLException: a process with the same name is registered, or the monitor was shut down.
-        """
-        self._register(p, is_core=False)
-
-    def register_core_proc(self, p: Process) -> None:
-        """Register a process that is ended after all others. Raises the same errors as `register`."""
-        self._register(p, is_core=True)
-        self.core_procs.append(p)
-
-    def _register(self, p: Process, *, is_core: bool) -> None:
-        with self.plock:
-            if self.has_process(p.name):
-                raise RLException(f"cannot add process with duplicate name '{p.name}'")
-            if self.is_shutdown:
-                raise RLException(f"cannot add process [{p.name}] after process monitor has been shut down")
-            self._adopted.add(_Adopted(p), stop_last=is_core)
-        self._changed.set()
-
     def registrations_complete(self) -> None:
         """Allow the monitor to finish when no processes are left."""
         self._registrations_complete = True
-
-    def unregister(self, p: Process) -> None:
-        """Remove a registered process. Raises ValueError if it is not registered."""
-        with self.plock:
-            self._adopted.remove(_Adopted(p))
 
     def has_process(self, name: str) -> bool:
         """Return whether a process with the given name is monitored."""
@@ -324,13 +191,6 @@ class ProcessMonitor(threading.Thread):
     def get_process(self, name: str) -> Process | None:
         """Return the monitored process with the given name, or None."""
         return next((process for process in self.procs if process.name == name), None)
-
-    def has_main_thread_jobs(self) -> int:
-        """Return the size of `reacquire_signals`, which is empty: pipros has no jobs for the main thread."""
-        return len(self.reacquire_signals)
-
-    def do_main_thread_jobs(self) -> None:
-        """Do nothing, for compatibility. pipros has no jobs for the main thread."""
 
     def kill_process(self, name: str) -> bool:
         """Stop the process with the given name. Return False if it does not exist.
@@ -359,7 +219,7 @@ class ProcessMonitor(threading.Thread):
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
         """Return lists of (name, start count) for the running processes and for the exited processes."""
-        ended = [*(self._run.ended() if self._run else ()), *self.dead_list]
+        ended = self._run.ended() if self._run else ()
         return [[(process.name, process.spawn_count) for process in part] for part in (self.procs, ended)]
 
     def mainthread_spin_once(self) -> bool:
@@ -381,31 +241,17 @@ class ProcessMonitor(threading.Thread):
         self.is_shutdown = True
         if self._run is not None:
             self._run.stop()
-        self._adopted.end()
-        self.core_procs.clear()
         self.done = True
 
     def _poll(self) -> None:
-        self._watch_run()
-        gone = self._adopted.check()
-        self.is_shutdown = self.is_shutdown or gone is None
-        self.dead_list += [DeadProcess(adopted.process) for adopted in gone or ()]
-        if not self.is_shutdown and self._all_have_died():
+        if self._run is None:
+            self._changed.wait(_POLL_INTERVAL_S)
+            return
+        if not self._run.watch_once():
+            self.is_shutdown = True
+        elif self._registrations_complete and self._run.ended() and not self.procs:
             printlog("all processes on machine have died, roslaunch will exit")
             self.is_shutdown = True
-
-    def _watch_run(self) -> None:
-        run, has_adopted = self._run, any(self._adopted)
-        if run is None or has_adopted:
-            self._changed.wait(_POLL_INTERVAL_S)
-            self._changed.clear()
-        if run is not None and not run.watch_once(_POLL_INTERVAL_S if has_adopted else None):
-            self.is_shutdown = True
-
-    def _all_have_died(self) -> bool:
-        is_empty = not self.procs
-        self._had_processes = self._had_processes or not is_empty or bool(self._run and self._run.ended())
-        return self._registrations_complete and self._had_processes and is_empty
 
 
 def start_process_monitor() -> ProcessMonitor | None:

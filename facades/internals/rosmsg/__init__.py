@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from genpy.dynamic import generate_dynamic
 from pipros.basics.errors import PiprosError
@@ -29,11 +29,8 @@ __all__ = [
     "MODE_MSG",
     "MODE_SRV",
     "ROSMsgException",
-    "RosMsgProtoArgsException",
-    "RosMsgProtoException",
     "create_names_filter",
     "find_in_workspaces",
-    "fullusage",
     "generate_dynamic",
     "get_array_type_instance",
     "get_msg_text",
@@ -43,17 +40,10 @@ __all__ = [
     "list_msgs",
     "list_srvs",
     "list_types",
-    "rosmsg_cmd_list",
-    "rosmsg_cmd_md5",
-    "rosmsg_cmd_package",
-    "rosmsg_cmd_packages",
     "rosmsg_cmd_prototype",
-    "rosmsg_cmd_show",
-    "rosmsg_debug",
     "rosmsg_md5",
     "rosmsg_search",
     "rosmsgmain",
-    "spec_to_str",
 ]
 
 _star_names(
@@ -71,14 +61,6 @@ _KINDS: Mapping[str, TypeCatalogue] = {MODE_MSG: MESSAGES, MODE_SRV: SERVICES}
 
 class ROSMsgException(Exception):
     """A type or a package does not exist, or a definition is invalid."""
-
-
-class RosMsgProtoException(Exception):
-    """A message cannot be represented as YAML."""
-
-
-class RosMsgProtoArgsException(Exception):
-    """The arguments of `rosmsg-proto` are invalid."""
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: object = None) -> str:  # noqa: ARG001
@@ -158,35 +140,6 @@ def rosmsg_md5(mode: str, type_: str) -> str:
         raise ROSMsgException(str(error)) from None
 
 
-def rosmsg_debug(rospack: object, mode: str, type_: str, raw: bool = False) -> None:  # noqa: ARG001
-    """Print the definition of a type. Raises the same errors as `get_msg_text`."""
-    print(_text(_KINDS[mode], type_, raw))
-
-
-def spec_to_str(msg_context: Any, spec: Any, buff: TextIO | None = None, indent: str = "") -> str:
-    """Format the constants and fields of a genmsg definition, with embedded types indented.
-
-    Args:
-        msg_context: a `genmsg.MsgContext` with the embedded types.
-        spec: a `genmsg.MsgSpec`.
-        buff: additional stream to write the text to.
-
-    Raises:
-        KeyError: an embedded type is not registered.
-    """
-    lines = [f"{indent}{constant.type} {constant.name}={constant.val_text}\n" for constant in spec.constants]
-    for field in spec.parsed_fields():
-        lines.append(f"{indent}{field.type} {field.name}\n")
-        if not field.is_builtin:
-            lines.append(
-                spec_to_str(msg_context, msg_context.get_registered(field.base_type), indent=indent + "  ")
-            )
-    text = "".join(lines)
-    if buff is not None:
-        buff.write(text)
-    return text
-
-
 def create_names_filter(names: Collection[str]) -> Callable[[Any], list[str]]:
     """Return a function that lists the fields of a message except `names`."""
     return lambda message: [name for name in message.__slots__ if name not in names]
@@ -236,41 +189,6 @@ def get_yaml_for_msg(
     return "\n".join(prefix + line for line in text.splitlines())
 
 
-def fullusage(mode: str) -> str:
-    """Return the usage text of the command."""
-    from contextlib import redirect_stdout
-    from io import StringIO
-
-    with redirect_stdout(StringIO()) as printed:
-        _main([], interfaces=_KINDS[mode])
-    return printed.getvalue().rstrip("\n") + "\n"
-
-
-def rosmsg_cmd_list(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """Run `rosmsg list` with the arguments `argv`, which default to `sys.argv[2:]`."""
-    _command(mode, full, "list", argv)
-
-
-def rosmsg_cmd_packages(mode: str, full: str, argv: Sequence[str] | None = None) -> None:
-    """Run `rosmsg packages` with the arguments `argv`, which default to `sys.argv[2:]`."""
-    _command(mode, full, "packages", argv)
-
-
-def rosmsg_cmd_show(mode: str, full: str, alias: str = "show") -> None:
-    """Run `rosmsg show` with the process's arguments."""
-    _command(mode, full, alias, None)
-
-
-def rosmsg_cmd_md5(mode: str, full: str) -> None:
-    """Run `rosmsg md5` with the process's arguments."""
-    _command(mode, full, "md5", None)
-
-
-def rosmsg_cmd_package(mode: str, full: str) -> None:
-    """Run `rosmsg package` with the process's arguments."""
-    _command(mode, full, "package", None)
-
-
 def rosmsg_cmd_prototype(args: Sequence[str]) -> str | None:
     """Return what `rosmsg-proto` prints for the given arguments: an empty message as YAML.
 
@@ -287,13 +205,6 @@ def rosmsg_cmd_prototype(args: Sequence[str]) -> str | None:
     if code:
         sys.exit(code)
     return printed.getvalue().removesuffix("\n") or None
-
-
-def _command(mode: str, full: str, name: str, argv: Sequence[str] | None) -> None:
-    del full  # unused: pipros's command already knows its full name
-    arguments = sys.argv[2:] if argv is None else argv
-    if code := _main([name, *arguments], interfaces=_KINDS[mode]):
-        sys.exit(code)
 
 
 def rosmsgmain(mode: str = MODE_MSG) -> None:

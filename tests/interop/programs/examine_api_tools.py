@@ -52,18 +52,11 @@ def examine_rosmsg():
     examine("yaml", lambda: rosmsg.get_yaml_for_msg(Polygon(), fill_arrays_=True))
     examine("yaml", lambda: rosmsg.get_yaml_for_msg(Polygon(), flow_style_=True))
     examine("filter", lambda: list(rosmsg.create_names_filter(["header"])(PoseStamped())))
-    for mode in (rosmsg.MODE_MSG, rosmsg.MODE_SRV):
-        examine(f"usage {mode}", lambda: rosmsg.fullusage(mode))
     examine("mode", lambda: rosmsg.list_types("std_srvs", "nonsense"))
     package = rospkg.RosPack().get_path("std_srvs")
     for folder, extension in (("srv", ".srv"), ("srv", ".msg"), ("none", ".msg")):
         path = os.path.join(package, folder)
         examine(f"types {folder}", lambda: rosmsg._list_types(path, folder, extension))
-    for arguments in (["md5", "std_msgs/String"], ["show", "std_msgs/String"], ["package", "std_srvs"]):
-        sys.argv = ["rosmsg", *arguments]
-        function = getattr(rosmsg, f"rosmsg_cmd_{arguments[0]}")
-        examine(arguments[0], lambda: printed(lambda: function(".msg", "full")))
-    sys.argv = ["rosmsg"]
 
 
 PROTOTYPES = (

@@ -17,7 +17,6 @@ import roslaunch.config
 import roslaunch.core
 import roslaunch.launch
 import roslaunch.loader
-import roslaunch.node_args
 import roslaunch.nodeprocess
 import roslaunch.parent
 import roslaunch.pmon
@@ -30,7 +29,6 @@ UNSTABLE = re.compile(r"\d{15,}|0x[0-9a-f]+|pid \[?\d+")
 """Random numbers, addresses and process ids."""
 
 FOLDER = sys.argv[1]
-MASTER = os.environ["ROS_MASTER_URI"]
 OUTER = os.path.join(FOLDER, "x.launch")
 INNER = os.path.join(FOLDER, "y.launch")
 BAD = os.path.join(FOLDER, "bad.launch")
@@ -91,11 +89,6 @@ def examine_values():
     test = Test("tt", "a", "b", name="n", time_limit=3, retry=2, cwd="ros_home", launch_prefix="nice")
     for name in [*sorted(roslaunch.core.Node.__slots__), "test_name", "time_limit", "retry"]:
         examine("test " + name, lambda: getattr(test, name))
-    for one in (node, test):
-        examine("xml", one.to_xml)
-        examine("remote xml", one.to_remote_xml)
-        examine("attributes", one.xmlattrs)
-        examine("type", one.xmltype)
     machine = Machine("m", "h", "/env.sh", 2222, "ada", "secret", timeout=3)
     for name in sorted(roslaunch.core.Machine.__slots__):
         examine("machine " + name, lambda: getattr(machine, name))
@@ -129,16 +122,6 @@ def examine_values():
         examine(f"limit {limit}", lambda: Test("a", "b", "c", time_limit=limit).time_limit)
     for name in (None, 3, "", "a", "/a/b/c"):
         examine(f"namespaces of {name}", lambda: roslaunch.config.namespaces_of(name))
-    examine("wrapped", lambda: roslaunch.core.rle_wrapper(int)("x"))
-    for one, env in (
-        (node, {"ROS_NAMESPACE": "/q", "A": "1"}),
-        (test, {"ROS_NAMESPACE": "/q"}),
-        (None, {"X": "1"}),
-    ):
-        examine(
-            "setup_env", lambda: sorted(roslaunch.core.setup_env(one, None, "http://x:1", env=env).items())
-        )
-    examine("remap uri", lambda: roslaunch.core.remap_localhost_uri("http://other:5/"))
     master = roslaunch.core.Master()
     examine(
         "master", lambda: [master.uri, master.get_host(), master.get_port(), master.is_running(), master.type]
@@ -156,21 +139,11 @@ def examine_values():
     roslaunch.core.clear_printlog_handlers()
     examine("plain", lambda: roslaunch.core.printlog("plain"))
     examine("heard", lambda: heard)
-    examine(
-        "child mode",
-        lambda: [
-            roslaunch.core.is_child_mode(),
-            roslaunch.core.set_child_mode(True),
-            roslaunch.core.is_child_mode(),
-        ],
-    )
-    roslaunch.core.set_child_mode(False)
 
 
 def examine_configurations():
     config = roslaunch.config.load_config_default([(FULL, ["x:=1"])], 11999, verbose=False)
     for one in (*config.nodes, *config.tests):
-        examine("xml of " + one.name, one.to_xml)
         examine("more of " + one.name, lambda: [
             one.output, one.cwd, one.filename == FULL, one.remap_args, one.env_args, one.machine_name,
             one.machine is not None, one.process_name, one.namespace,
@@ -234,17 +207,10 @@ def examine_loaders():
     recorder = Recorder()
     examine("load", lambda: loader.load(FULL, recorder, argv=["x:=1"], verbose=False))
     examine("calls", lambda: recorder.calls)
-    context = loader.root_context
-    examine("arguments", lambda: [sorted(context.resolve_dict[key].items()) for key in ("arg", "arg_doc")])
-    examine("context", lambda: [context.ns, context.filename == FULL])
-    for name in sorted(name for name in dir(loader) if name.endswith("_ATTRS")):
-        examine(name, lambda: list(getattr(loader, name)))
     config = roslaunch.ROSLaunchConfig()
     text = '<launch><rosparam command="delete" param="x"/><rosparam command="dump" file="/tmp/o"/></launch>'
     examine("text", lambda: loader.load_string(text, config, verbose=False))
     examine("executables", lambda: [[e.command, e.args, e.phase] for e in config.executables])
-    examine("resolved", lambda: loader.resolve_args("$(arg x)/$(arg d)", context))
-    examine("unset", lambda: loader.resolve_args("$(arg nope)", context), words=False)
     examine(
         "arguments only",
         lambda: roslaunch.xmlloader.XmlLoader(args_only=True).load(BAD, config, argv=[], verbose=False),
@@ -254,30 +220,6 @@ def examine_loaders():
         ("x", "nope"), ("7", "str"), ("7", "double"), (" true ", "boolean"),
     ):  # fmt: skip
         examine(f"convert {value} {kind}", lambda: roslaunch.loader.convert_value(value, kind))
-    for source in range(4):
-        given = [None] * 4
-        given[source] = ("7 ", OUTER, BAD, "head -c 3 " + INNER)[source]
-        examine(f"value {source}", lambda: roslaunch.loader.Loader().param_value(False, "n", "str", *given))
-    context = roslaunch.loader.LoaderContext("/a", "f")
-    context.add_arg("x", default="1")
-    context.add_arg("y", value="2", doc="d")
-    context.add_remap(("p", "q"))
-    context.add_param(roslaunch.core.Param("~a", 3))
-    child = context.child("b")
-    child.add_remap(("r", "s"))
-    included = context.include_child(None, "g")
-    included.add_arg("z", value="9")
-    examine("child", lambda: [context.ns, child.ns, child.remap_args(), child.params, context.child("/c").ns])
-    examine("dictionaries", lambda: [context.resolve_dict, context.arg_names, included.include_resolve_dict])
-    roslaunch.loader.process_include_args(included)
-    examine("included", lambda: [included.resolve_dict, included.args_passed, included.include_resolve_dict])
-    examine("unused", lambda: roslaunch.loader.post_process_include_args(included))
-    examine("declared twice", lambda: context.add_arg("x"))
-    examine(
-        "set twice", lambda: (context.add_arg("v", value="1"), context.child(None).add_arg("v", value="2"))
-    )
-    for remap in (("", "b"), ("a b", "b"), ("a", "b c")):
-        examine(f"remap {remap}", lambda: context.add_remap(remap))
     examine(
         "kinds",
         lambda: [
@@ -374,21 +316,6 @@ CHECKED = (
 def examine_tools():
     given = [(OUTER, ["r:=3"])]
     for label, call in {
-        "local": lambda: roslaunch.node_args.create_local_process_args(
-            Node(
-                "programs", "sleeper", "n", args='"a b" c', remap_args=[("x", "y")], launch_prefix="nice -n 3"
-            ),
-            roslaunch.core.local_machine(),
-        ),
-        "local none": lambda: roslaunch.node_args.create_local_process_args(
-            Node("programs", "nope", "n"), roslaunch.core.local_machine()
-        ),
-        "unnamed": lambda: roslaunch.node_args.create_local_process_args(
-            Node("programs", "sleeper"), roslaunch.core.local_machine()
-        ),
-        "master": lambda: roslaunch.nodeprocess.create_master_process("r", "rosmaster", None, 11999).args[1:],
-        "master port": lambda: roslaunch.nodeprocess.create_master_process("r", "rosmaster", None, 0),
-        "master type": lambda: roslaunch.nodeprocess.create_master_process("r", "x", None, 3),
         "check": lambda: roslaunch.rlutil.check_roslaunch(INNER),
         "resolve": lambda: roslaunch.rlutil.resolve_launch_arguments(["programs", "x.launch", "a:=1"]),
         "resolve path": lambda: roslaunch.rlutil.resolve_launch_arguments([OUTER]),
@@ -480,60 +407,7 @@ def examine_parents(run_id):
     examine("all ended", lambda: ending.pm.done)
 
 
-class Mine(roslaunch.pmon.Process):
-    """A process class written in a script."""
-
-    is_up = False
-
-    def start(self):
-        super().start()
-        self.is_up = True
-        return True
-
-    def is_alive(self):
-        return True if self.is_up else super().is_alive()
-
-    def stop(self, errors=None):
-        self.is_up = False
-
-
-def examine_monitors(run_id):
-    pm = roslaunch.pmon.start_process_monitor()
-    deaths = Deaths()
-    pm.add_process_listener(deaths)
-    own = Mine("pkg", "mine-1", ["x"], {})
-    own.start()
-    pm.register(own)
-    node = Node("programs", "sleeper", "own", "/q")
-    node.machine = roslaunch.core.local_machine()
-    process = roslaunch.nodeprocess.create_node_process(run_id, node, MASTER)
-    examine("made", lambda: [process.is_alive(), process.spawn_count, process.package, node.process_name])
-    examine("started", lambda: [process.start(), process.is_alive(), process.log_output, process.spawn_count])
-    pm.register(process)
-    examine("watched", lambda: [len(pm.get_active_names()), pm.has_process("mine-1"), pm.get_process("nope")])
-    own.exit_code = 4
-    own.is_up = False
-    examine(
-        "own ended", lambda: wait_for(lambda: pm.get_process_names_with_spawn_count()[1] == [("mine-1", 1)])
-    )
-    examine("info", lambda: sorted(own.get_info().items()))
-    examine("twice", lambda: pm.register(process), words=False)
-    examine("kill no name", lambda: pm.kill_process(3))
-    examine("kill none", lambda: printed(lambda: pm.kill_process("none")))
-    pm.registrations_complete()
-    pm.kill_process(process.name)
-    examine("over", lambda: wait_for(lambda: pm.done), output=False)
-    examine("died", lambda: sorted(deaths.names))
-    examine("shut", lambda: [pm.is_shutdown, process.is_alive(), roslaunch.pmon.shutdown_process_monitor(pm)])
-    examine("no monitor", lambda: roslaunch.pmon.shutdown_process_monitor(None))
-    dead = roslaunch.pmon.DeadProcess(own)
-    examine("dead", lambda: [dead.is_alive(), dead.exit_code, dead.spawn_count, sorted(dead.get_info())])
-    examine("dead start", dead.start)
-    late = Mine("pkg", "late", [], {}, respawn=True, respawn_delay=100.0)
-    late.start()
-    late.is_up = False
-    examine("respawn", lambda: [late.is_alive(), 90 < late.should_respawn() <= 100, own.should_respawn()])
-    examine("descriptions", lambda: [own.get_exit_description(), late.get_exit_description()])
+def examine_runners(run_id):
     text = (
         '<param name="rp" value="5"/><node pkg="programs" type="sleeper" name="r1"/>'
         '<node pkg="programs" type="nope" name="r2"/>'
@@ -564,7 +438,7 @@ def main():
     examine_tools()
     run_id = roslaunch.rlutil.get_or_generate_uuid(None, True)
     examine_parents(run_id)
-    examine_monitors(run_id)
+    examine_runners(run_id)
 
 
 if __name__ == "__main__":
