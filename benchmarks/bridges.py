@@ -364,11 +364,11 @@ def sample_messages():
 
 def encodings(options):
     """Measure the time that each encoding takes, in us."""
-    from pipros.bridges.rosbridge.encoding import Encoder, Encoding
+    from pipros.bridges.rosbridge.encoding import Encoder, WireEncoding
     from pipros.bridges.shared_topics import TopicMessage
 
-    encoders = {each.name.lower().replace("_", "-"): (Encoder(), each) for each in Encoding}
-    encoders["bson"] = (Encoder(is_bson=True), Encoding.JSON)
+    encoders = {each.name.lower().replace("_", "-"): (Encoder(), each) for each in WireEncoding}
+    encoders["bson"] = (Encoder(is_bson=True), WireEncoding.JSON)
     print(line(["rosbridge: encode, us", *encoders]))
     print(line(["---", *["---:"] * len(encoders)]))
     rows = []

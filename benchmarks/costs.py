@@ -34,7 +34,7 @@ from pipros.basics.limits import Limits
 from pipros.launch.roscore import Core
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 from pipros.node import Node, Publisher
 from pipros.workspace.index import SHARED_PACKAGES
 
@@ -79,7 +79,7 @@ def measure_owner(connections: int) -> None:
                 client = stack.enter_context(socket.create_connection(server.getsockname()))
                 accepted = stack.enter_context(server.accept()[0])
                 pairs += 1
-            caller = Caller.from_names(client.getsockname(), accepted.getsockname())
+            caller = ThisMachineCaller.from_names(client.getsockname(), accepted.getsockname())
             times = []
             for _ in range(5):
                 start = time.perf_counter()

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from pipros.basics.input_file import read_file
 from pipros.bridges.foxglove.frames import parameter_values
-from pipros.bridges.foxglove.parameters import InvalidParameter, from_client, to_client
+from pipros.bridges.foxglove.parameters import InvalidClientParameter, from_client, to_client
 from pipros.bridges.foxglove.requests import FetchAsset, MalformedRequest, SetParameters, read_request
 from pipros.packages.assets import AssetRefused, read_asset
 from tests.fuzz import mutation
@@ -44,7 +44,7 @@ def target(data: bytes) -> None:
             for parameter in request.parameters:
                 if parameter.get("value") is None:
                     continue
-                with contextlib.suppress(InvalidParameter):
+                with contextlib.suppress(InvalidClientParameter):
                     value = from_client(parameter)
                     [frame] = parameter_values([to_client(parameter["name"], value)]).parts
                     json.loads(frame)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 from struct import Struct
 
-from pipros.bag.mcap_records import Summary
+from pipros.bag.mcap_records import McapSummary
 from tests.fuzz import mcap_files, mutation
 from tests.support.mcap import chunk_record, index_of, mcap_bytes, messages_record, with_summary
 
@@ -33,7 +33,7 @@ def file_of(script: bytes) -> bytes:
     parts = [chunk_of(*rest) for what, *rest in changes if what % 10 == 8]
     patches: list[tuple[int, bytes]] = []
 
-    def change(summary: Summary) -> None:
+    def change(summary: McapSummary) -> None:
         end, left = DATA_BYTES, iter(parts)
         for what, which, more, value in changes:
             chunks, statistics = summary.chunk_indexes, summary.statistics

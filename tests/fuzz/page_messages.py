@@ -22,7 +22,7 @@ from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError
 from pipros.node.any_msg import AnyMsg
-from pipros.web.curve_samples import Field, number_in
+from pipros.web.curve_samples import CurveField, number_in
 from pipros.web.messages.known_topic import KnownTopic
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.console import Log
@@ -83,7 +83,7 @@ def _read(kind: str, md5sum: str, definition: str, body: bytes) -> None:
     assert len(json.dumps([message_tree(message), percentage(message)], allow_nan=False)) < MAX_TEXT
     for name in message.__slots__:
         try:
-            json.dumps(number_in(message, Field("/topic", parse_path(name), name)), allow_nan=False)
+            json.dumps(number_in(message, CurveField("/topic", parse_path(name), name)), allow_nan=False)
         except (PiprosError, ValueError):
             continue
 

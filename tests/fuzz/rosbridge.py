@@ -17,7 +17,7 @@ from pipros.basics.limits import Limits
 from pipros.basics.names import InvalidName, canonicalize, is_legal
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.effects import AnswerCall, CallService, Publish, Reply
-from pipros.bridges.rosbridge.encoding import Encoder, Encoding, operation_frame
+from pipros.bridges.rosbridge.encoding import Encoder, WireEncoding, operation_frame
 from pipros.bridges.rosbridge.filling import Filler
 from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
 from pipros.bridges.shared_topics import TopicMessage
@@ -87,7 +87,7 @@ def _carry_out(effect: Any) -> None:
         except PiprosError:
             continue
         header = {"type": kind, "md5sum": message._md5sum, "message_definition": message._full_text}
-        for encoding in Encoding:
+        for encoding in WireEncoding:
             assert _ENCODER.encoded(TopicMessage("/x", body, header, 0)).frames(encoding, "/x", 50)
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from pipros.graph.drawing.node_graph import GraphOptions, node_graph
 from pipros.graph.drawing.scene import draw
-from pipros.graph.observer import Observation, SystemObserver
+from pipros.graph.observer import GraphObservation, SystemObserver
 from pipros.net.master_client import MasterClient
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -42,7 +42,7 @@ def edges_without_bad_nodes(ros: RosSystem) -> dict[str, Any] | None:
     return None if edges["bad"] else edges
 
 
-def observe(ros: RosSystem, nodes: int) -> Observation:
+def observe(ros: RosSystem, nodes: int) -> GraphObservation:
     """Poll until all nodes have responded or failed, as the page does: at most 60 nodes each time."""
     observer = SystemObserver(MasterClient(ros.master_uri, "/page", timeout_s=30))
     observation = observer.poll()
@@ -51,7 +51,7 @@ def observe(ros: RosSystem, nodes: int) -> Observation:
     return observation
 
 
-def arrows(observation: Observation, options: GraphOptions) -> list[list[str]]:
+def arrows(observation: GraphObservation, options: GraphOptions) -> list[list[str]]:
     graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
     return sorted([" ".join(arrow.start), " ".join(arrow.end), arrow.topic] for arrow in graph.arrows)
 
@@ -78,7 +78,7 @@ def test_the_case_study(ros: RosSystem) -> None:
     wait_until(lambda: len(ros.publishers("/battery_topic")) == 2, 30, "two publishers")
     wait_until(lambda: len(ros.subscribers("/battery_topic")) == 3, 30, "three subscribers")
 
-    def complete() -> Observation | None:
+    def complete() -> GraphObservation | None:
         found = observe(ros, 6)
         links = Counter(connection.topic for connection in found.connections)
         is_complete = links == {"/battery_topic": 6, "/rosout": 5} and not found.unreachable
@@ -158,7 +158,7 @@ class RandomSystem:
         self._server.server_close()
 
 
-def _with_dead(observation: Observation, dead: set[str]) -> Observation | None:
+def _with_dead(observation: GraphObservation, dead: set[str]) -> GraphObservation | None:
     return observation if observation.unreachable == dead else None
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from pipros.bag import BagFormatError, NotIndexed
 from pipros.bag.mcap_files import McapReader, recover
-from pipros.bag.mcap_records import Summary
+from pipros.bag.mcap_records import McapSummary
 from pipros.basics.limits import Limits
 from tests.support.mcap import chunk_record, index_of, mcap_bytes, messages_record, with_summary
 from tests.support.memory import memory_of
@@ -26,7 +26,7 @@ def read(data: bytes, limits: Limits | None = None) -> list[int]:
 def appended(*parts: bytes) -> bytes:
     """A file of a message at 0 ns and these chunks, all in the summary."""
 
-    def add(summary: Summary) -> None:
+    def add(summary: McapSummary) -> None:
         position = summary.chunk_indexes[0].chunk_start_offset + len(chunk)
         for part in parts:
             summary.chunk_indexes.append(index_of(position))
@@ -36,7 +36,7 @@ def appended(*parts: bytes) -> bytes:
     chunk = chunk_record(messages_record([0]))
     start = int.from_bytes(data[-28:-20], "little")
 
-    def only(summary: Summary) -> None:
+    def only(summary: McapSummary) -> None:
         summary.chunk_indexes = [index_of(start, start=0, end=0)]
         add(summary)
 
@@ -44,7 +44,7 @@ def appended(*parts: bytes) -> bytes:
 
 
 def test_a_chunk_that_the_summary_names_twice_is_refused() -> None:
-    def repeat(summary: Summary) -> None:
+    def repeat(summary: McapSummary) -> None:
         summary.chunk_indexes *= 1000
 
     data = with_summary(mcap_bytes(range(1000)), repeat)
@@ -59,7 +59,7 @@ def test_chunks_within_each_other_are_refused() -> None:
     data = appended(outer)
     position = data.index(inner)
 
-    def add(summary: Summary) -> None:
+    def add(summary: McapSummary) -> None:
         summary.chunk_indexes.append(index_of(position))
 
     with pytest.raises(BagFormatError, match=f"the chunk must end before the next one, at byte {position}"):

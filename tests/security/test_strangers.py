@@ -14,17 +14,17 @@ from pipros.msg import load_message_class
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import RpcServer
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 from pipros.node import Node
 from tests.support.nodes import Inbox, MakeNode, listening_log
 from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
 
-STRANGER = Caller("198.51.100.7", 4711, "10.0.0.1", 11311)
+STRANGER = ThisMachineCaller("198.51.100.7", 4711, "10.0.0.1", 11311)
 
 
-def call(node: Node, method: str, *params: Any, caller: Caller = STRANGER) -> Any:
+def call(node: Node, method: str, *params: Any, caller: ThisMachineCaller = STRANGER) -> Any:
     """Return a node's response to a call over a connection of `caller`."""
 
     async def answer() -> Any:
@@ -36,7 +36,7 @@ def call(node: Node, method: str, *params: Any, caller: Caller = STRANGER) -> An
 @pytest.fixture
 def unknown_master(monkeypatch: pytest.MonkeyPatch) -> None:
     """The master calls from an address that nodes do not know, as behind NAT."""
-    monkeypatch.setattr(Caller, "is_here", False)
+    monkeypatch.setattr(ThisMachineCaller, "is_here", False)
     monkeypatch.setattr(MasterClient, "addresses", ())
 
 
@@ -133,11 +133,11 @@ def test_a_replaced_node_shuts_down_even_if_the_caller_is_unknown(make_node: Mak
 def test_the_master_is_trusted_at_its_last_addresses(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Caller, "is_here", False)
+    monkeypatch.setattr(ThisMachineCaller, "is_here", False)
     node = make_node("node")
-    assert call(node, "shutdown", "/master", "reason", caller=Caller("127.0.0.1"))[0] == -1
+    assert call(node, "shutdown", "/master", "reason", caller=ThisMachineCaller("127.0.0.1"))[0] == -1
     node.advertise("chat", String)
-    assert call(node, "shutdown", "/master", "reason", caller=Caller("127.0.0.1"))[0] == 1
+    assert call(node, "shutdown", "/master", "reason", caller=ThisMachineCaller("127.0.0.1"))[0] == 1
     assert node.wait_for_shutdown(60)
 
 

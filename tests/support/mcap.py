@@ -12,7 +12,7 @@ from mcap.records import Chunk, ChunkIndex, Footer, Message
 from mcap.writer import CompressionType, Writer
 from std_msgs.msg import String
 
-from pipros.bag.mcap_records import MAGIC, Summary, read_summary
+from pipros.bag.mcap_records import MAGIC, McapSummary, read_summary
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
 
@@ -31,7 +31,7 @@ def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes 
     return file.getvalue()
 
 
-def with_summary(data: bytes, change: Callable[[Summary], object], more: bytes = b"") -> bytes:
+def with_summary(data: bytes, change: Callable[[McapSummary], object], more: bytes = b"") -> bytes:
     """Return a copy of a file with `more` appended to the data and a summary modified by `change`."""
     summary = read_summary(Source(io.BytesIO(data), "x.mcap", Limits()))
     assert summary is not None

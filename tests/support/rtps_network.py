@@ -16,13 +16,13 @@ from pipros.ros2.rtps.events import (
     Mismatched,
     OverLimit,
     PeerChanged,
-    Received,
+    ReceivedSample,
     RtpsSettings,
 )
 from pipros.ros2.rtps.identity import OWN_VENDOR
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import Policy
+from pipros.ros2.rtps.qos import QosPolicy
 
 STRING = "std_msgs::msg::dds_::String_"
 ADDRESSES = tuple(Address("127.0.0.1", 7410 + 2 * index) for index in range(4))
@@ -38,13 +38,13 @@ class Host:
 
     def payloads(self, entity: bytes) -> list[bytes]:
         """Return the payloads of the samples that a reader has received."""
-        samples = [each for each in self.events if isinstance(each, Received)]
+        samples = [each for each in self.events if isinstance(each, ReceivedSample)]
         return [each.sample.payload for each in samples if each.entity == entity]
 
     def matches(self) -> list[bool]:
         return [each.is_matched for each in self.events if isinstance(each, Matched)]
 
-    def policies(self) -> list[Policy | None]:
+    def policies(self) -> list[QosPolicy | None]:
         return [each.policy for each in self.events if isinstance(each, Mismatched)]
 
     def peers(self) -> list[bool]:

@@ -11,7 +11,7 @@ import venv
 from collections.abc import Iterator
 from pathlib import Path
 
-from pipros.wheels.archive import Entry, write_wheel
+from pipros.wheels.archive import ArchiveEntry, write_wheel
 from pipros.wheels.names import escaped
 from tests.support.environments import REPOSITORY
 
@@ -56,7 +56,7 @@ def _repack(distribution: importlib.metadata.Distribution, folder: Path) -> None
             info = file.parts[0]
             if file.name in ("RECORD", "INSTALLER", "REQUESTED", "direct_url.json"):
                 continue
-        entries[str(file)] = Entry(path)
+        entries[str(file)] = ArchiveEntry(path)
     name = f"{escaped(distribution.metadata['Name'])}-{distribution.version}-{tag}.whl"
     write_wheel(folder / name, entries, info)
 

@@ -44,7 +44,7 @@ CLOCK_S: Final = 0.5
 """Maximum time to wait for the simulated time."""
 
 
-class Received(NamedTuple):
+class SampledMessage(NamedTuple):
     """A message, undecoded, with the wall time of its receipt (s)."""
 
     topic: str
@@ -53,7 +53,7 @@ class Received(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Samples:
+class MessageSamples:
     """Messages of one call.
 
     Attributes:
@@ -63,7 +63,7 @@ class Samples:
         is_full: whether it ended because the messages reached the limit in bytes.
     """
 
-    received: Sequence[Received]
+    received: Sequence[SampledMessage]
     seconds: float
     now_s: float
     is_full: bool
@@ -140,15 +140,15 @@ class Robot:
         self,
         topics: Sequence[str],
         wait_s: float,
-        is_enough: Callable[[Sequence[Received]], bool] = lambda _: False,
-    ) -> Samples:
+        is_enough: Callable[[Sequence[SampledMessage]], bool] = lambda _: False,
+    ) -> MessageSamples:
         """Receive messages for `wait_s`, or until `is_enough` returns true, or the limit in bytes is reached.
 
         `is_enough` is called after each message, in the thread that received it.
         """
         with self.client() as client:
             client.master.get_system_state()  # fails at once without a master
-        received: list[Received] = []
+        received: list[SampledMessage] = []
         lock, over = threading.Lock(), threading.Event()
         left = self.limits.assistant_sample_bytes
 
@@ -159,7 +159,7 @@ class Robot:
                 if over.is_set() or left < 0:
                     over.set()
                     return
-                received.append(Received(topic, time.time(), message))
+                received.append(SampledMessage(topic, time.time(), message))
                 if is_enough(received):
                     over.set()
 
@@ -175,7 +175,7 @@ class Robot:
             with lock:
                 over.set()
             now_s = _now_s(node)
-        return Samples(tuple(received), seconds, now_s, left < 0)
+        return MessageSamples(tuple(received), seconds, now_s, left < 0)
 
     def check_topic(self, topic: str, wait_s: float) -> TopicCheck:
         """Return why no data arrives on a topic; see `pipros.health.topic_check`."""
@@ -211,7 +211,7 @@ class Robot:
         return picture_of(message, self.limits.assistant_picture_pixels, self.limits.assistant_picture_bytes)
 
 
-def decoded(samples: Sequence[Received]) -> Iterator[tuple[Received, Any]]:
+def decoded(samples: Sequence[SampledMessage]) -> Iterator[tuple[SampledMessage, Any]]:
     """Yield the messages with their values. Messages that do not fit their definition are left out."""
     decoder = RawDecoder()
     for each in samples:

@@ -1,12 +1,12 @@
 """The declaration of the server for assistants; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Command, Room
+from pipros.basics.rooms import Room, RoomCommand
 
 ROOM = Room(
     "assistants",
     "tools for assistants",
     subcommands={
-        "mcp": Command(
+        "mcp": RoomCommand(
             "pipros.assistants.commands.mcp:main",
             "serve tools to an assistant, which read the system, or act after approval",
             "Connect the system to others",

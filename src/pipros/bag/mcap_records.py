@@ -86,7 +86,7 @@ class McapChunk:
 
 
 @dataclass(slots=True)
-class Summary:
+class McapSummary:
     """Summary of a file, consisting of the `mcap` library's records. Chunk indexes are sorted by position."""
 
     statistics: Any = None
@@ -102,7 +102,7 @@ def parsed(kind: Any, data: bytes) -> Any:
     return kind.read(ReadDataStream(BytesIO(data)))
 
 
-def read_summary(source: Source) -> Summary | None:
+def read_summary(source: Source) -> McapSummary | None:
     """Return the summary of a file, or None if it does not have one.
 
     Raises:
@@ -118,7 +118,7 @@ def read_summary(source: Source) -> Summary | None:
     start = int.from_bytes(source.read(at + RECORD.size, 8), "little")
     if not start:
         return None
-    summary = Summary()
+    summary = McapSummary()
     for op, position, size in records(source, start):
         if op == FOOTER:
             break

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 ENTRY_POINTS = "pipros.rooms"
 
 
-class Command(NamedTuple):
+class RoomCommand(NamedTuple):
     """A program, or a subcommand of `pipros`.
 
     Attributes:
@@ -56,9 +56,9 @@ class Room(NamedTuple):
     name: str
     purpose: str
     needs: tuple[str, ...] = ()
-    programs: Mapping[str, Command] = {}
-    subcommands: Mapping[str, Command] = {}
-    verbs: Mapping[str, Mapping[str, Command]] = {}
+    programs: Mapping[str, RoomCommand] = {}
+    subcommands: Mapping[str, RoomCommand] = {}
+    verbs: Mapping[str, Mapping[str, RoomCommand]] = {}
     limits: str = ""
     check: str = ""
     offers: Mapping[str, str] = {}
@@ -76,7 +76,7 @@ def rooms() -> Iterator[Room]:
     yield from _rooms_of_others()
 
 
-def verbs(program: str) -> dict[str, Command]:
+def verbs(program: str) -> dict[str, RoomCommand]:
     """Return the subcommands that installed rooms add to a program, by name."""
     return {name: each for room in rooms() for name, each in room.verbs.get(program, {}).items()}
 

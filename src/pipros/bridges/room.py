@@ -1,6 +1,6 @@
 """The declaration of the servers for rosbridge and Foxglove; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Command, Room
+from pipros.basics.rooms import Room, RoomCommand
 
 _HEADING = "Connect the system to others"
 
@@ -8,15 +8,15 @@ ROOM = Room(
     "bridges",
     "servers for rosbridge and Foxglove",
     subcommands={
-        "serve": Command(
+        "serve": RoomCommand(
             "pipros.bridges.commands.serve:main",
             "serve the page, rosbridge and Foxglove on one port",
             _HEADING,
         ),
-        "foxglove": Command(
+        "foxglove": RoomCommand(
             "pipros.bridges.commands.foxglove:main", "serve the system to Foxglove and Lichtblick", _HEADING
         ),
-        "clients": Command(
+        "clients": RoomCommand(
             "pipros.bridges.commands.clients:main",
             "list the clients of pipros serve or pipros foxglove",
             _HEADING,

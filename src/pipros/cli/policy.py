@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from pipros.cli.entry_point import command
 from pipros.cli.runner import run
-from pipros.policy.model import EACH, RUNS, ActRule, FieldRule, FieldTree, Kind, Policy
+from pipros.policy.model import EACH, RUNS, ActKind, ActRule, FieldRule, FieldTree, Policy
 
 if TYPE_CHECKING:
     from pipros.policy.bag_check import BagCheck
@@ -62,11 +62,11 @@ def _result(result: BagCheck) -> Iterator[str]:
 
 
 _VERBS = {
-    Kind.TOPIC: "publish {type} on {name}",
-    Kind.SERVICE: "call {name} ({type})",
-    Kind.PARAMETER: "set {name} ({type})",
-    Kind.LAUNCH: "start {name}",
-    Kind.RECORD: "record {name}",
+    ActKind.TOPIC: "publish {type} on {name}",
+    ActKind.SERVICE: "call {name} ({type})",
+    ActKind.PARAMETER: "set {name} ({type})",
+    ActKind.LAUNCH: "start {name}",
+    ActKind.RECORD: "record {name}",
 }
 
 
@@ -74,7 +74,7 @@ def sentences(policy: Policy) -> Iterator[str]:
     """Yield the lines of an explanation."""
     for rule in policy.rules.values():
         action, _, part = rule.name.rpartition("/")
-        if rule.kind is not Kind.TOPIC or action not in policy.actions:
+        if rule.kind is not ActKind.TOPIC or action not in policy.actions:
             yield f"Clients may {_VERBS[rule.kind].format(type=rule.type, name=rule.name)}:"
             yield from _limits(rule, rule.fields)
         elif part == "goal":
@@ -92,7 +92,7 @@ def sentences(policy: Policy) -> Iterator[str]:
 
 
 def _limits(rule: ActRule, tree: FieldTree) -> Iterator[str]:
-    if rule.kind is Kind.PARAMETER:
+    if rule.kind is ActKind.PARAMETER:
         if tree.rule is not None and _values(tree.rule):
             yield f"  {_values(tree.rule)}"
     elif rule.kind in RUNS:
@@ -111,7 +111,7 @@ def _limits(rule: ActRule, tree: FieldTree) -> Iterator[str]:
     if rule.stop is not None:
         is_zero = rule.stop == rule.message_class()
         values = "of zeros" if is_zero else f"with {' '.join(str(rule.stop).split())}"
-        is_topic = rule.kind is Kind.TOPIC
+        is_topic = rule.kind is ActKind.TOPIC
         yield f"  a {'message' if is_topic else 'request'} {values} stops, and always passes"
         if rule.time_limit_s is not None:
             end = "message, or when the client leaves" if is_topic else "call, or when the server ends"

@@ -40,7 +40,7 @@ class CannotCopy(PiprosError):
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class CopyPattern:
     """A `PATTERN` or `REGEX`, and how matching paths are treated."""
 
     expression: regex.Pattern
@@ -69,7 +69,7 @@ class Copy:
     is_optional: bool = False
     mode: int = FILE_MODE
     keeps_permissions: bool = False
-    patterns: tuple[Pattern, ...] = ()
+    patterns: tuple[CopyPattern, ...] = ()
     only_matching: bool = False
 
 
@@ -87,7 +87,7 @@ def read_copies(
         ValueError: `DESTINATION` or a keyword's value is missing, or a regular expression is invalid.
     """
     sources: list[str] = []
-    patterns: list[Pattern] = []
+    patterns: list[CopyPattern] = []
     values: dict[str, str] = {}
     switches: set[str] = set()
     for keyword, following in _by_keyword(words):
@@ -156,10 +156,10 @@ def _mode(permissions: Sequence[str]) -> int:
     return mode
 
 
-def _pattern(keyword: str, text: str) -> Pattern:
+def _pattern(keyword: str, text: str) -> CopyPattern:
     if keyword == "REGEX":
-        return Pattern(regex.compiled(text))
-    return Pattern(regex.Pattern(text, re.compile(f"(?:.*/)?{fnmatch.translate(text)}")))
+        return CopyPattern(regex.compiled(text))
+    return CopyPattern(regex.Pattern(text, re.compile(f"(?:.*/)?{fnmatch.translate(text)}")))
 
 
 def copy(item: Copy, base: Path, say: Say) -> Path:
@@ -224,7 +224,7 @@ def _copy_folder(item: Copy, source: Path, target: Path, say: Say) -> None:
                 copy_file(Path(path), Path(os.path.normpath(below / name)), say, mode=_mode_of(item, path))
 
 
-def _matching(item: Copy, path: str) -> list[Pattern]:
+def _matching(item: Copy, path: str) -> list[CopyPattern]:
     return [pattern for pattern in item.patterns if pattern.expression.search(path)]
 
 

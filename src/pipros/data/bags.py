@@ -39,7 +39,7 @@ Counted = Callable[[int], None]
 """Called with the number of messages that have been read so far."""
 
 
-class UnknownTopic(PiprosError, LookupError):
+class NoSuchTopic(PiprosError, LookupError):
     """No bag has a topic of this name."""
 
 
@@ -196,11 +196,11 @@ class Bags:
         write_arrow((each.to_arrow() for each in self.batches(topic, **options)), path, "parquet")
 
     def connections_of(self, topic: str) -> list[tuple[BagReader, Connection]]:
-        """Return the connections of a topic. Raise `UnknownTopic` if there are none."""
+        """Return the connections of a topic. Raise `NoSuchTopic` if there are none."""
         found = [(bag, each) for bag in self.readers for each in bag.connections_of(topic)]
         if not found:
             known = ", ".join(map(listed, self.topics()))
-            raise UnknownTopic(f"no bag has the topic [{listed(topic)}]; the topics are {known or 'none'}")
+            raise NoSuchTopic(f"no bag has the topic [{listed(topic)}]; the topics are {known or 'none'}")
         return found
 
     def _tables(

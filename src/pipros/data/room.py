@@ -1,6 +1,6 @@
 """The declaration of tables; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Command, Room
+from pipros.basics.rooms import Room, RoomCommand
 
 _HEADING = "Analyse bags"
 
@@ -8,14 +8,16 @@ ROOM = Room(
     "data",
     "bags as tables",
     subcommands={
-        "dataset": Command(
+        "dataset": RoomCommand(
             "pipros.data.commands.dataset:main", "make data sets for training from bags", _HEADING
         )
     },
     verbs={
         "rosbag": {
-            "query": Command("pipros.data.commands.query:query", "Select rows of topics with SQL.", _HEADING),
-            "table": Command(
+            "query": RoomCommand(
+                "pipros.data.commands.query:query", "Select rows of topics with SQL.", _HEADING
+            ),
+            "table": RoomCommand(
                 "pipros.data.commands.table:table",
                 "Write topics as a table: Parquet, Arrow or CSV.",
                 _HEADING,

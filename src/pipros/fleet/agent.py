@@ -32,7 +32,7 @@ from pipros.fleet.shown_members import ShownMembers
 from pipros.fleet.sources import Sender
 from pipros.fleet.statistics import Statistics
 from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, LinkFailed, Question, SessionLink
+from pipros.fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuestion
 from pipros.msg import load_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -216,7 +216,7 @@ class Agent:
                     f"requests {kind}", member, lambda: self._offers.take_requests(member, payload)
                 )
 
-    def _on_definition_request(self, question: Question) -> None:
+    def _on_definition_request(self, question: ZenohQuestion) -> None:
         self._workers.run(self._poller.answer_definition, question, self._offers.local)
 
     # -- the thread that polls the local master ---------------------------------------------------

@@ -211,7 +211,7 @@ def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
         values = yaml.load(content, file, angles=False)
     except yaml.YamlError as error:
         raise BadFleetFile(str(error)) from None
-    reader = _Reader(file)
+    reader = _FleetReader(file)
     top = reader.mapping({} if values is None else values, "", {"router", "show", "bandwidth_kbit", *_LISTS})
     rules: dict[tuple[str, str], Sequence[FleetRule]] = {}
     for part, lists in _LISTS.items():
@@ -232,7 +232,7 @@ def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
 
 
 @dataclass(frozen=True, slots=True)
-class _Reader:
+class _FleetReader:
     """Converts YAML values. Its errors name the file and the position in it."""
 
     file: str

@@ -10,7 +10,7 @@ from pipros.basics.errors import PiprosError
 from pipros.fleet import keys
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.local_graph import LocalGraph, graph_of
-from pipros.fleet.zenoh_session import Question
+from pipros.fleet.zenoh_session import ZenohQuestion
 from pipros.graph.definitions import TopicDefinitions
 from pipros.graph.services import header_at, uri_of
 from pipros.graph.system_state import read_state
@@ -54,7 +54,7 @@ class LocalPoller:
             *found, self._file, self._member, others, self._definitions.of_topic, self._service_header
         )
 
-    def answer_definition(self, question: Question, local: LocalGraph) -> None:
+    def answer_definition(self, question: ZenohQuestion, local: LocalGraph) -> None:
         """Reply with the requested type's definition, if this member shares a topic of that type."""
         try:
             match keys.parts(question.key):

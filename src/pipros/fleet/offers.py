@@ -14,7 +14,7 @@ from pipros.fleet.local_graph import LocalGraph, outcome_topics
 from pipros.fleet.members import Token
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import Sender, SentTopic
-from pipros.fleet.zenoh_session import Question, SessionLink
+from pipros.fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 
@@ -133,11 +133,11 @@ class Offers:
                 elif member in self._present():
                     sink.take(member, payload, attachment)
 
-    def answer_directory(self, question: Question) -> None:
+    def answer_directory(self, question: ZenohQuestion) -> None:
         question.answer(to_json(self.directory))
         question.close()
 
-    def answer_latched(self, question: Question) -> None:
+    def answer_latched(self, question: ZenohQuestion) -> None:
         match keys.parts(question.key):
             case (_, "t", rest):
                 source = self.shared.get(keys.unmangled("/".join(rest)))

@@ -38,7 +38,7 @@ from pipros.fleet.members import Members
 from pipros.fleet.messages import ReceivedMessage, decompressed, unpack
 from pipros.fleet.shown_member import read_definition
 from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, LinkFailed, Question, SessionLink
+from pipros.fleet.zenoh_session import Ends, LinkFailed, SessionLink, ZenohQuestion
 from pipros.msg.class_finder import installed_class
 from pipros.net.workers import Workers
 
@@ -174,11 +174,11 @@ class FleetRecorder:
             self._waiting_bytes += len(payload)
         self._events.wake()
 
-    def _answer_requests(self, question: Question) -> None:
+    def _answer_requests(self, question: ZenohQuestion) -> None:
         requests = self._topic_requests.get(question.key.rpartition("/")[2], TopicRequests(self._instance))
         _answer(question, requests_to_json(requests))
 
-    def _on_history_request(self, question: Question) -> None:
+    def _on_history_request(self, question: ZenohQuestion) -> None:
         with self._lock:
             is_accepted = self._requests < _MAX_REQUESTS
             self._requests += is_accepted
@@ -190,7 +190,7 @@ class FleetRecorder:
 
     # -- workers ------------------------------------------------------------------------------------
 
-    def _answer_history(self, question: Question) -> None:
+    def _answer_history(self, question: ZenohQuestion) -> None:
         try:
             match keys.parts(question.key):
                 case (_, "history", [member]):
@@ -414,6 +414,6 @@ class FleetRecorder:
         self.dropped += 1
 
 
-def _answer(question: Question, payload: bytes) -> None:
+def _answer(question: ZenohQuestion, payload: bytes) -> None:
     question.answer(payload)
     question.close()

@@ -1,12 +1,12 @@
 """The declaration of fleets; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Command, Room
+from pipros.basics.rooms import Room, RoomCommand
 
 ROOM = Room(
     "fleet",
     "masters joined over a network",
     subcommands={
-        "fleet": Command(
+        "fleet": RoomCommand(
             "pipros.fleet.commands:main",
             "join masters over a network; run, inspect and secure such a fleet",
             "Connect the system to others",

@@ -16,7 +16,7 @@ from pipros.fleet.local_graph import occupied
 from pipros.fleet.members import Token
 from pipros.fleet.shown_member import ShownMember
 from pipros.fleet.sources import Sender
-from pipros.fleet.zenoh_session import Question, SessionLink
+from pipros.fleet.zenoh_session import SessionLink, ZenohQuestion
 from pipros.graph.system_state import SystemState
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -134,7 +134,7 @@ class ShownMembers:
                 self._requests_sent[member] = requests
                 self._link.put(keys.wanted(self._me, member), requests_to_json(requests), waits=True)
 
-    def answer_requests(self, question: Question) -> None:
+    def answer_requests(self, question: ZenohQuestion) -> None:
         """Answer which topics are requested from another member. Called from a Zenoh thread."""
         other = question.key.rpartition("/")[2]
         question.answer(

@@ -13,7 +13,7 @@ from pipros.fleet.offers import Offers
 from pipros.fleet.shown_members import ShownMembers
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import SentTopic
-from pipros.fleet.zenoh_session import Question
+from pipros.fleet.zenoh_session import ZenohQuestion
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics
 from pipros.node import Node
 
@@ -59,7 +59,7 @@ class Statistics:
             "members": sorted(self._present()),
         }
 
-    def answer(self, question: Question) -> None:
+    def answer(self, question: ZenohQuestion) -> None:
         question.answer(json.dumps(self.counters()).encode())
         question.close()
 

@@ -90,7 +90,7 @@ class Ends(Protocol):
     def undeclare(self) -> object: ...
 
 
-class Question:
+class ZenohQuestion:
     """A request from another member. Answer it any number of times, then call `close`. Methods may block."""
 
     def __init__(self, query: zenoh.Query) -> None:
@@ -266,11 +266,11 @@ class SessionLink:
         callback = zenoh.handlers.Callback(on_sample, indirect=False)
         return self._session.declare_subscriber(pattern, callback, allowed_origin=zenoh.Locality.REMOTE)
 
-    def serve(self, pattern: str, on_question: Callable[[Question], object]) -> Ends:
+    def serve(self, pattern: str, on_question: Callable[[ZenohQuestion], object]) -> Ends:
         """Call `on_question` with each matching request."""
 
         def on_query(query: zenoh.Query) -> None:
-            on_question(Question(query))
+            on_question(ZenohQuestion(query))
 
         callback = zenoh.handlers.Callback(on_query, indirect=False)
         return self._session.declare_queryable(pattern, callback)

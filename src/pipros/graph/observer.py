@@ -66,7 +66,7 @@ class ObservedNode:
 
 
 @dataclass(frozen=True, slots=True)
-class Observation:
+class GraphObservation:
     """Snapshot of the running system.
 
     Attributes:
@@ -150,9 +150,9 @@ class SystemObserver:
         )
         self._now_s = now_s
         self._nodes: dict[str, _Node] = {}
-        self._last = Observation()
+        self._last = GraphObservation()
 
-    def poll(self) -> Observation:
+    def poll(self) -> GraphObservation:
         """Query the master, and the nodes whose state is stale.
 
         Blocks until they respond or a deadline expires. Does not raise an exception if the master is
@@ -173,7 +173,7 @@ class SystemObserver:
         self._clients.keep_only({node.uri for node in self._nodes.values()})
         connections, transports = self._connections({*state.topics()})
         uris = {name: node.uri for name, node in self._nodes.items() if node.counts}  # those that answered
-        self._last = Observation(
+        self._last = GraphObservation(
             state,
             types,
             {name: ObservedNode(node.uri, node.error) for name, node in self._nodes.items()},

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping, Set
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from pipros.graph.observer import Observation, Traffic
+from pipros.graph.observer import GraphObservation, Traffic
 from pipros.graph.system_state import Registrations, SystemState, TopicConnection
 
 Kind = Literal["node", "topic"]
@@ -58,14 +58,14 @@ class RecentChanges:
 
     def __init__(self) -> None:
         """Start without changes. The first observation is only a baseline for the next one."""
-        self._last: Observation | None = None
+        self._last: GraphObservation | None = None
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()
         self._connected_s: dict[TopicConnection, float] = {}
         self._events: deque[GraphEvent] = deque(maxlen=MAX_EVENTS)
         self._removals: list[_Removal] = []
 
-    def add(self, observation: Observation, now_s: float) -> None:
+    def add(self, observation: GraphObservation, now_s: float) -> None:
         """Compare an observation, made at the wall time `now_s`, with the previous observation."""
         if observation.error:
             return
@@ -99,7 +99,7 @@ class RecentChanges:
         gone = {part: removal.when_s for removal in self._removals for part in removal.parts}
         return {part: when_s for part, when_s in gone.items() if part not in self._parts}
 
-    def with_removed(self, observation: Observation) -> Observation:
+    def with_removed(self, observation: GraphObservation) -> GraphObservation:
         """Return an observation that includes the removed nodes and topics with their last connections."""
         gone = self.removed()
         if not gone:

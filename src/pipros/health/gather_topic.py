@@ -18,7 +18,7 @@ from pipros.graph.raw_decoder import RawDecoder
 from pipros.health.examine import stable_system
 from pipros.health.gather_system import begins_with_header
 from pipros.health.system_report import SystemReport
-from pipros.health.topic_check import ReceivedMessage, TopicFacts
+from pipros.health.topic_check import CheckedMessage, TopicFacts
 from pipros.msg.errors import MessageException
 from pipros.net.in_parallel import in_parallel
 from pipros.net.rpc_client import RpcClient
@@ -84,7 +84,7 @@ class _Listener:
         self._node = node
         self._lock = threading.Lock()
         self._is_over = False
-        self._received: list[ReceivedMessage] = []
+        self._received: list[CheckedMessage] = []
         self._count = 0
         self._frames: set[str] = set()
         self._decoder = RawDecoder()
@@ -104,7 +104,7 @@ class _Listener:
         while self._subscriber.connection_count < publishers and time.monotonic() < end_s:
             self._node.wait_for_shutdown(0.02)
 
-    def end(self) -> tuple[Sequence[ReceivedMessage], int, frozenset[str], float]:
+    def end(self) -> tuple[Sequence[CheckedMessage], int, frozenset[str], float]:
         """Return the last messages, the number of all, the frames, and the time of the end."""
         with self._lock:
             self._is_over = True
@@ -125,7 +125,7 @@ class _Listener:
             self._count += 1
             self._received.append(self._message(raw, now_s))
 
-    def _message(self, raw: AnyMsg, now_s: float) -> ReceivedMessage:
+    def _message(self, raw: AnyMsg, now_s: float) -> CheckedMessage:
         fields = raw.header
         publisher = printable(fields.get("callerid", ""))
         is_latched = fields.get("latching") == "1"
@@ -134,12 +134,12 @@ class _Listener:
             self._has_header.clear()
             self._has_header[definition] = begins_with_header(definition)
         if not self._has_header[definition] or len(raw.body) < _HEADER.size:
-            return ReceivedMessage(now_s, publisher, is_latched=is_latched)
+            return CheckedMessage(now_s, publisher, is_latched=is_latched)
         _, secs, nsecs, length = _HEADER.unpack_from(raw.body)
         frame = bytes(raw.body[_HEADER.size : _HEADER.size + min(length, 300)]).decode("utf-8", "replace")
         ros_ns = self._node.clock.now_ns()
         age_s = (ros_ns - secs * 1_000_000_000 - nsecs) / 1e9 if ros_ns and (secs or nsecs) else None
-        return ReceivedMessage(now_s, publisher, age_s, frame, is_latched)
+        return CheckedMessage(now_s, publisher, age_s, frame, is_latched)
 
     def _add_frames(self, raw: AnyMsg) -> None:
         with suppress(PiprosError, MessageException):

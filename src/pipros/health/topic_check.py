@@ -33,7 +33,7 @@ STOPPED_S: Final = 1.0
 """A topic has stopped if its last message is older than both this and `STOPPED_PERIODS` of its periods."""
 
 
-class ReceivedMessage(NamedTuple):
+class CheckedMessage(NamedTuple):
     """A message that arrived here.
 
     Attributes:
@@ -69,7 +69,7 @@ class TopicFacts:
     topic: str
     system: SystemReport
     wait_s: float
-    received: Sequence[ReceivedMessage] = ()
+    received: Sequence[CheckedMessage] = ()
     count: int = 0
     end_s: float = 0.0
     frames: frozenset[str] = frozenset()
@@ -84,7 +84,7 @@ class TopicFacts:
         return self.system.state.subscribers.get(self.topic, ())
 
 
-class Step(NamedTuple):
+class CheckStep(NamedTuple):
     """A check between the publisher and the subscribers.
 
     Attributes:
@@ -109,7 +109,7 @@ class TopicCheck:
 
     topic: str
     type: str
-    steps: Sequence[Step]
+    steps: Sequence[CheckStep]
 
     @property
     def finding(self) -> Finding | None:
@@ -133,9 +133,9 @@ def check_topic(facts: TopicFacts) -> TopicCheck:
     for name, check in STEPS:
         found = check(facts)
         if isinstance(found, Finding):
-            steps.append(Step(name, found.summary, found))
+            steps.append(CheckStep(name, found.summary, found))
             break
-        steps.append(Step(name, found))
+        steps.append(CheckStep(name, found))
     return TopicCheck(facts.topic, facts.system.types.get(facts.topic, ""), steps)
 
 

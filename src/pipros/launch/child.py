@@ -32,7 +32,7 @@ from pipros.launch.run_id import is_run_id, new_run_id, run_id_problem
 from pipros.launch.server import LaunchServer
 from pipros.launch.xml import load
 from pipros.net.address import plain_address
-from pipros.net.this_machine import Caller, has_address, knows_users
+from pipros.net.this_machine import ThisMachineCaller, has_address, knows_users
 from pipros.workspace.index import PackageIndex
 
 
@@ -179,7 +179,7 @@ class Child:
         self.request_stop()
         return [1, "success", 1]
 
-    def _admits(self, caller: Caller) -> bool:
+    def _admits(self, caller: ThisMachineCaller) -> bool:
         """Return whether a caller may connect.
 
         Access is restricted, because `launch` runs programs as this process's user. On this machine, only the

@@ -14,7 +14,7 @@ from pipros.net import address
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import Method, RpcServer
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 
 
 class LaunchServer:
@@ -29,7 +29,7 @@ class LaunchServer:
         processes: Callable[[], Sequence[ProcessInfo]],
         methods: Mapping[str, Method] | None = None,
         *,
-        admits: Callable[[Caller], bool] | None = None,
+        admits: Callable[[ThisMachineCaller], bool] | None = None,
     ) -> None:
         """Store the settings; `start` opens the port.
 

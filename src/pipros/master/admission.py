@@ -5,7 +5,7 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Sequence
 
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 
 
 class AllowedNetworks:
@@ -20,7 +20,7 @@ class AllowedNetworks:
         """Parse the networks. Raises ValueError if one is invalid."""
         self._networks = [ipaddress.ip_network(network, strict=False) for network in networks]
 
-    def admits(self, caller: Caller) -> bool:
+    def admits(self, caller: ThisMachineCaller) -> bool:
         """Return whether a caller is in one of the networks, or on this machine."""
         try:
             ip = ipaddress.ip_address(caller.host)

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.limits import Limits, process_limits
-from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer, Arguments
+from pipros.master.arguments import CALLER_ERROR, INTERNAL, SUCCESS, Answer, CallArguments
 from pipros.master.param_notices import param_notices
 from pipros.master.params import NotATree, NotSet, ParamsFull, ParamTree, TooDeep
 from pipros.master.registry import Notice, Registry, Role
@@ -53,7 +53,7 @@ class MasterApi:
             limits: defaults to the process-wide limits.
         """
         self.uri = ""
-        self.arguments = Arguments((limits or process_limits()).name_characters)
+        self.arguments = CallArguments((limits or process_limits()).name_characters)
         self._registry = registry
         self._params = params
         self._notify = notify

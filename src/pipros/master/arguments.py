@@ -38,7 +38,7 @@ _KEY = non_empty_text("key")
 _SUBGRAPH = empty_or_valid_name("subgraph")
 
 
-class Arguments(NamedTuple):
+class CallArguments(NamedTuple):
     """One master's argument checks.
 
     Long names and URIs are refused, because parsing them would delay other callers.

@@ -24,7 +24,7 @@ from pipros.master.registry import Registry
 from pipros.master.store import Store, restore_params, restore_registrations
 from pipros.net import address
 from pipros.net.rpc_server import RpcServer, current_caller
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 
 _log = logging.getLogger("rosmaster.master")
 
@@ -41,7 +41,7 @@ class MasterServer:
         *,
         hosts: Sequence[str],
         advertised: AdvertisedAddress,
-        admits: Callable[[Caller], bool] | None,
+        admits: Callable[[ThisMachineCaller], bool] | None,
     ) -> None:
         """
         Args:

@@ -36,7 +36,7 @@ Address = tuple[int, int, int, str, tuple[Any, ...]]
 Resolve = Callable[..., list[Any]]
 
 
-class Answer:
+class LookupAnswer:
     """The result of a lookup, available now or later. Thread-safe."""
 
     def __init__(self) -> None:
@@ -100,14 +100,14 @@ class Lookups:
         self._now = now
         self._begin()
 
-    def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
+    def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> LookupAnswer:
         """Start the lookup of a name and return at once.
 
         `wanted` takes the keyword arguments of `socket.getaddrinfo`.
         """
         if self._process != os.getpid():  # a forked child does not inherit the threads
             self._begin()
-        answer = Answer()
+        answer = LookupAnswer()
         try:
             answer.set(_literal(host, wanted))
             return answer
@@ -157,8 +157,8 @@ class Lookups:
     def _begin(self) -> None:
         self._process = os.getpid()
         self._lock = threading.Lock()
-        self._known: OrderedDict[Any, tuple[Answer, float]] = OrderedDict()
-        self._under_way: dict[Any, Answer] = {}
+        self._known: OrderedDict[Any, tuple[LookupAnswer, float]] = OrderedDict()
+        self._under_way: dict[Any, LookupAnswer] = {}
         self._workers: dict[bool, Workers] = {}
 
     def _workers_for(self, urgent: bool) -> Workers:
@@ -168,7 +168,7 @@ class Lookups:
             self._workers[urgent] = Workers("lookup", self._limit, kept_idle=0)
         return self._workers[urgent]
 
-    def _look_up(self, key: Any, host: str, wanted: dict[str, int], answer: Answer) -> None:
+    def _look_up(self, key: Any, host: str, wanted: dict[str, int], answer: LookupAnswer) -> None:
         addresses: list[Address] = []
         error: OSError | None = None
         try:

@@ -23,7 +23,7 @@ from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_state import BUSY, FINAL, Event, State, Step, after, next_step
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response, response_head
 from pipros.wire.xmlrpc import ValueTooLarge, decode_call, encode_fault, encode_response
 
@@ -65,9 +65,9 @@ class Answerer(Protocol):
     @property
     def large_values(self) -> Executor: ...
 
-    def admits(self, caller: Caller) -> bool: ...
+    def admits(self, caller: ThisMachineCaller) -> bool: ...
 
-    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any: ...
+    def call(self, name: str, params: tuple[Any, ...], *, caller: ThisMachineCaller) -> Any: ...
 
 
 class RpcConnection(asyncio.Protocol):
@@ -92,7 +92,7 @@ class RpcConnection(asyncio.Protocol):
         self._needs_bytes = False  # whether the reader needs more bytes to complete a request
         self._is_last_answer = False
         self._has_peer_ended = False
-        self.caller = Caller()
+        self.caller = ThisMachineCaller()
         self.peer = ""
         self.last_used = loop.time()
 
@@ -102,7 +102,7 @@ class RpcConnection(asyncio.Protocol):
         assert isinstance(transport, asyncio.Transport)  # noqa: S101  # a TCP server makes no others
         self._transport = transport
         names = (transport.get_extra_info(name) for name in ("peername", "sockname"))
-        self.caller = Caller.from_names(*names)
+        self.caller = ThisMachineCaller.from_names(*names)
         self.peer = self.caller.host
         if not self._server.admits(self.caller) or not self._server.connections.add(self):
             transport.abort()

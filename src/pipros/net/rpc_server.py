@@ -25,7 +25,7 @@ from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import LARGE_ANSWER, RpcConnection, UnknownMethod, fault_text
 from pipros.net.sockets import connections_that_fit, listen_all
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 from pipros.wire.xmlrpc import Encoded, ValueTooLarge
 
 Method = Callable[..., Any]
@@ -34,7 +34,7 @@ Method = Callable[..., Any]
 A plain function runs in the loop and must not block; a coroutine function may wait.
 """
 
-current_caller: ContextVar[Caller] = ContextVar("current_caller", default=Caller())  # noqa: B039  # frozen
+current_caller: ContextVar[ThisMachineCaller] = ContextVar("current_caller", default=ThisMachineCaller())  # noqa: B039  # frozen
 """The peer of the current call, for methods that check permissions."""
 
 
@@ -69,7 +69,7 @@ class RpcServer:
         host: str | Sequence[str] = LOOPBACK,
         port: int | PortRange = 0,
         limits: Limits | None = None,
-        admits: Callable[[Caller], bool] | None = None,
+        admits: Callable[[ThisMachineCaller], bool] | None = None,
         on_bad_arity: Callable[[str, tuple[Any, ...]], Any] | None = None,
     ) -> None:
         """Store the settings; `start` opens the port.
@@ -176,7 +176,7 @@ class RpcServer:
 
     # ---- called by connections
 
-    def admits(self, caller: Caller) -> bool:
+    def admits(self, caller: ThisMachineCaller) -> bool:
         """Return whether a peer may connect; always False after `stop`. Refusals are counted."""
         if self._is_stopped:
             return False
@@ -185,7 +185,7 @@ class RpcServer:
         self.refusals.count(caller.host, "its network is not admitted")
         return False
 
-    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
+    def call(self, name: str, params: tuple[Any, ...], *, caller: ThisMachineCaller) -> Any:
         """Call a method from the table; return its value, or an awaitable for the value.
 
         Raises:

@@ -32,7 +32,7 @@ _ORPHAN: Final = "0"
 """The inode of a socket that is no longer open in any process. The table shows root as its owner."""
 
 
-class Caller(NamedTuple):
+class ThisMachineCaller(NamedTuple):
     """The two ends of a connection to a server in this process.
 
     All fields are empty if the connection has closed.
@@ -48,11 +48,11 @@ class Caller(NamedTuple):
     own_port: int = 0
 
     @classmethod
-    def from_names(cls, peer_name: object, socket_name: object) -> Caller:
+    def from_names(cls, peer_name: object, socket_name: object) -> ThisMachineCaller:
         """Create a caller from the results of `getpeername` and `getsockname`; empty if either is missing.
 
-        >>> Caller.from_names(("::ffff:10.0.0.5", 4711, 0, 0), ("::ffff:10.0.0.1", 11311, 0, 0))
-        Caller(host='10.0.0.5', port=4711, own_host='10.0.0.1', own_port=11311)
+        >>> ThisMachineCaller.from_names(("::ffff:10.0.0.5", 4711, 0, 0), ("::ffff:10.0.0.1", 11311, 0, 0))
+        ThisMachineCaller(host='10.0.0.5', port=4711, own_host='10.0.0.1', own_port=11311)
         """
         if not (isinstance(peer_name, tuple) and isinstance(socket_name, tuple)):
             return cls()

@@ -20,7 +20,7 @@ _PACKAGES = frozenset(("moveit_commander", "smach", "smach_ros", "smach_viewer")
 """Modules that are packages of ROS, with advice in `well_known.py`."""
 
 
-class _Loader(Loader):
+class _AbsentLoader(Loader):
     """Loader that raises ImportError for a module."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
@@ -45,7 +45,7 @@ class _Loader(Loader):
         """Required by `Loader`, but never called, because `create_module` always raises."""
 
 
-class _HiddenLoader(_Loader):
+class _HiddenLoader(_AbsentLoader):
     """Loader that raises ImportError for a module of a wheel that the workspace hides."""
 
     def __init__(self, package: str, folder: str) -> None:
@@ -67,4 +67,4 @@ def hidden_spec(name: str, package: str, folder: str) -> ModuleSpec:
 
 def absent_spec(name: str) -> ModuleSpec | None:
     """Return a spec whose import fails and suggests the replacement, or None for other modules."""
-    return ModuleSpec(name, _Loader()) if name in _REASONS or name in _PACKAGES else None
+    return ModuleSpec(name, _AbsentLoader()) if name in _REASONS or name in _PACKAGES else None

@@ -23,7 +23,7 @@ Complete = Callable[[Any], None]
 """Function that changes a module that was just loaded."""
 
 
-class _Loader(SourceFileLoader):
+class _CompletingLoader(SourceFileLoader):
     """Loader that loads a module and then completes it."""
 
     def __init__(self, name: str, path: str, complete: Complete) -> None:
@@ -44,7 +44,7 @@ def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None
     """
     found = PathFinder.find_spec(name, path)
     if found is not None and type(found.loader) is SourceFileLoader:
-        found.loader = _Loader(name, found.loader.path, complete or COMPLETED[name])
+        found.loader = _CompletingLoader(name, found.loader.path, complete or COMPLETED[name])
     return found
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from pipros.bag.opening import open_bag
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition
-from pipros.policy.model import ActRefused, Kind, Policy
+from pipros.policy.model import ActKind, ActRefused, Policy
 
 
 @dataclass(slots=True)
@@ -50,7 +50,7 @@ def check_bag(policy: Policy, path: str | os.PathLike[str]) -> BagCheck:
         wanted = []
         for connection in bag.connections:
             name = connection.topic
-            if name in of_topic or (Kind.TOPIC, name) in policy.rules:
+            if name in of_topic or (ActKind.TOPIC, name) in policy.rules:
                 wanted.append(connection)
             else:
                 result.other_topics[name] = result.other_topics.get(name, 0) + counts[connection.id]
@@ -61,7 +61,7 @@ def check_bag(policy: Policy, path: str | os.PathLike[str]) -> BagCheck:
             if connection.topic in of_topic:
                 continue
             try:
-                act = Act(Kind.TOPIC, connection.topic, message, connection.type, connection.md5sum)
+                act = Act(ActKind.TOPIC, connection.topic, message, connection.type, connection.md5sum)
                 decide(policy, act, state, now_s)
                 result.passed += 1
             except ActRefused as error:

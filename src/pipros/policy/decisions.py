@@ -13,7 +13,7 @@ from pipros.basics.printable import printable
 from pipros.basics.similar_names import similar_names
 from pipros.msg.base import Message
 from pipros.policy.field_check import FieldCheck, check_changes, check_value
-from pipros.policy.model import RUNS, ActRefused, ActRule, Condition, FieldTree, Kind, Policy
+from pipros.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, FieldTree, Policy
 
 MINUTE_S: Final = 60.0
 PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str": str}
@@ -29,7 +29,7 @@ class Act:
         value: the message, the request, the parameter's value, or the arguments of a launch file.
     """
 
-    kind: Kind
+    kind: ActKind
     name: str
     value: Any
     type: str = ""
@@ -68,7 +68,7 @@ class PolicyState:
         readings: the last message for each condition.
     """
 
-    accepted: dict[tuple[Kind, str], Accepted] = field(default_factory=dict)
+    accepted: dict[tuple[ActKind, str], Accepted] = field(default_factory=dict)
     readings: dict[str, Reading] = field(default_factory=dict)
 
 
@@ -85,7 +85,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     check = FieldCheck(act.name, rule.place)
     if isinstance(act.value, Message):
         check.message(act.value, rule.fields)
-    elif act.kind is Kind.PARAMETER:
+    elif act.kind is ActKind.PARAMETER:
         _check_parameter(act, rule)
     elif act.kind in RUNS:
         for name, value in act.value.items():
@@ -113,7 +113,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     return rule
 
 
-def rule_for(policy: Policy, kind: Kind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
+def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
     """Return the rule for a name, whose type must be that of the rule.
 
     Raises:
@@ -124,7 +124,7 @@ def rule_for(policy: Policy, kind: Kind, name: str, type_name: str = "", md5sum:
         hint = similar_names(name, [known for section, known in policy.rules if section is kind])
         shown = printable(ascii(name)[1:-1])  # a letter of another alphabet must not look like one of ours
         raise ActRefused(f"the policy names no {kind.value[:-1]} {shown}. {hint}".rstrip())
-    if rule.type and kind is not Kind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
+    if rule.type and kind is not ActKind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
         shown = printable(ascii(type_name)[1:-1])
         if type_name == rule.type:
             raise ActRefused(f"{name} has another definition of {shown} than the policy", rule.place)

@@ -26,7 +26,7 @@ class ActRefused(PiprosError):
         super().__init__(f"{reason} ({place})" if place else reason)
 
 
-class Kind(Enum):
+class ActKind(Enum):
     """Kind of act. The values are the sections of the file."""
 
     TOPIC = "topics"
@@ -36,7 +36,7 @@ class Kind(Enum):
     RECORD = "recordings"
 
 
-RUNS: Final = (Kind.LAUNCH, Kind.RECORD)  # acts that start a program, which ends after the time limit
+RUNS: Final = (ActKind.LAUNCH, ActKind.RECORD)  # acts that start a program, which ends after the time limit
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +120,7 @@ class ActRule:
     """
 
     place: str
-    kind: Kind
+    kind: ActKind
     name: str
     type: str
     message_class: Any = None
@@ -174,6 +174,6 @@ class Policy:
 
     file: str
     text: str
-    rules: Mapping[tuple[Kind, str], ActRule]
+    rules: Mapping[tuple[ActKind, str], ActRule]
     conditions: Mapping[str, Condition] = field(default_factory=dict)
     actions: Mapping[str, str] = field(default_factory=dict)

@@ -16,18 +16,18 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.msg.from_yaml import fill_message_args
 from pipros.policy.decisions import PARAMETER_TYPES
 from pipros.policy.field_file import NUMBERS, PLAIN, field_path, place_of, read_fields, read_rule, whole
-from pipros.policy.model import EACH, RUNS, ActRule, Condition, FieldRule, FieldTree, Kind, Policy
+from pipros.policy.model import EACH, RUNS, ActKind, ActRule, Condition, FieldRule, FieldTree, Policy
 from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
 
 _BOUNDS = ("range", "above", "below", "one_of", "unit")
 _ACT_KEYS = ("type", "fields", "per_minute", "requires")
 _KEYS = {
-    Kind.TOPIC: (*_ACT_KEYS, "stop", "time_limit_s"),
-    Kind.SERVICE: (*_ACT_KEYS, "stop", "time_limit_s"),
-    Kind.PARAMETER: ("type", "range", "one_of", "unit", "per_minute", "requires"),
-    Kind.LAUNCH: ("args", "per_minute", "requires", "time_limit_s"),
-    Kind.RECORD: ("per_minute", "requires", "time_limit_s"),
+    ActKind.TOPIC: (*_ACT_KEYS, "stop", "time_limit_s"),
+    ActKind.SERVICE: (*_ACT_KEYS, "stop", "time_limit_s"),
+    ActKind.PARAMETER: ("type", "range", "one_of", "unit", "per_minute", "requires"),
+    ActKind.LAUNCH: ("args", "per_minute", "requires", "time_limit_s"),
+    ActKind.RECORD: ("per_minute", "requires", "time_limit_s"),
 }
 _LAUNCH_FILE = re.compile(r"[A-Za-z][\w-]*(/[\w-][\w.-]*)+\.launch", re.ASCII)
 
@@ -51,24 +51,24 @@ def parse_policy(text: str, file: str) -> Policy:
         top = Settings.parsed(text, file)
     except YamlError as error:
         raise BadSettings(str(error)) from None
-    return _Reader(top, file).policy(text)
+    return _PolicyReader(top, file).policy(text)
 
 
-class _Reader:
+class _PolicyReader:
     """Reads one file."""
 
     def __init__(self, top: Settings, file: str) -> None:
         self._top, self._file = top, file
 
     def policy(self, text: str) -> Policy:
-        self._top.only([*(kind.value for kind in Kind), "actions", "conditions"])
+        self._top.only([*(kind.value for kind in ActKind), "actions", "conditions"])
         conditions = {each.name: each for each in self._conditions()}
-        rules: dict[tuple[Kind, str], ActRule] = {}
+        rules: dict[tuple[ActKind, str], ActRule] = {}
         actions = self._top.section("actions")
         for key in self._names(actions):
             for rule in self._action(actions.section(key), key, conditions):
                 rules[rule.kind, rule.name] = rule
-        for kind in Kind:
+        for kind in ActKind:
             section = self._top.section(kind.value)
             for key in self._names(section):
                 if (kind, key) in rules:
@@ -77,7 +77,7 @@ class _Reader:
         if not rules:
             raise self._top.error("", "must name at least one of topics, services, actions and parameters")
         for condition in conditions.values():
-            if (Kind.TOPIC, condition.topic) in rules:
+            if (ActKind.TOPIC, condition.topic) in rules:
                 raise self._top.section("conditions").error(
                     condition.name,
                     f"reads {condition.topic}, which clients may publish. Remove one of the two",
@@ -87,7 +87,7 @@ class _Reader:
 
     def _names(self, section: Settings) -> Iterator[str]:
         for key in section.values:
-            if section.key == Kind.LAUNCH.value:
+            if section.key == ActKind.LAUNCH.value:
                 if not _LAUNCH_FILE.fullmatch(str(key)):
                     raise section.error(str(key), "must be PACKAGE/FILE.launch, such as my_robot/base.launch")
             elif not isinstance(key, str) or not names.is_legal_topic(key) or not names.is_global(key):
@@ -100,12 +100,14 @@ class _Reader:
 
     # -- acts -----------------------------------------------------------------------------
 
-    def _act(self, section: Settings, kind: Kind, name: str, conditions: Mapping[str, Condition]) -> ActRule:
+    def _act(
+        self, section: Settings, kind: ActKind, name: str, conditions: Mapping[str, Condition]
+    ) -> ActRule:
         section.only(_KEYS[kind])
         per_minute, requires = self._limits(section, conditions)
         limit_s = _time_limit(section)
         found: tuple[Any, ...]
-        if kind is Kind.PARAMETER:
+        if kind is ActKind.PARAMETER:
             type_name = section.choice("type", PARAMETER_TYPES, "")
             tree = FieldTree(read_rule(section, is_number=type_name in ("int", "double")))
             found = (type_name, None, "", tree)
@@ -116,7 +118,7 @@ class _Reader:
             found = ("", None, "", FieldTree(below={each: _argument(args, each) for each in args.values}))
         else:
             loaded = self._load(section, kind)
-            message_class = loaded if kind is Kind.TOPIC else loaded._request_class
+            message_class = loaded if kind is ActKind.TOPIC else loaded._request_class
             tree = read_fields(section, message_class)
             found = (loaded._type, message_class, loaded._md5sum, tree, per_minute, requires)
             return ActRule(place_of(section), kind, name, *found, _stop(section, message_class), limit_s)
@@ -142,13 +144,13 @@ class _Reader:
         per_minute, requires = self._limits(section, conditions)
         cancel: Any = load_message_class("actionlib_msgs/GoalID")
         yield ActRule(
-            *(place, Kind.TOPIC, f"{name}/goal", goal_class._type, goal_class, goal_class._md5sum, tree),
+            *(place, ActKind.TOPIC, f"{name}/goal", goal_class._type, goal_class, goal_class._md5sum, tree),
             per_minute=per_minute,
             requires=requires,
             time_limit_s=_time_limit(section),
             cancel=cancel(),
         )
-        yield ActRule(place, Kind.TOPIC, f"{name}/cancel", cancel._type, cancel, cancel._md5sum, free)
+        yield ActRule(place, ActKind.TOPIC, f"{name}/cancel", cancel._type, cancel, cancel._md5sum, free)
 
     def _limits(
         self, section: Settings, conditions: Mapping[str, Condition]
@@ -162,8 +164,8 @@ class _Reader:
                 raise section.error("requires", f"names {each}, which is not one of the conditions")
         return per_minute, requires
 
-    def _load(self, section: Settings, kind: Kind) -> Any:
-        if kind is Kind.TOPIC:
+    def _load(self, section: Settings, kind: ActKind) -> Any:
+        if kind is ActKind.TOPIC:
             return self._loaded(section, section.text("type"))
         try:
             return load_service_class(section.text("type"))

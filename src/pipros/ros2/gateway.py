@@ -33,7 +33,7 @@ from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import action_names, checked_name
 from pipros.ros2.ros1_graph import Ros1Graph, Ros1Poller, Ros1Topic, is_part_of_action
 from pipros.ros2.ros2_graph import Ros2Graph, callable_server
-from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
+from pipros.ros2.rules import Direction, GatewayRules, RuleKind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
 POLL_S: Final = 0.5
@@ -47,7 +47,7 @@ _SKIPPED: Final = 1000
 _CLOCK: Final = "/clock"
 
 Open = TopicToRos1 | TopicToRos2 | ServiceToRos1 | ServiceToRos2 | ActionToRos1 | ActionToRos2
-Key = tuple[Kind, Direction, str]
+Key = tuple[RuleKind, Direction, str]
 """Identifies a topic, service or action. The name is the one on the publishing or offering side."""
 _Wanted = tuple[object, Callable[[], Open]]
 """A version, and a function that opens the topic, service or action. A new version requires opening again."""
@@ -182,34 +182,39 @@ class Gateway:
         """Return the topics, services and actions to pass, and add the others to `skipped`."""
         wanted: dict[Key, _Wanted] = {}
         # The direction is that of messages, calls and goals: those of a ROS 1 service go to ROS 1.
-        kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
+        kinds: tuple[tuple[RuleKind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
             (
-                Kind.TOPIC,
+                RuleKind.TOPIC,
                 Direction.TO_ROS2,
                 {*graph.topics, *self._rules.from_the_start(Direction.TO_ROS2)},
                 lambda name: self._topic_to_ros2(name, graph),
             ),
             (
-                Kind.TOPIC,
+                RuleKind.TOPIC,
                 Direction.TO_ROS1,
                 {*found.publishers, *self._rules.from_the_start(Direction.TO_ROS1)},
                 lambda name: self._topic_to_ros1(name, graph, found),
             ),
             (
-                Kind.SERVICE,
+                RuleKind.SERVICE,
                 Direction.TO_ROS1,
                 graph.services,
                 lambda name: self._service_to_ros1(name, graph),
             ),
             (
-                Kind.SERVICE,
+                RuleKind.SERVICE,
                 Direction.TO_ROS2,
                 found.services,
                 lambda name: self._service_to_ros2(name, graph, found),
             ),
-            (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._action_to_ros1(name, graph)),
             (
-                Kind.ACTION,
+                RuleKind.ACTION,
+                Direction.TO_ROS1,
+                graph.actions,
+                lambda name: self._action_to_ros1(name, graph),
+            ),
+            (
+                RuleKind.ACTION,
                 Direction.TO_ROS2,
                 found.actions,
                 lambda name: self._action_to_ros2(name, graph, found),
@@ -228,11 +233,11 @@ class Gateway:
                         wanted[kind, direction, name] = each
         return wanted
 
-    def _is_part_of_action(self, kind: Kind, direction: Direction, name: str, graph: Ros1Graph) -> bool:
+    def _is_part_of_action(self, kind: RuleKind, direction: Direction, name: str, graph: Ros1Graph) -> bool:
         """Return whether a topic or service is passed only as part of an action."""
         if self._rules.names(kind, direction, name):
             return False
-        topic = graph.topics.get(name) if (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2) else None
+        topic = graph.topics.get(name) if (kind, direction) == (RuleKind.TOPIC, Direction.TO_ROS2) else None
         return "/_action/" in name or (topic is not None and is_part_of_action(name, topic.definition.type))
 
     def _topic_to_ros2(self, name: str, graph: Ros1Graph) -> _Wanted:

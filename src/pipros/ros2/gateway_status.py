@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from pipros.libraries.diagnostics.link_status import LinkLevel, LinkStatus
 from pipros.ros2.interface import EndpointKind, EngineProblem
-from pipros.ros2.rules import Direction, Kind
+from pipros.ros2.rules import Direction, RuleKind
 
 _SHOWN: Final = 200
 """Maximum number of topics, services and actions that a diagnostic status lists."""
@@ -109,6 +109,6 @@ class GatewayStatus:
 def problem_key(problem: EngineProblem) -> str:
     """Return the key of a problem in `GatewayStatus.left_out`."""
     direction = Direction.TO_ROS1 if problem.kind is EndpointKind.PUBLISHER else Direction.TO_ROS2
-    kind = Kind.TOPIC.value if problem.kind else "nodes"
+    kind = RuleKind.TOPIC.value if problem.kind else "nodes"
     node = f" ({problem.kind.value} {problem.node})" if problem.kind else ""
     return f"{kind}: {direction.value}: {problem.name}{node}"

@@ -1,12 +1,12 @@
 """The declaration of the gateway to ROS 2; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Command, Room
+from pipros.basics.rooms import Room, RoomCommand
 
 ROOM = Room(
     "ros2",
     "the gateway to ROS 2, and its bags",
     subcommands={
-        "ros2": Command(
+        "ros2": RoomCommand(
             "pipros.ros2.commands.gateway:main",
             "connect the system to ROS 2 nodes",
             "Connect the system to others",

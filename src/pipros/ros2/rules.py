@@ -31,7 +31,7 @@ from pipros.safe.yaml import YamlError, load
 _Choice = TypeVar("_Choice", bound=Enum)
 
 
-class Kind(Enum):
+class RuleKind(Enum):
     """Kind of name. The values are the keys in the file."""
 
     TOPIC = "topics"
@@ -55,7 +55,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, slots=True)
-class NameFilter:
+class RuleFilter:
     """Patterns for allowed and denied names. If `allow` is empty, the defaults apply."""
 
     allow: tuple[str, ...] = ()
@@ -84,8 +84,8 @@ class StaticRule:
 
 
 _NEVER = {
-    Kind.TOPIC: ("/parameter_events", "/rosout", "/rosout_agg", "*/_action/*", "*/_*"),
-    Kind.SERVICE: (
+    RuleKind.TOPIC: ("/parameter_events", "/rosout", "/rosout_agg", "*/_action/*", "*/_*"),
+    RuleKind.SERVICE: (
         "*/get_loggers",
         "*/set_logger_level",
         "*/tf2_frames",
@@ -99,7 +99,7 @@ _NEVER = {
         "*/_action/*",
         "*/_*",
     ),
-    Kind.ACTION: (),
+    RuleKind.ACTION: (),
 }
 """Internal names of either side, which pass only if an allow list contains the exact name."""
 
@@ -108,10 +108,10 @@ _NEVER = {
 class GatewayRules:
     """The rules of a gateway."""
 
-    filters: Mapping[tuple[Kind, Direction], NameFilter] = field(default_factory=dict)
+    filters: Mapping[tuple[RuleKind, Direction], RuleFilter] = field(default_factory=dict)
     static: tuple[StaticRule, ...] = ()
 
-    def verdict(self, kind: Kind, direction: Direction, name: str, *, is_local: bool) -> Verdict:
+    def verdict(self, kind: RuleKind, direction: Direction, name: str, *, is_local: bool) -> Verdict:
         """Return whether a topic, service or action passes.
 
         Without an allow list, all names pass to ROS 2. Topics pass to ROS 1 if the gateway reaches ROS 2 on
@@ -120,7 +120,7 @@ class GatewayRules:
         Args:
             is_local: whether the gateway reaches ROS 2 on this machine only.
         """
-        chosen = self.filters.get((kind, direction), NameFilter())
+        chosen = self.filters.get((kind, direction), RuleFilter())
         where = f"{kind.value}: {direction.value}"
         pattern = next((each for each in chosen.deny if fnmatchcase(name, each)), None)
         if pattern is not None:
@@ -132,14 +132,14 @@ class GatewayRules:
         if chosen.allow:
             passes = any(fnmatchcase(name, each) for each in chosen.allow)
             return Verdict(passes, "" if passes else f"the allow list ({where}) does not match it")
-        if direction is Direction.TO_ROS1 and not (is_local and kind is Kind.TOPIC):
-            source = " from other machines" if kind is Kind.TOPIC else ""
+        if direction is Direction.TO_ROS1 and not (is_local and kind is RuleKind.TOPIC):
+            source = " from other machines" if kind is RuleKind.TOPIC else ""
             return Verdict(False, f"{kind.value}{source} enter ROS 1 only if an allow list ({where}) matches")
         return Verdict(True)
 
-    def names(self, kind: Kind, direction: Direction, name: str) -> bool:
+    def names(self, kind: RuleKind, direction: Direction, name: str) -> bool:
         """Return whether an allow list contains this exact name."""
-        return name in self.filters.get((kind, direction), NameFilter()).allow
+        return name in self.filters.get((kind, direction), RuleFilter()).allow
 
     def from_the_start(self, direction: Direction) -> list[str]:
         """Return the publishing-side names of topics that pass even before a node publishes them."""
@@ -168,12 +168,14 @@ def parse_gateway_rules(text: str, file: str) -> GatewayRules:
         document = load(text, file, angles=False)
     except YamlError as error:
         raise InvalidRules(str(error)) from None
-    sections = _mapping(document, file, {kind.value for kind in Kind})
-    filters: dict[tuple[Kind, Direction], NameFilter] = {}
+    sections = _mapping(document, file, {kind.value for kind in RuleKind})
+    filters: dict[tuple[RuleKind, Direction], RuleFilter] = {}
     static: list[StaticRule] = []
-    for kind in Kind:
+    for kind in RuleKind:
         where = f"{file}: {kind.value}"
-        keys = {direction.value for direction in Direction} | ({"static"} if kind is Kind.TOPIC else set())
+        keys = {direction.value for direction in Direction} | (
+            {"static"} if kind is RuleKind.TOPIC else set()
+        )
         section = _mapping(sections.get(kind.value), where, keys)
         for direction in Direction:
             if direction.value in section:
@@ -183,13 +185,13 @@ def parse_gateway_rules(text: str, file: str) -> GatewayRules:
     return GatewayRules(filters, tuple(static))
 
 
-def _filter(values: Any, where: str) -> NameFilter:
+def _filter(values: Any, where: str) -> RuleFilter:
     lists = _mapping(values, where, {"allow", "deny"})
     allow, deny = (_list(lists.get(key), f"{where}: {key}") for key in ("allow", "deny"))
     for pattern in (*allow, *deny):
         if not isinstance(pattern, str) or pattern[:1] not in ("/", "*"):
             raise InvalidRules(f"{where}: a pattern must begin with / or *, got {pattern!r}")
-    return NameFilter(tuple(allow), tuple(deny))
+    return RuleFilter(tuple(allow), tuple(deny))
 
 
 def _static(values: Any, where: str) -> StaticRule:

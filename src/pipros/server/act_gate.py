@@ -17,7 +17,7 @@ from pipros.basics.limits import limit_text, process_limits
 from pipros.node import Node
 from pipros.node.publisher import Publisher
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition, rule_for
-from pipros.policy.model import RUNS, ActRefused, ActRule, Condition, Kind, Policy
+from pipros.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, Policy
 from pipros.server.stop_guardian import StopGuardian, key_of
 
 
@@ -71,7 +71,7 @@ class ActGate:
         """
         if self.policy is None:
             return
-        rule = rule_for(self.policy, Kind.TOPIC, self._node.resolve(topic), type_name, md5sum)
+        rule = rule_for(self.policy, ActKind.TOPIC, self._node.resolve(topic), type_name, md5sum)
         if rule.time_limit_s is None:
             return
         if latch:  # a subscriber that connects later would get the command without its stop
@@ -90,7 +90,7 @@ class ActGate:
         Raises:
             ActRefused: the policy does not allow it.
         """
-        self._check(Kind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
+        self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 
     def published(self, topic: str, message: Any) -> None:
         """Begin the time limit of a message again, which may have waited since it was checked."""
@@ -114,7 +114,9 @@ class ActGate:
             self._guardian.renew(key_of(rule))
 
     def _rule(self, topic: str) -> ActRule | None:
-        return None if self.policy is None else self.policy.rules.get((Kind.TOPIC, self._node.resolve(topic)))
+        return (
+            None if self.policy is None else self.policy.rules.get((ActKind.TOPIC, self._node.resolve(topic)))
+        )
 
     @contextmanager
     def calling(self, service: str, request: Any, type_name: str, md5sum: str) -> Iterator[None]:
@@ -126,17 +128,17 @@ class ActGate:
         """
         rule = None
         if self.policy is not None:
-            rule = rule_for(self.policy, Kind.SERVICE, service, type_name, md5sum)
+            rule = rule_for(self.policy, ActKind.SERVICE, service, type_name, md5sum)
             if rule.time_limit_s is not None:
                 self._guardian.watch(rule)
-            self._check(Kind.SERVICE, service, request, type_name, md5sum)
+            self._check(ActKind.SERVICE, service, request, type_name, md5sum)
         try:
             yield
         finally:
             if rule is not None:
                 self._done(rule, request)
 
-    def check_run(self, kind: Kind, name: str, arguments: Mapping[str, Any]) -> ActRule:
+    def check_run(self, kind: ActKind, name: str, arguments: Mapping[str, Any]) -> ActRule:
         """Check the start of a launch file or of a recording, which counts if it is allowed. Return its rule.
 
         The program must end after the rule's time limit.
@@ -144,7 +146,7 @@ class ActGate:
         self._check(kind, name, arguments, "", "")
         return self.rule(kind, name)
 
-    def rule(self, kind: Kind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
+    def rule(self, kind: ActKind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
         """Return the rule for a name.
 
         Raises:
@@ -168,7 +170,7 @@ class ActGate:
 
     def check_parameter(self, name: str, value: Any) -> None:
         """Check a new value of a parameter; `name` is global. See `check_message`."""
-        self._check(Kind.PARAMETER, name, value, "", "")
+        self._check(ActKind.PARAMETER, name, value, "", "")
 
     def check_other(self, what: str) -> None:
         """Raise `ActRefused` for an act that no policy can describe, if there is a policy."""
@@ -189,14 +191,14 @@ class ActGate:
         return publisher if self.policy is None else GatedPublisher(self, topic, publisher)
 
     def _check(
-        self, kind: Kind, name: str, value: Any, type_name: str, md5sum: str, client: object = None
+        self, kind: ActKind, name: str, value: Any, type_name: str, md5sum: str, client: object = None
     ) -> None:
         policy = self.policy
         if policy is None:
             return
         if isinstance(value, bytes):
             value = _decoded(rule_for(policy, kind, name, type_name, md5sum).message_class, value)
-        elif kind is Kind.TOPIC:
+        elif kind is ActKind.TOPIC:
             type_name, md5sum = value._type, value._md5sum
         rule = rule_for(policy, kind, name, type_name, md5sum)
         identity = _goal_id(rule, value)  # before the decision, because a refused act must not count

@@ -54,7 +54,7 @@ class Question:
 
 
 @dataclass(slots=True)
-class _Waiting:
+class _WaitingAct:
     question: Question
     due_s: float
     verdict: str = ""
@@ -73,7 +73,7 @@ class Approvals:
         self._master = master
         self._limit = limit
         self._clock_s = clock_s
-        self._waiting: dict[str, _Waiting] = {}
+        self._waiting: dict[str, _WaitingAct] = {}
         self._granted: dict[tuple[Hashable, str, str], float] = {}
         self._acts: deque[Mapping[str, Any]] = deque(maxlen=KEPT)
         self._refused: deque[Mapping[str, Any]] = deque(maxlen=KEPT)
@@ -117,7 +117,7 @@ class Approvals:
                 return FOR_A_MINUTE
             if len(self._waiting) >= self._limit:
                 raise ActRefused(f"{len(self._waiting)} acts already wait for a human; no more may wait")
-            waiting = self._waiting[identity] = _Waiting(question, now_s + wait_s)
+            waiting = self._waiting[identity] = _WaitingAct(question, now_s + wait_s)
             try:
                 while not (waiting.verdict or over.is_set() or self._clock_s() >= waiting.due_s):
                     self._changed.wait(min(max(waiting.due_s - self._clock_s(), 0.0), _SLICE_S))

@@ -13,7 +13,7 @@ from typing import IO, Any, Final
 
 from pipros.basics.limits import process_limits
 from pipros.node import Node
-from pipros.policy.model import ActRefused, ActRule, Kind
+from pipros.policy.model import ActKind, ActRefused, ActRule
 from pipros.server.guardian_process import CALL
 
 READY_S: Final = 20.0
@@ -22,7 +22,7 @@ READY_S: Final = 20.0
 
 def key_of(rule: ActRule) -> str:
     """Return the key under which the process knows a rule's stop: the topic, or the service with `CALL`."""
-    return f"{CALL}{rule.name}" if rule.kind is Kind.SERVICE else rule.stop_topic
+    return f"{CALL}{rule.name}" if rule.kind is ActKind.SERVICE else rule.stop_topic
 
 
 class StopGuardian:
@@ -52,7 +52,7 @@ class StopGuardian:
         line = {
             "op": "watch",
             "key": key,
-            "type": rule.type if rule.kind is Kind.SERVICE else rule.stop_message._type,
+            "type": rule.type if rule.kind is ActKind.SERVICE else rule.stop_message._type,
             "limit_s": rule.time_limit_s,
             "body": b"".join(rule.stop_message._to_buffers()).hex(),
         }

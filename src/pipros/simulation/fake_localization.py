@@ -19,7 +19,7 @@ from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
-from pipros.simulation.private_parameters import InvalidParameter, private_number, private_text
+from pipros.simulation.private_parameters import InvalidPrivateParameter, private_number, private_text
 
 _NS_PER_S: Final = 1_000_000_000
 
@@ -129,7 +129,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with roscpp_program("fake_localization", "fake_localization", argv) as (node, log):
         try:
             FakeLocalization(node)
-        except InvalidParameter as error:
+        except InvalidPrivateParameter as error:
             log.error("%s", error)
             return 1
         node.wait_for_shutdown()

@@ -9,7 +9,7 @@ from pipros.basics.errors import PiprosError
 from pipros.node import Node
 
 
-class InvalidParameter(PiprosError, ValueError):
+class InvalidPrivateParameter(PiprosError, ValueError):
     """A parameter has an invalid value. The error text names the parameter and its value."""
 
 
@@ -29,7 +29,7 @@ def private_text(node: Node, name: str, default: str) -> str:
     """
     value = private_value(node, name, default)
     if not isinstance(value, str):
-        raise InvalidParameter(f"~{name} must be a string, got {value!r}")
+        raise InvalidPrivateParameter(f"~{name} must be a string, got {value!r}")
     return value.lstrip("/")
 
 
@@ -41,5 +41,5 @@ def private_number(node: Node, name: str, default: float) -> float:
     """
     value = private_value(node, name, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InvalidParameter(f"~{name} must be a finite number, got {value!r}")
+        raise InvalidPrivateParameter(f"~{name} must be a finite number, got {value!r}")
     return float(value)

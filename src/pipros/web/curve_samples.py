@@ -37,7 +37,7 @@ class Axis(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class CurveField:
     """Numeric field in the messages of a topic, such as `/imu/linear_acceleration/x`, or an expression.
 
     Attributes:
@@ -50,7 +50,7 @@ class Field:
     expression: MessageExpression | None = None
 
 
-def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
+def find_field(text: str, topics: Mapping[str, str]) -> CurveField | None:
     """Return the field that `text` denotes, or None if `text` does not begin with the name of a topic.
 
     If several topic names match, the longest one is chosen.
@@ -63,12 +63,12 @@ def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
     """
     topic, equals, expression = text.partition("=")
     if equals:
-        return Field(topic, (), text, MessageExpression(expression)) if topic in topics else None
+        return CurveField(topic, (), text, MessageExpression(expression)) if topic in topics else None
     words = text.split("/")
     for end in range(len(words), 1, -1):
         topic = "/".join(words[:end])
         if topic in topics:
-            return Field(topic, parse_path("/".join(words[end:])), text)
+            return CurveField(topic, parse_path("/".join(words[end:])), text)
     return None
 
 
@@ -84,7 +84,9 @@ class NotANumber(ValueError):
         self.fields = fields
 
 
-def sample_of(message: Any, field: Field, axis: Axis, received_s: float, ros_s: float) -> list[float | None]:
+def sample_of(
+    message: Any, field: CurveField, axis: Axis, received_s: float, ros_s: float
+) -> list[float | None]:
     """Return the time and the value of a sample.
 
     Raises:
@@ -115,7 +117,7 @@ def mark_of(entry: Any, axis: Axis, received_s: float, ros_s: float) -> list[Any
     return [time_s, entry.level, f"{entry.name}: {entry.msg}"[:_LONGEST_MARK]]
 
 
-def _number_of(expression: MessageExpression, message: Any, field: Field) -> float | None:
+def _number_of(expression: MessageExpression, message: Any, field: CurveField) -> float | None:
     value = expression.value(field.topic, message, Time())
     if not isinstance(value, (bool, int, float)):
         raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", ())
@@ -126,7 +128,7 @@ def _number_of(expression: MessageExpression, message: Any, field: Field) -> flo
     return number if math.isfinite(number) else None
 
 
-def number_in(message: Any, field: Field) -> float | None:
+def number_in(message: Any, field: CurveField) -> float | None:
     """Return the value of a field, or None for NaN and infinity, which leave a gap in the plot.
 
     Raises:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pipros.graph.drawing.grouping import Grouping, grouped, marked
 from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 
 MAX_OPTIONS = 32
 """Maximum number of cached drawings, each for a different combination of options."""
@@ -19,7 +19,7 @@ Draw = Callable[[NodeGraph], Awaitable[Scene]]
 
 @dataclass(slots=True)
 class _Drawing:
-    observation: Observation | None = None
+    observation: GraphObservation | None = None
     graph: NodeGraph = field(default_factory=NodeGraph)
     scene: asyncio.Future[Scene] | None = None
 
@@ -34,7 +34,7 @@ class GraphDrawings:
 
     def graph(
         self,
-        observation: Observation,
+        observation: GraphObservation,
         options: GraphOptions,
         grouping: Grouping | None = None,
         removed: Collection[tuple[str, str]] = (),

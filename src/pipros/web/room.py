@@ -1,12 +1,12 @@
 """The declaration of the page; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Command, Room
+from pipros.basics.rooms import Room, RoomCommand
 
 _HEADING = "See a running system in a browser"
 
 
-def _tool(name: str, purpose: str) -> Command:
-    return Command(f"pipros.web.commands.rqt:{name}", purpose, _HEADING)
+def _tool(name: str, purpose: str) -> RoomCommand:
+    return RoomCommand(f"pipros.web.commands.rqt:{name}", purpose, _HEADING)
 
 
 _GRAPH = "pipros.web.commands.rqt_graph:main"
@@ -15,7 +15,7 @@ ROOM = Room(
     "web",
     "the page of the rqt commands and rviz",
     programs={
-        "rqt_graph": Command(_GRAPH, "the graph, live, or as a picture", _HEADING),
+        "rqt_graph": RoomCommand(_GRAPH, "the graph, live, or as a picture", _HEADING),
         "rqt_topic": _tool("rqt_topic", "topics with rates and their newest messages"),
         "rqt_plot": _tool("rqt_plot", "numeric fields as curves"),
         "rqt_console": _tool("rqt_console", "log messages, with filters"),
@@ -24,7 +24,7 @@ ROOM = Room(
         "rqt_image_view": _tool("rqt_image_view", "images"),
         "rqt_bag": _tool("rqt_bag", "bags on a timeline"),
         "rqt_tf_tree": _tool("rqt_tf_tree", "coordinate frames"),
-        "rviz": Command(
+        "rviz": RoomCommand(
             "pipros.web.commands.rviz:main", "robots, sensors and maps in 3D, from .rviz files", _HEADING
         ),
         "rqt_robot_monitor": _tool("rqt_robot_monitor", "diagnostics"),
@@ -34,7 +34,7 @@ ROOM = Room(
         "rqt": _tool("rqt", "all of these on one page"),
     },
     subcommands={
-        "graph": Command(_GRAPH, "the same as rqt_graph", _HEADING),
+        "graph": RoomCommand(_GRAPH, "the same as rqt_graph", _HEADING),
     },
     limits="pipros.web.limits:PageLimits",
     offers={

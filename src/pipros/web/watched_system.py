@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from pipros.graph.client import GraphClient
 from pipros.graph.node_clients import NodeClients
-from pipros.graph.observer import ANSWER_DEADLINE_S, Observation, SystemObserver
+from pipros.graph.observer import ANSWER_DEADLINE_S, GraphObservation, SystemObserver
 from pipros.graph.recent_changes import RecentChanges
 from pipros.node import Node
 from pipros.server.act_gate import ActGate
@@ -68,11 +68,11 @@ class WatchedSystem:
         self.calls = ServiceCalls(lambda: graph.master)
         self.questions = DaemonPool("question", QUESTIONS_AT_ONCE)
         self.computations = DaemonPool("computation", COMPUTATIONS_AT_ONCE)
-        self.observation = Observation()
+        self.observation = GraphObservation()
         self.changes = RecentChanges()
         self.node_clients = NodeClients(ANSWER_DEADLINE_S)
         self._observer = SystemObserver(graph.master, clients=self.node_clients)
-        self._waiting: set[asyncio.Future[Observation]] = set()
+        self._waiting: set[asyncio.Future[GraphObservation]] = set()
         self._wanted = threading.Event()
         self._is_over = threading.Event()
 
@@ -100,10 +100,10 @@ class WatchedSystem:
         """Return the current time (s), for comparison with the arrival times of messages."""
         return time.time()
 
-    async def observations(self) -> AsyncIterator[Observation]:
+    async def observations(self) -> AsyncIterator[GraphObservation]:
         """Yield the newest observation, at most once per `interval_s`."""
         while True:
-            future: asyncio.Future[Observation] = asyncio.get_running_loop().create_future()
+            future: asyncio.Future[GraphObservation] = asyncio.get_running_loop().create_future()
             self._waiting.add(future)
             self._wanted.set()
             try:
@@ -130,7 +130,7 @@ class WatchedSystem:
                 loop.call_soon_threadsafe(self._publish, observation)
             self._is_over.wait(self._interval_s)
 
-    def _publish(self, observation: Observation) -> None:
+    def _publish(self, observation: GraphObservation) -> None:
         self.observation = observation
         self.changes.add(observation, time.time())
         waiting, self._waiting = self._waiting, set()

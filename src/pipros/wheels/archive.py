@@ -30,14 +30,14 @@ class BadDate(PiprosError):
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ArchiveEntry:
     """A file of an archive: its content, or the file that has it."""
 
     content: bytes | Path
     is_program: bool = False
 
 
-def write_wheel(file: Path, entries: Mapping[str, Entry], info: str) -> None:
+def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> None:
     """Write a wheel, with its `RECORD`. The file appears once it is complete.
 
     Args:
@@ -68,7 +68,7 @@ def write_wheel(file: Path, entries: Mapping[str, Entry], info: str) -> None:
         made.replace(file)
 
 
-def write_source_archive(file: Path, entries: Mapping[str, Entry]) -> None:
+def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> None:
     """Write a `.tar.gz` file. The file appears once it is complete."""
     date = _timestamp()
     with tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
@@ -109,7 +109,7 @@ def _zip_info(path: str, date: tuple[int, ...], is_program: bool) -> zipfile.Zip
     return info
 
 
-def _opened(entry: Entry) -> io.BufferedIOBase:
+def _opened(entry: ArchiveEntry) -> io.BufferedIOBase:
     return io.BytesIO(entry.content) if isinstance(entry.content, bytes) else entry.content.open("rb")
 
 

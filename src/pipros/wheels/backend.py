@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from pipros.wheels.archive import Entry, write_source_archive
+from pipros.wheels.archive import ArchiveEntry, write_source_archive
 from pipros.wheels.file_tree import WheelRefused, source_entries
 from pipros.wheels.metadata import base_name, wheel_text
 from pipros.wheels.package_build import read_package
@@ -70,7 +70,7 @@ def build_sdist(sdist_directory: str, config_settings: Settings = None) -> str:
     package = _package()
     base = base_name(package)
     entries = {f"{base}/{path}": entry for path, entry in source_entries(package.folder).items()}
-    entries[f"{base}/PKG-INFO"] = Entry(metadata_of(package, None, WheelOptions()).encode())
+    entries[f"{base}/PKG-INFO"] = ArchiveEntry(metadata_of(package, None, WheelOptions()).encode())
     file = Path(sdist_directory, f"{base}.tar.gz")
     write_source_archive(file, entries)
     return file.name

@@ -27,7 +27,7 @@ _VERSIONS = {
 }
 
 
-class Source(Enum):
+class DependencySource(Enum):
     """What provides a dependency."""
 
     PIPROS = auto()
@@ -46,7 +46,7 @@ class Dependency:
     """
 
     name: str
-    source: Source
+    source: DependencySource
     requirement: str = ""
 
 
@@ -97,13 +97,17 @@ def classify(
         bounds: the versions of the ROS package that are required, such as `>=1.2`.
     """
     if is_ros_package:
-        return Dependency(name, Source.ROS, distribution_name(name) + ",".join(dict.fromkeys(bounds or ())))
+        return Dependency(
+            name, DependencySource.ROS, distribution_name(name) + ",".join(dict.fromkeys(bounds or ()))
+        )
     if is_shipped(name):
-        return Dependency(name, Source.PIPROS, "pipros")
+        return Dependency(name, DependencySource.PIPROS, "pipros")
     if name in keys:
         requirement = keys[name]
-        return Dependency(name, Source.PYPI if requirement else Source.PIPROS, requirement)
-    return Dependency(name, Source.OTHER)
+        return Dependency(
+            name, DependencySource.PYPI if requirement else DependencySource.PIPROS, requirement
+        )
+    return Dependency(name, DependencySource.OTHER)
 
 
 def _is_elsewhere(name: str, keys: Mapping[str, str]) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
-from pipros.wheels.archive import Entry
+from pipros.wheels.archive import ArchiveEntry
 from pipros.wheels.limits import WheelLimits
 from pipros.workspace.catkin.project import PYTHON_DESTINATION
 
@@ -20,7 +20,7 @@ class WheelRefused(PiprosError):
     """A package cannot be made a wheel."""
 
 
-def source_entries(folder: Path) -> dict[str, Entry]:
+def source_entries(folder: Path) -> dict[str, ArchiveEntry]:
     """Return the files of a source archive: the package's folder, without hidden files and build results.
 
     Raises:
@@ -28,7 +28,7 @@ def source_entries(folder: Path) -> dict[str, Entry]:
     """
     files = _files_below(folder, (folder.resolve(),))
     return {
-        file.relative_to(folder).as_posix(): Entry(file, bool(file.stat().st_mode & 0o111))
+        file.relative_to(folder).as_posix(): ArchiveEntry(file, bool(file.stat().st_mode & 0o111))
         for file in files
         if not any(part.startswith(".") or part in _NOT_INSTALLED for part in file.relative_to(folder).parts)
     }
@@ -50,7 +50,7 @@ def _is_shown(name: str) -> bool:
     return not name.startswith(".") and not name.endswith(".egg-info")
 
 
-def collected(prefix: Path, source: Path) -> dict[str, Entry]:
+def collected(prefix: Path, source: Path) -> dict[str, ArchiveEntry]:
     """Return the files below the prefix, by their path in a wheel.
 
     Links become what they lead to, which must be inside the prefix or the package.
@@ -61,7 +61,7 @@ def collected(prefix: Path, source: Path) -> dict[str, Entry]:
     Raises:
         WheelRefused: a link leaves both, the files are too large, or a file has an impossible name.
     """
-    entries: dict[str, Entry] = {}
+    entries: dict[str, ArchiveEntry] = {}
     limit_bytes, total_bytes = process_limits().of(WheelLimits).wheel_bytes, 0
     for file in _files_below(prefix, (prefix.resolve(), source.resolve())):
         path = file.relative_to(prefix).as_posix()
@@ -72,7 +72,7 @@ def collected(prefix: Path, source: Path) -> dict[str, Entry]:
         place = _place_of(path)
         if any(sign in place for sign in "\r\n\0\\"):
             raise WheelRefused(f"{source}: a wheel cannot hold the file name {place!r}")
-        entries[place] = Entry(file, bool(status.st_mode & 0o111))
+        entries[place] = ArchiveEntry(file, bool(status.st_mode & 0o111))
     return entries
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 import pipros
-from pipros.wheels.dependencies import Dependency, Source
+from pipros.wheels.dependencies import Dependency, DependencySource
 from pipros.wheels.names import ON_PYPI, distribution_name, escaped
 from pipros.workspace.catkin.project import Project
 from pipros.workspace.layout import SourcePackage
@@ -60,7 +60,7 @@ def metadata_text(package: SourcePackage, project: Project | None, dependencies:
         "Description-Content-Type: text/plain",
     ]
     body = [f"The ROS package {package.name}.", "", description]
-    others = [item.name for item in dependencies if item.source is Source.OTHER]
+    others = [item.name for item in dependencies if item.source is DependencySource.OTHER]
     if others:
         body += ["", f"Dependencies that pip does not install: {', '.join(others)}"]
     compiled = [reason.target for reason in project.needs_cmake if reason.target] if project else []

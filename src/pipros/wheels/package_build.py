@@ -18,7 +18,7 @@ from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.packages.installed_packages import EDITABLE, MODULES
 from pipros.reconfigure import cfg_file
-from pipros.wheels.archive import Entry
+from pipros.wheels.archive import ArchiveEntry
 from pipros.wheels.file_tree import WheelRefused, collected, copy_whole
 from pipros.wheels.names import ON_PYPI, own_modules
 from pipros.workspace.catkin.context import FoundPackage
@@ -48,7 +48,7 @@ class PackageFiles:
         notes: what the wheel lacks and why, one line each.
     """
 
-    entries: dict[str, Entry] = field(default_factory=dict)
+    entries: dict[str, ArchiveEntry] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
 
@@ -161,13 +161,13 @@ def package_files(
     _remove_second_copies(result.entries)
     _remove_modules_of_others(package.name, result)
     for module in sorted(_top_modules(result.entries)):
-        result.entries[f"data/data/share/{MODULES}/{module}"] = Entry(f"{package.name}\n".encode())
+        result.entries[f"data/data/share/{MODULES}/{module}"] = ArchiveEntry(f"{package.name}\n".encode())
     return result
 
 
 def editable_files(package: SourcePackage) -> PackageFiles:
     """Return the one file of an editable wheel: it names the folder of the package."""
-    pointer = Entry(f"{package.folder.resolve()}\n".encode())
+    pointer = ArchiveEntry(f"{package.folder.resolve()}\n".encode())
     return PackageFiles({f"data/data/share/{EDITABLE}/{package.name}": pointer})
 
 
@@ -230,11 +230,11 @@ def _note_missing(package: SourcePackage, prefix: Path, result: PackageFiles) ->
             )
 
 
-def _top_modules(entries: Mapping[str, Entry]) -> set[str]:
+def _top_modules(entries: Mapping[str, ArchiveEntry]) -> set[str]:
     return {path.partition("/")[0].removesuffix(".py") for path in entries if not path.startswith("data/")}
 
 
-def _remove_second_copies(entries: dict[str, Entry]) -> None:
+def _remove_second_copies(entries: dict[str, ArchiveEntry]) -> None:
     """Remove modules from a folder that was added as a whole if the wheel also has them at its top."""
     for path, entry in list(entries.items()):
         if path.startswith("data/") and path.endswith(".py") and not entry.is_program:
@@ -244,12 +244,12 @@ def _remove_second_copies(entries: dict[str, Entry]) -> None:
                 del entries[path]
 
 
-def _have_same_bytes(one: Entry, other: Entry) -> bool:
+def _have_same_bytes(one: ArchiveEntry, other: ArchiveEntry) -> bool:
     both = one.content, other.content
     return isinstance(both[0], Path) and isinstance(both[1], Path) and cmp(both[0], both[1], shallow=False)
 
 
-def _is_made(entry: Entry) -> bool:
+def _is_made(entry: ArchiveEntry) -> bool:
     """Return whether a file is the one that the installation writes for a package with messages."""
     return isinstance(entry.content, Path) and read_text(entry.content, errors="replace").startswith(MADE)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pipros.basics.errors import InvalidName
 from pipros.packages.apt_names import PROGRAM_PACKAGES
-from pipros.wheels.dependencies import Source, classify, is_shipped
+from pipros.wheels.dependencies import DependencySource, classify, is_shipped
 from pipros.wheels.index import read_wheel_name
 from pipros.wheels.names import distribution_name, normalized
 from pipros.workspace.index import PackageIndex
@@ -37,7 +37,7 @@ class Provider(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PlanStep:
     """A package or a dependency, what provides it, and how it is called there.
 
     Attributes:
@@ -65,7 +65,7 @@ class Places:
     keys: Mapping[str, str] | None = None
 
 
-def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[Step]:
+def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[PlanStep]:
     """Return the steps for packages and their run-time dependencies, sorted by name.
 
     A dependency is, in this order: one of the packages; a wheel in a folder or index; part of pipros; an
@@ -81,10 +81,10 @@ def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[Step]:
     steps = []
     for name, needed_by in sorted(users.items()):
         if name in names:
-            step = Step(name, Provider.SOURCE, distribution_name(name))
+            step = PlanStep(name, Provider.SOURCE, distribution_name(name))
         else:
             step = _step(name, known, places, index)
-        steps.append(Step(step.name, step.provider, step.target, tuple(needed_by)))
+        steps.append(PlanStep(step.name, step.provider, step.target, tuple(needed_by)))
     return steps
 
 
@@ -93,22 +93,22 @@ def run_dependencies(package: SourcePackage) -> set[str]:
     return package.dependencies("exec_depends", "build_export_depends")
 
 
-def _step(name: str, known: set[str], places: Places, index: PackageIndex) -> Step:
+def _step(name: str, known: set[str], places: Places, index: PackageIndex) -> PlanStep:
     found = classify(name, False, places.keys or {})
     wheel = _distribution(name)
     if wheel in known:
-        return Step(name, Provider.FOLDER, wheel)
-    if found.source is Source.PYPI:
-        return Step(name, Provider.PYPI, found.requirement)
-    if found.source is Source.PIPROS:
-        return Step(name, Provider.PIPROS, "pipros" if is_shipped(name) else "")
+        return PlanStep(name, Provider.FOLDER, wheel)
+    if found.source is DependencySource.PYPI:
+        return PlanStep(name, Provider.PYPI, found.requirement)
+    if found.source is DependencySource.PIPROS:
+        return PlanStep(name, Provider.PIPROS, "pipros" if is_shipped(name) else "")
     if wheel and places.has_in_index is not None and places.has_in_index(wheel):
-        return Step(name, Provider.INDEX, wheel)
+        return PlanStep(name, Provider.INDEX, wheel)
     package = index.get(name)
     if package is not None:
-        return Step(name, Provider.INSTALLED, str(package.path))
+        return PlanStep(name, Provider.INSTALLED, str(package.path))
     debian = debian_package(name)
-    return Step(name, Provider.DEBIAN, debian) if debian else Step(name, Provider.UNKNOWN)
+    return PlanStep(name, Provider.DEBIAN, debian) if debian else PlanStep(name, Provider.UNKNOWN)
 
 
 def _distribution(name: str) -> str:
@@ -149,7 +149,7 @@ def debian_package(name: str) -> str:
     return ""
 
 
-def plan_table(steps: Sequence[Step]) -> list[str]:
+def plan_table(steps: Sequence[PlanStep]) -> list[str]:
     """Return the plan as lines: name, provider, target, and the packages that need it."""
     rows = [("package or key", "provided by", "as", "needed by")]
     rows += [

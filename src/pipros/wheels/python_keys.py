@@ -120,7 +120,7 @@ PYTHON_KEYS: Mapping[str, str] = _table()
 """Requirements by key of rosdep."""
 
 
-class BadKeys(PiprosError):
+class BadPythonKeys(PiprosError):
     """A file of keys has an entry that is not a key and a requirement."""
 
 
@@ -139,8 +139,8 @@ def read_keys(file: str | None) -> Mapping[str, str]:
         return PYTHON_KEYS
     content = yaml.load_texts(read_file(file), file)
     if not isinstance(content, dict):
-        raise BadKeys(f"{file}: expected a mapping from keys to requirements")
+        raise BadPythonKeys(f"{file}: expected a mapping from keys to requirements")
     for key, value in content.items():
         if not isinstance(value, str) or (value and not is_requirement(value)):
-            raise BadKeys(f"{file}: [{key}] must be a requirement such as pyserial>=3.5, got [{value}]")
+            raise BadPythonKeys(f"{file}: [{key}] must be a requirement such as pyserial>=3.5, got [{value}]")
     return {**PYTHON_KEYS, **{str(key): value for key, value in content.items()}}

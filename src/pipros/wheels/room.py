@@ -1,6 +1,6 @@
 """The declaration of wheels; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Command, Room
+from pipros.basics.rooms import Room, RoomCommand
 
 _HEADING = "Make packages pip packages"
 
@@ -8,7 +8,7 @@ ROOM = Room(
     "wheels",
     "wheels of ROS packages, for pip",
     programs={
-        "rosdep": Command(
+        "rosdep": RoomCommand(
             "pipros.wheels.commands.rosdep:main",
             "list and install the Python projects that packages need",
             _HEADING,
@@ -16,13 +16,13 @@ ROOM = Room(
         ),
     },
     subcommands={
-        "wheel": Command("pipros.wheels.commands.wheel:main", "build wheels of packages", _HEADING),
-        "install": Command(
+        "wheel": RoomCommand("pipros.wheels.commands.wheel:main", "build wheels of packages", _HEADING),
+        "install": RoomCommand(
             "pipros.wheels.commands.install:main",
             "build packages and install them, with what they need",
             _HEADING,
         ),
-        "index": Command(
+        "index": RoomCommand(
             "pipros.wheels.commands.index:main",
             "write an index for pip, and a lock file, of a folder of wheels",
             _HEADING,

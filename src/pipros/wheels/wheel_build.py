@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.packages.crawl import MANIFEST
-from pipros.wheels.archive import Entry, write_wheel
+from pipros.wheels.archive import ArchiveEntry, write_wheel
 from pipros.wheels.dependencies import dependencies_of, is_shipped
 from pipros.wheels.file_tree import WheelRefused
 from pipros.wheels.metadata import TAG, base_name, metadata_text, wheel_text
@@ -150,12 +150,12 @@ def surroundings_of(packages: Sequence[SourcePackage]) -> FindFolder:
     return _Surroundings(packages).folder
 
 
-def _write(package: SourcePackage, files: Mapping[str, Entry], metadata: str, file: Path) -> None:
+def _write(package: SourcePackage, files: Mapping[str, ArchiveEntry], metadata: str, file: Path) -> None:
     base = base_name(package)
     entries = {f"{base}.{path}" if path.startswith("data/") else path: entry for path, entry in files.items()}
     info = f"{base}.dist-info"
-    entries[f"{info}/METADATA"] = Entry(metadata.encode())
-    entries[f"{info}/WHEEL"] = Entry(wheel_text().encode())
+    entries[f"{info}/METADATA"] = ArchiveEntry(metadata.encode())
+    entries[f"{info}/WHEEL"] = ArchiveEntry(wheel_text().encode())
     write_wheel(file, entries, info)
 
 

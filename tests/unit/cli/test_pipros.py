@@ -11,7 +11,7 @@ import pytest
 
 import pipros
 from pipros import __version__
-from pipros.basics.rooms import Command, Room, own_rooms
+from pipros.basics.rooms import Room, RoomCommand, own_rooms
 from pipros.cli import absent, command_map
 from pipros.cli.complete.candidates import candidates
 from pipros.cli.pipros import main
@@ -72,8 +72,8 @@ def test_the_overview_lists_only_installed_commands(monkeypatch: pytest.MonkeyPa
 SHELF = Room(
     "shelf",
     "books",
-    programs={"shelve": Command("shelf:shelve", "store books", "Read")},
-    subcommands={"shelf": Command(f"{__name__}:run_shelf", "find books", "Read", "find list")},
+    programs={"shelve": RoomCommand("shelf:shelve", "store books", "Read")},
+    subcommands={"shelf": RoomCommand(f"{__name__}:run_shelf", "find books", "Read", "find list")},
 )
 
 

@@ -19,7 +19,7 @@ from pipros.basics.errors import MissingExtra
 from pipros.basics.limits import Limits
 from pipros.cli.rosbag import main as rosbag
 from pipros.data import Bags, open_bags
-from pipros.data.bags import UnknownTopic
+from pipros.data.bags import NoSuchTopic
 from pipros.data.limits import DataLimits
 from pipros.msg.time import Time
 from tests.support.bags import Row, bag_bytes, header_of, old_bag_bytes, some_rows
@@ -129,7 +129,7 @@ def test_topics_are_found_by_pattern(folder: Path) -> None:
         assert {topic: each.rows for topic, each in bags.tables("/arm/*").items()} == dict.fromkeys(
             bags.topics("/arm/*"), 1
         )
-        with pytest.raises(UnknownTopic, match=r"\[/leg\]; the topics are /arm/left, /arm/right, /base"):
+        with pytest.raises(NoSuchTopic, match=r"\[/leg\]; the topics are /arm/left, /arm/right, /base"):
             bags.table("/leg")
 
 

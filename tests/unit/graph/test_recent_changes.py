@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.graph.recent_changes import EVENTS_S, LONGEST_GAP_S, MAX_REMOVED, SHOWN_S, RecentChanges
 from pipros.graph.system_state import SystemState, TopicConnection
 
 LEVEL = TopicConnection("/talker", "/level", "/listener")
-ALL = Observation(
+ALL = GraphObservation(
     SystemState({"/level": ["/talker"]}, {"/level": ["/listener"]}, {}), connections={LEVEL: None}
 )
-WITHOUT_TALKER = Observation(SystemState({}, {"/level": ["/listener"]}, {}))
-NOTHING = Observation()
+WITHOUT_TALKER = GraphObservation(SystemState({}, {"/level": ["/listener"]}, {}))
+NOTHING = GraphObservation()
 
 
 def test_a_removed_node_keeps_its_connections_for_two_minutes() -> None:
@@ -61,7 +61,7 @@ def test_a_node_that_returns_is_no_longer_removed() -> None:
 def test_an_error_or_a_pause_removes_nothing() -> None:
     changes = RecentChanges()
     changes.add(ALL, 0.0)
-    changes.add(Observation(error="no master"), 1.0)
+    changes.add(GraphObservation(error="no master"), 1.0)
     changes.add(NOTHING, LONGEST_GAP_S + 0.1)
     assert (changes.removed(), changes.events(20.0)) == ({}, [])
 
@@ -69,6 +69,6 @@ def test_an_error_or_a_pause_removes_nothing() -> None:
 def test_the_end_of_a_very_large_system_is_forgotten() -> None:
     changes = RecentChanges()
     topics = {f"/topic{number}": ["/node"] for number in range(MAX_REMOVED)}
-    changes.add(Observation(SystemState(topics, {}, {})), 0.0)
+    changes.add(GraphObservation(SystemState(topics, {}, {})), 0.0)
     changes.add(NOTHING, 1.0)
     assert changes.removed() == {}

@@ -16,7 +16,7 @@ from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_connection import RpcConnection
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 from pipros.wire.http import build_request
 from pipros.wire.xmlrpc import encode_call
 
@@ -112,11 +112,11 @@ class Server:
     def large_values(self) -> Executor:
         raise AssertionError("these tests send no large values")
 
-    def admits(self, caller: Caller) -> bool:
+    def admits(self, caller: ThisMachineCaller) -> bool:
         assert caller.host == "10.0.0.9"
         return self.admits_peers
 
-    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
+    def call(self, name: str, params: tuple[Any, ...], *, caller: ThisMachineCaller) -> Any:
         del params, caller
         return [1, name, 4711]
 

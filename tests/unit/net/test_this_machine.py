@@ -18,7 +18,7 @@ from pipros.net import this_machine
 from pipros.net.address import ANY
 from pipros.net.lookup import Lookups
 from pipros.net.this_machine import (
-    Caller,
+    ThisMachineCaller,
     addresses_of,
     has_address,
     is_this_machine,
@@ -32,12 +32,12 @@ from tests.support.waiting import wait_until
 # The callers that a server sees for connections from its own addresses.
 LOOK = """
 import socket, sys
-from pipros.net.this_machine import Caller, has_address
+from pipros.net.this_machine import ThisMachineCaller, has_address
 for host in sys.argv[1:]:
     with socket.create_server(("0.0.0.0", 0)) as server:
         with socket.create_connection((host, server.getsockname()[1])) as client:
             accepted, peer = server.accept()
-            caller = Caller.from_names(peer, accepted.getsockname())
+            caller = ThisMachineCaller.from_names(peer, accepted.getsockname())
             print(host, caller.host, caller.is_here, has_address(host))
             accepted.close()
 """
@@ -46,14 +46,14 @@ for host in sys.argv[1:]:
 @contextmanager
 def connected(
     listen: str = "127.0.0.1", connect: str = "127.0.0.1"
-) -> Iterator[tuple[Caller, socket.socket]]:
+) -> Iterator[tuple[ThisMachineCaller, socket.socket]]:
     """Yield a caller as seen by a server, and the socket of the caller."""
     family = socket.AF_INET6 if ":" in listen else socket.AF_INET
     with socket.create_server((listen, 0), family=family, dualstack_ipv6=listen == "::") as server:
         client = socket.create_connection((connect, server.getsockname()[1]), 10)
         accepted, peer = server.accept()
         with accepted, closing(client):
-            yield Caller.from_names(peer, accepted.getsockname()), client
+            yield ThisMachineCaller.from_names(peer, accepted.getsockname()), client
 
 
 def test_own_addresses_are_distinguished_from_others() -> None:
@@ -88,14 +88,14 @@ def test_callers_by_ipv6_are_local() -> None:
 
 
 def test_a_caller_from_another_machine_is_not_local() -> None:
-    caller = Caller("198.51.100.7", 4711, "10.0.0.1", 11311)
+    caller = ThisMachineCaller("198.51.100.7", 4711, "10.0.0.1", 11311)
     assert not caller.is_here
     assert caller.user_id() is None
 
 
 def test_a_closed_connection_has_no_caller() -> None:
-    caller = Caller.from_names(None, ("127.0.0.1", 1))
-    assert caller == Caller()
+    caller = ThisMachineCaller.from_names(None, ("127.0.0.1", 1))
+    assert caller == ThisMachineCaller()
     assert not caller.is_here
 
 
@@ -116,7 +116,7 @@ def test_connections_of_another_user_are_attributed_to_that_user() -> None:
         other = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE)
         accepted, peer = server.accept()
         with accepted:
-            caller = Caller.from_names(peer, accepted.getsockname())
+            caller = ThisMachineCaller.from_names(peer, accepted.getsockname())
             assert caller.user_id() == STRANGER
             assert caller.is_here
             assert user_listening("127.0.0.1", port) == 0

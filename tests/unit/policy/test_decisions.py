@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.policy.decisions import Act, PolicyState, decide, read_condition
-from pipros.policy.model import ActRefused, Kind
+from pipros.policy.model import ActKind, ActRefused
 from pipros.policy.policy_file import parse_policy
 
 Twist: Any = load_message_class("geometry_msgs/Twist")
@@ -30,7 +30,7 @@ topics:
 
 
 def publish(name: str, message: Any) -> Act:
-    return Act(Kind.TOPIC, name, message, message._type, message._md5sum)
+    return Act(ActKind.TOPIC, name, message, message._type, message._md5sum)
 
 
 def twist(x: float = 0.0, y: float = 0.0, turn: float = 0.0) -> Any:
@@ -88,15 +88,15 @@ def test_a_field_without_a_rule_must_be_zero() -> None:
 def test_another_type_and_another_definition_are_refused() -> None:
     act = publish("/cmd_vel", load_message_class("std_msgs/String")())
     assert "must have the type geometry_msgs/Twist, got std_msgs/String" in refusal(BASE, act)
-    other = Act(Kind.TOPIC, "/cmd_vel", twist(), Twist._type, "0" * 32)
+    other = Act(ActKind.TOPIC, "/cmd_vel", twist(), Twist._type, "0" * 32)
     assert "has another definition of geometry_msgs/Twist" in refusal(BASE, other)
 
 
 def test_a_rule_for_a_topic_allows_neither_a_service_nor_a_parameter() -> None:
     assert "names no service" in refusal(
-        BASE, Act(Kind.SERVICE, "/cmd_vel", twist(), Twist._type, Twist._md5sum)
+        BASE, Act(ActKind.SERVICE, "/cmd_vel", twist(), Twist._type, Twist._md5sum)
     )
-    assert "names no parameter" in refusal(BASE, Act(Kind.PARAMETER, "/cmd_vel", 1))
+    assert "names no parameter" in refusal(BASE, Act(ActKind.PARAMETER, "/cmd_vel", 1))
 
 
 def test_the_limit_of_a_32_bit_field_is_the_nearest_number_with_32_bits() -> None:
@@ -160,7 +160,7 @@ def test_no_minute_has_more_acts_than_the_policy_allows(gaps: list[float]) -> No
     for gap in gaps:
         now_s += gap
         try:
-            act = Act(Kind.SERVICE, "/reset", service._request_class(), service._type, service._md5sum)
+            act = Act(ActKind.SERVICE, "/reset", service._request_class(), service._type, service._md5sum)
             decide(policy, act, state, now_s)
             passed.append(now_s)
         except ActRefused:
@@ -234,10 +234,10 @@ def test_a_launch_file_has_the_arguments_of_its_rule() -> None:
     )
 
     def launch(name: str = "my_robot/base.launch", **arguments: Any) -> Act:
-        return Act(Kind.LAUNCH, name, arguments)
+        return Act(ActKind.LAUNCH, name, arguments)
 
     decide(policy, launch(speed=1, map="hall", fast=True), PolicyState(), 0.0)
-    decide(policy, Act(Kind.RECORD, "/scan", {}), PolicyState(), 0.0)
+    decide(policy, Act(ActKind.RECORD, "/scan", {}), PolicyState(), 0.0)
     for wrong, text in (
         (launch(speed=1.5), "speed of my_robot/base.launch must be from 0 to 1"),
         (launch(speed="1"), "must be a number"),
@@ -246,8 +246,8 @@ def test_a_launch_file_has_the_arguments_of_its_rule() -> None:
         (launch(fast=1), "must be one of True"),
         (launch(rate=1), "names no argument 'rate'"),
         (launch("my_robot/../base.launch"), "names no launch_file"),
-        (Act(Kind.RECORD, "/image", {}), "names no recording /image"),
-        (Act(Kind.TOPIC, "/scan", {}), "names no topic /scan"),
+        (Act(ActKind.RECORD, "/image", {}), "names no recording /image"),
+        (Act(ActKind.TOPIC, "/scan", {}), "names no topic /scan"),
     ):
         assert text in refusal(policy, wrong)
     state = PolicyState()
@@ -268,7 +268,7 @@ def test_a_launch_file_has_the_arguments_of_its_rule() -> None:
 )
 def test_parameters_have_types_and_ranges(value: object, message: str) -> None:
     policy = parse_policy("parameters: {/speed: {type: double, range: [0, 1], unit: m/s}}", "p")
-    act = Act(Kind.PARAMETER, "/speed", value)
+    act = Act(ActKind.PARAMETER, "/speed", value)
     if message:
         assert message in refusal(policy, act)
     else:
@@ -288,7 +288,7 @@ conditions:
 
 def test_an_act_needs_conditions_that_hold_and_messages_that_are_new_enough() -> None:
     service: Any = load_service_class("std_srvs/Empty")
-    act = Act(Kind.SERVICE, "/go", service._request_class(), service._type, service._md5sum)
+    act = Act(ActKind.SERVICE, "/go", service._request_class(), service._type, service._md5sum)
     state = PolicyState()
     joy: Any = load_message_class("sensor_msgs/Joy")
     level: Any = load_message_class("std_msgs/Float32")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.limits import process_limits
-from pipros.policy.model import Kind
+from pipros.policy.model import ActKind
 from pipros.policy.policy_file import parse_policy, read_policy
 from pipros.safe.settings import BadSettings
 
@@ -47,7 +47,7 @@ def test_a_policy_has_the_rules_of_its_file() -> None:
         ("services", "/reset"),
         ("parameters", "/speed"),
     }
-    drive = policy.rules[Kind.TOPIC, "/cmd_vel"]
+    drive = policy.rules[ActKind.TOPIC, "/cmd_vel"]
     assert (drive.type, drive.per_minute, drive.requires) == ("geometry_msgs/Twist", 600, ("dead_man",))
     turn = drive.fields.below["angular"].below["z"].rule
     assert turn is not None
@@ -135,7 +135,7 @@ def test_a_time_limit_has_a_stop_of_zeros_by_default_and_cancels_the_goals_of_ac
         "MoveBaseAction\n", "MoveBaseAction\n    time_limit_s: 60\n"
     )
     policy = parse_policy(limited, "p.yaml")
-    drive, goal = policy.rules[Kind.TOPIC, "/cmd_vel"], policy.rules[Kind.TOPIC, "/move_base/goal"]
+    drive, goal = policy.rules[ActKind.TOPIC, "/cmd_vel"], policy.rules[ActKind.TOPIC, "/move_base/goal"]
     assert (drive.time_limit_s, drive.stop_topic, drive.stop) == (0.5, "/cmd_vel", drive.message_class())
     assert (goal.time_limit_s, goal.stop_topic, goal.stop) == (60, "/move_base/cancel", None)
 

@@ -7,7 +7,7 @@ import re
 import zlib
 from pathlib import Path
 
-from pipros.ros2.rules import Direction, Kind, parse_gateway_rules
+from pipros.ros2.rules import Direction, RuleKind, parse_gateway_rules
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCUMENT = (ROOT / "docs" / "ros2.md").read_text()
@@ -18,7 +18,7 @@ def test_the_rules_are_valid() -> None:
 
     rules = parse_gateway_rules(example, "docs/ros2.md")
 
-    assert rules.verdict(Kind.SERVICE, Direction.TO_ROS1, "/reset", is_local=False).passes
+    assert rules.verdict(RuleKind.SERVICE, Direction.TO_ROS1, "/reset", is_local=False).passes
     assert [rule.rate for rule in rules.static] == [5.0, math.inf]
 
 

@@ -7,7 +7,7 @@ import pytest
 from pipros.ros2.conversion.errors import InvalidRules
 from pipros.ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
 from pipros.ros2.qos_choice import QosOverride, offered_qos, requested_qos
-from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule, parse_gateway_rules
+from pipros.ros2.rules import Direction, GatewayRules, RuleKind, StaticRule, parse_gateway_rules
 
 RELIABLE, BEST_EFFORT = Reliability
 VOLATILE, LATCHED = Durability
@@ -50,16 +50,16 @@ def test_latched_and_volatile_publishers_need_two_subscribers() -> None:
 @pytest.mark.parametrize(
     ("kind", "direction", "is_local", "passes"),
     [
-        (Kind.TOPIC, Direction.TO_ROS2, False, True),
-        (Kind.TOPIC, Direction.TO_ROS1, True, True),
-        (Kind.TOPIC, Direction.TO_ROS1, False, False),
-        (Kind.SERVICE, Direction.TO_ROS1, True, False),
-        (Kind.SERVICE, Direction.TO_ROS2, False, True),
-        (Kind.ACTION, Direction.TO_ROS1, True, False),
+        (RuleKind.TOPIC, Direction.TO_ROS2, False, True),
+        (RuleKind.TOPIC, Direction.TO_ROS1, True, True),
+        (RuleKind.TOPIC, Direction.TO_ROS1, False, False),
+        (RuleKind.SERVICE, Direction.TO_ROS1, True, False),
+        (RuleKind.SERVICE, Direction.TO_ROS2, False, True),
+        (RuleKind.ACTION, Direction.TO_ROS1, True, False),
     ],
 )
 def test_little_enters_ros1_by_default(
-    kind: Kind, direction: Direction, is_local: bool, passes: bool
+    kind: RuleKind, direction: Direction, is_local: bool, passes: bool
 ) -> None:
     verdict = GatewayRules().verdict(kind, direction, "/a", is_local=is_local)
 
@@ -82,24 +82,24 @@ services:
 @pytest.mark.parametrize(
     ("kind", "direction", "name", "reason"),
     [
-        (Kind.TOPIC, Direction.TO_ROS2, "/camera/image", ""),
+        (RuleKind.TOPIC, Direction.TO_ROS2, "/camera/image", ""),
         (
-            Kind.TOPIC,
+            RuleKind.TOPIC,
             Direction.TO_ROS2,
             "/camera/debug_image",
             "the deny list (topics: to_ros2) contains",
         ),
-        (Kind.TOPIC, Direction.TO_ROS1, "/cmd_vel", ""),
-        (Kind.TOPIC, Direction.TO_ROS1, "/scan", "the allow list (topics: to_ros1) does not match it"),
-        (Kind.TOPIC, Direction.TO_ROS1, "/rosout", ""),
-        (Kind.TOPIC, Direction.TO_ROS2, "/rosout", "an internal name"),
-        (Kind.TOPIC, Direction.TO_ROS2, "/turn/_action/status", "an internal name"),
-        (Kind.SERVICE, Direction.TO_ROS1, "/reset", ""),
-        (Kind.SERVICE, Direction.TO_ROS1, "/shutdown", "the deny list"),
-        (Kind.SERVICE, Direction.TO_ROS1, "/node/get_loggers", "an internal name"),
+        (RuleKind.TOPIC, Direction.TO_ROS1, "/cmd_vel", ""),
+        (RuleKind.TOPIC, Direction.TO_ROS1, "/scan", "the allow list (topics: to_ros1) does not match it"),
+        (RuleKind.TOPIC, Direction.TO_ROS1, "/rosout", ""),
+        (RuleKind.TOPIC, Direction.TO_ROS2, "/rosout", "an internal name"),
+        (RuleKind.TOPIC, Direction.TO_ROS2, "/turn/_action/status", "an internal name"),
+        (RuleKind.SERVICE, Direction.TO_ROS1, "/reset", ""),
+        (RuleKind.SERVICE, Direction.TO_ROS1, "/shutdown", "the deny list"),
+        (RuleKind.SERVICE, Direction.TO_ROS1, "/node/get_loggers", "an internal name"),
     ],
 )
-def test_lists_decide(kind: Kind, direction: Direction, name: str, reason: str) -> None:
+def test_lists_decide(kind: RuleKind, direction: Direction, name: str, reason: str) -> None:
     verdict = parse_gateway_rules(RULES, "rules.yaml").verdict(kind, direction, name, is_local=False)
 
     assert verdict.passes is not bool(reason)
@@ -159,6 +159,6 @@ def test_rules_with_types_name_the_topics_that_pass_from_the_start() -> None:
 def test_allow_lists_name_topics_exactly() -> None:
     rules = parse_gateway_rules("topics: {to_ros2: {allow: [/a, /b*]}}", "rules")
 
-    assert rules.names(Kind.TOPIC, Direction.TO_ROS2, "/a")
-    assert not rules.names(Kind.TOPIC, Direction.TO_ROS2, "/b")
-    assert not rules.names(Kind.TOPIC, Direction.TO_ROS1, "/a")
+    assert rules.names(RuleKind.TOPIC, Direction.TO_ROS2, "/a")
+    assert not rules.names(RuleKind.TOPIC, Direction.TO_ROS2, "/b")
+    assert not rules.names(RuleKind.TOPIC, Direction.TO_ROS1, "/a")

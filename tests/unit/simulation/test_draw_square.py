@@ -5,20 +5,20 @@ from __future__ import annotations
 import pytest
 
 from pipros.simulation.turtlesim.draw_square import Square
-from pipros.simulation.turtlesim.turtle import TICK_S, Command
-from pipros.simulation.turtlesim.world import World
+from pipros.simulation.turtlesim.turtle import TICK_S, TurtleCommand
+from pipros.simulation.turtlesim.world import TurtleWorld
 from tests.support.nodes import listening_log
 
 
 def test_the_turtle_comes_back_to_where_it_began() -> None:
     log, lines = listening_log()
     log.setLevel(1)
-    world = World(listening_log()[0])
+    world = TurtleWorld(listening_log()[0])
     turtle = world.turtles["turtle1"]
     square, now_s = Square(log), 0.0
     while len(lines) < 1 + 8 * 2:
         linear, angular = square.velocities(turtle.pose)
-        turtle.command(Command(linear, 0.0, angular, now_s))
+        turtle.command(TurtleCommand(linear, 0.0, angular, now_s))
         world.tick(now_s)
         now_s += TICK_S
     assert lines[0] == "New goal [7.544445 5.544445, 0.000000]"

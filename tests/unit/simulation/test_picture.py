@@ -5,24 +5,24 @@ from __future__ import annotations
 import struct
 import zlib
 
-from pipros.simulation.turtlesim.picture import SIDE, Color, Picture, Point
+from pipros.simulation.turtlesim.picture import SIDE, Point, TurtleColor, TurtlePicture
 
-BLUE, RED = Color(1, 2, 200), Color(200, 3, 4)
+BLUE, RED = TurtleColor(1, 2, 200), TurtleColor(200, 3, 4)
 
 
-def drawn(*lines: tuple[Point, Point, int]) -> Picture:
-    picture = Picture(BLUE)
+def drawn(*lines: tuple[Point, Point, int]) -> TurtlePicture:
+    picture = TurtlePicture(BLUE)
     for start, end, width in lines:
         picture.draw_line(start, end, RED, width)
     return picture
 
 
-def red_pixels(picture: Picture) -> set[tuple[int, int]]:
+def red_pixels(picture: TurtlePicture) -> set[tuple[int, int]]:
     return {(x, y) for y in range(SIDE) for x in range(SIDE) if picture.color_at((x, y)) == RED}
 
 
 def test_a_new_picture_has_the_background_everywhere() -> None:
-    picture = Picture(BLUE)
+    picture = TurtlePicture(BLUE)
     assert {picture.color_at(place) for place in ((0, 0), (499, 0), (0, 499), (499, 499))} == {BLUE}
 
 
@@ -47,7 +47,7 @@ def test_a_diagonal_line_has_no_gaps() -> None:
 def test_parts_outside_are_left_out() -> None:
     picture = drawn(((-100, 250), (1e9, 250), 5), ((1e30, -1e30), (2e30, -3e30), 255))
     assert len(red_pixels(picture)) == SIDE * 5
-    assert picture.color_at((-5, 250)) == Color(0, 0, 0)
+    assert picture.color_at((-5, 250)) == TurtleColor(0, 0, 0)
 
 
 def test_colors_are_those_of_the_nearest_pixel() -> None:

@@ -8,18 +8,18 @@ import math
 import pytest
 
 from pipros.msg import load_message_class, load_service_class
-from pipros.simulation.turtlesim.picture import Color
+from pipros.simulation.turtlesim.picture import TurtleColor
 from pipros.simulation.turtlesim.turtle import (
     COMMAND_S,
     PEN_COLOR,
     SIDE_M,
     TICK_S,
-    Command,
     Pen,
     Teleport,
     Turtle,
+    TurtleCommand,
 )
-from pipros.simulation.turtlesim.world import BACKGROUND, LINES_KEPT, Rejected, World
+from pipros.simulation.turtlesim.world import BACKGROUND, LINES_KEPT, TurtleRejected, TurtleWorld
 from tests.support.nodes import listening_log
 
 MIDDLE = 5.544444561004639
@@ -32,9 +32,9 @@ class Simulation:
         log, self.lines = listening_log()
         log.setLevel(logging.INFO)
         self.log = log
-        self.world = World(log, limit=limit, look=lambda: 0)
+        self.world = TurtleWorld(log, limit=limit, look=lambda: 0)
         self.now_s = 100.0
-        self.seen: dict[str, Color] = {}
+        self.seen: dict[str, TurtleColor] = {}
 
     @property
     def turtle(self) -> Turtle:
@@ -46,7 +46,7 @@ class Simulation:
             self.now_s += TICK_S
 
     def command(self, forwards: float = 0.0, left: float = 0.0, angular: float = 0.0) -> None:
-        self.turtle.command(Command(forwards, left, angular, self.now_s))
+        self.turtle.command(TurtleCommand(forwards, left, angular, self.now_s))
 
     def go_to(self, x: float, y: float, theta: float = 0.0) -> None:
         self.turtle.teleport(Teleport(False, x, y, theta))
@@ -151,12 +151,12 @@ def test_the_sensor_sees_lines_of_earlier_ticks(simulation: Simulation) -> None:
 
 
 def test_a_lifted_pen_draws_nothing_and_keeps_its_colour(simulation: Simulation) -> None:
-    simulation.turtle.pen = Pen(Color(9, 8, 7), 5)
+    simulation.turtle.pen = Pen(TurtleColor(9, 8, 7), 5)
     simulation.turtle.lift_pen()
     simulation.go_to(1.0, 1.0)
     simulation.tick()
     assert simulation.world.lines_drawn == 0
-    assert simulation.turtle.pen == Pen(Color(9, 8, 7), 5, is_down=False)
+    assert simulation.turtle.pen == Pen(TurtleColor(9, 8, 7), 5, is_down=False)
 
 
 def test_a_turtle_that_stands_draws_nothing(simulation: Simulation) -> None:
@@ -176,16 +176,16 @@ def test_new_names_skip_taken_ones_and_those_of_killed_turtles(simulation: Simul
 
 
 def test_names_are_unique_and_only_turtles_die(simulation: Simulation) -> None:
-    with pytest.raises(Rejected, match=r"^A turtled named \[turtle1\] already exists$"):
+    with pytest.raises(TurtleRejected, match=r"^A turtled named \[turtle1\] already exists$"):
         simulation.world.spawn("turtle1", 1, 1, 0)
-    with pytest.raises(Rejected, match=r"^Tried to kill turtle \[x\], which does not exist$"):
+    with pytest.raises(TurtleRejected, match=r"^Tried to kill turtle \[x\], which does not exist$"):
         simulation.world.kill("x")
 
 
 def test_a_world_has_room_for_a_limited_number_of_turtles() -> None:
     world = Simulation(limit=2).world
     world.spawn("", 1, 1, 0)
-    with pytest.raises(Rejected, match="too many turtles; the limit is 2"):
+    with pytest.raises(TurtleRejected, match="too many turtles; the limit is 2"):
         world.spawn("", 1, 1, 0)
 
 
@@ -195,8 +195,8 @@ def test_lines_outlive_their_turtle_but_not_clear(simulation: Simulation) -> Non
     place = simulation.turtle.pixel
     simulation.world.kill("turtle1")
     assert simulation.world.picture.color_at(place) == PEN_COLOR
-    simulation.world.clear(Color(150, 86, 255))
-    assert simulation.world.picture.color_at(place) == Color(150, 86, 255)
+    simulation.world.clear(TurtleColor(150, 86, 255))
+    assert simulation.world.picture.color_at(place) == TurtleColor(150, 86, 255)
     assert simulation.lines[-1] == "Clearing turtlesim."
 
 

@@ -15,10 +15,10 @@ from pipros.bag import BagReader, BagWriter
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError
 from pipros.web.bags.curve import MAX_SAMPLES, BagSamples
-from pipros.web.curve_samples import Axis, Field, NotANumber, find_field, mark_of, sample_of
+from pipros.web.curve_samples import Axis, CurveField, NotANumber, find_field, mark_of, sample_of
 
 
-def field_of(text: str) -> Field:
+def field_of(text: str) -> CurveField:
     found = find_field(text, {"/vector": "geometry_msgs/Vector3", "/point": "geometry_msgs/PointStamped"})
     assert found is not None
     return found

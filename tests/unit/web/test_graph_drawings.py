@@ -8,15 +8,15 @@ import pytest
 
 from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph
 from pipros.graph.drawing.scene import Scene
-from pipros.graph.observer import Observation, ObservedNode
+from pipros.graph.observer import GraphObservation, ObservedNode
 from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.web.graph_drawings import GraphDrawings
 
 
-def observation(*topics: str) -> Observation:
+def observation(*topics: str) -> GraphObservation:
     state = SystemState({name: ["/a"] for name in topics}, {name: ["/b"] for name in topics}, {})
     connections = {TopicConnection("/a", name, "/b"): None for name in topics}
-    return Observation(state, {}, {"/a": ObservedNode(), "/b": ObservedNode()}, connections)
+    return GraphObservation(state, {}, {"/a": ObservedNode(), "/b": ObservedNode()}, connections)
 
 
 def test_a_graph_is_laid_out_once_for_all_browsers() -> None:

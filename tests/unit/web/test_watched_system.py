@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.net.loop import BackgroundLoop
 from pipros.web import watched_system
 from pipros.web.watched_system import WatchedSystem
@@ -19,11 +19,11 @@ class ClumsyObserver:
     def __init__(self, *_: object, **__: object) -> None:
         self.looks = 0
 
-    def poll(self) -> Observation:
+    def poll(self) -> GraphObservation:
         self.looks += 1
         if self.looks <= 2:
             raise IndexError("list index out of range")
-        return Observation(error=f"look {self.looks}")
+        return GraphObservation(error=f"look {self.looks}")
 
     def close(self) -> None:
         pass

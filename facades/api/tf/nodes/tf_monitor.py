@@ -10,7 +10,7 @@ import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import listed, printable
 from pipros.libraries.transforms.diagnose import UNKNOWN_SENDER
-from pipros.libraries.transforms.monitor import Delays, Monitor
+from pipros.libraries.transforms.monitor import Monitor, TransformDelays
 from pipros.msg import load_message_class
 from tf.transformer import strip_leading_slash
 
@@ -27,7 +27,7 @@ class Watch:
     def __init__(self, pair: tuple[str, str] | None) -> None:
         self.pair = pair
         self.buffer = tf2_ros.Buffer(debug=False)
-        self._net = Delays()
+        self._net = TransformDelays()
         self._monitor = Monitor()
         self._lock = threading.Lock()
         self._listener = tf2_ros.TransformListener(self.buffer)

@@ -9,7 +9,7 @@ from typing import Any
 import rospy
 from pipros.basics import names
 from pipros.basics.printable import printable
-from pipros.libraries.topic_tools.raw import UnknownType, class_like
+from pipros.libraries.topic_tools.raw import MissingType, class_like
 from pipros.node.any_msg import AnyMsg
 
 QUEUE_SIZE = 10
@@ -75,7 +75,7 @@ class Output(rospy.SubscribeListener):
                 return False
             try:
                 kind = class_like(message.header)
-            except UnknownType as error:
+            except MissingType as error:
                 self._complain(str(error))
                 return False
             self._publisher = rospy.Publisher(

@@ -24,7 +24,7 @@ from pipros.graph.system_state import SystemState
 from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class, load_service_class
 from pipros.policy.decisions import Act
-from pipros.policy.model import ActRule, Kind, Policy
+from pipros.policy.model import ActKind, ActRule, Policy
 from pipros.server.approved_acts import CONNECTING_S, ApprovedActs, Caller, System
 
 CALL_S: Final = 10.0
@@ -62,9 +62,9 @@ class ActTools:
         """Publish a message once, or with seconds again and again for this time, and then the policy's stop,
         if the topic has one. A human must approve this, unless the message is the stop."""
         name = self._acts.system().node.resolve(topic)
-        rule = self._rule(Kind.TOPIC, name)
+        rule = self._rule(ActKind.TOPIC, name)
         value = message_from_yaml(rule.message_class, message, time.time_ns())
-        act = Act(Kind.TOPIC, name, value, value._type, value._md5sum)
+        act = Act(ActKind.TOPIC, name, value, value._type, value._md5sum)
 
         def carry_out(system: System) -> Answer:
             publisher = self._publisher(system, name)
@@ -87,7 +87,7 @@ class ActTools:
         """Call a service, and show its response. A human must approve this, unless the request is the
         policy's stop."""
         name = self._acts.system().node.resolve(service)
-        found: Any = load_service_class(self._rule(Kind.SERVICE, name).type)
+        found: Any = load_service_class(self._rule(ActKind.SERVICE, name).type)
         value = message_from_yaml(found._request_class, request, time.time_ns())
 
         def carry_out(system: System) -> Answer:
@@ -95,7 +95,7 @@ class ActTools:
             with system.gate.calling(name, value, found._type, found._md5sum):
                 return Answer([shown(caller.call(value, CALL_S))])
 
-        act = Act(Kind.SERVICE, name, value, found._type, found._md5sum)
+        act = Act(ActKind.SERVICE, name, value, found._type, found._md5sum)
         return self._perform("call_service", act, whole(value), carry_out)
 
     def set_parameter(self, name: Name, value: Value) -> Answer:
@@ -107,18 +107,18 @@ class ActTools:
             system.node.params.set(full, value)
             return Answer([])
 
-        return self._perform("set_parameter", Act(Kind.PARAMETER, full, value), value, carry_out)
+        return self._perform("set_parameter", Act(ActKind.PARAMETER, full, value), value, carry_out)
 
     def send_goal(self, action: Name, goal: Values, wait_s: Seconds = 5.0) -> Answer:
         """Send a goal to an action server, and wait for its result for some time. data has the id of the
         goal, for cancel_goal, and the result if it came in time. A human must approve this."""
         name = self._acts.system().node.resolve(action)
-        rule = self._rule(Kind.TOPIC, f"{name}/goal")
+        rule = self._rule(ActKind.TOPIC, f"{name}/goal")
         identity = f"pipros_mcp-{secrets.token_hex(8)}"
         fields = {"header": "auto", "goal_id": {"stamp": "now", "id": identity}, "goal": goal}
         value: Any = message_from_yaml(rule.message_class, fields, time.time_ns())
         result_class: Any = load_message_class(f"{self._acts.policy.actions.get(name, '')}Result")
-        act = Act(Kind.TOPIC, f"{name}/goal", value, value._type, value._md5sum)
+        act = Act(ActKind.TOPIC, f"{name}/goal", value, value._type, value._md5sum)
 
         def carry_out(system: System) -> Answer:
             results: list[Any] = []
@@ -157,7 +157,7 @@ class ActTools:
         if name is None:
             raise ToolRefused("send_goal has not sent a goal with this id", goal_id)
         value: Any = load_message_class("actionlib_msgs/GoalID")(id=goal_id)
-        act = Act(Kind.TOPIC, f"{name}/cancel", value, value._type, value._md5sum)
+        act = Act(ActKind.TOPIC, f"{name}/cancel", value, value._type, value._md5sum)
 
         def carry_out(system: System) -> Answer:
             self._publisher(system, act.name).publish(value)
@@ -174,7 +174,7 @@ class ActTools:
         """Start the nodes of a launch file, until stop_run or the policy's time limit. file is a name from
         list_launch_files. A human must approve this."""
         name = f"{package}/{file}"
-        self._rule(Kind.LAUNCH, name)
+        self._rule(ActKind.LAUNCH, name)
         path = launch_file(self._robot, package, file)
         words = [
             f"{key}:={str(each).lower() if isinstance(each, bool) else each}"
@@ -182,10 +182,10 @@ class ActTools:
         ]
 
         def carry_out(system: System) -> Answer:
-            rule = system.gate.check_run(Kind.LAUNCH, name, arguments)
+            rule = system.gate.check_run(ActKind.LAUNCH, name, arguments)
             return self._start(name, "roslaunch", [str(path), *words], rule.time_limit_s or 0.0)
 
-        return self._perform("start_launch", Act(Kind.LAUNCH, name, arguments), arguments, carry_out)
+        return self._perform("start_launch", Act(ActKind.LAUNCH, name, arguments), arguments, carry_out)
 
     def record(
         self,
@@ -195,7 +195,7 @@ class ActTools:
         """Record topics into a new bag in the folder that the user allowed, until stop_run or for a time. A
         human must approve this."""
         node = self._acts.system().node
-        acts = [Act(Kind.RECORD, node.resolve(each), {}) for each in topics]
+        acts = [Act(ActKind.RECORD, node.resolve(each), {}) for each in topics]
         folder = self._bags
         if folder is None:
             raise ToolRefused("the user has not allowed any folder; pipros mcp --bags FOLDER does")
@@ -223,7 +223,7 @@ class ActTools:
 
     # -- what these tools share -----------------------------------------------------------
 
-    def _rule(self, kind: Kind, name: str) -> ActRule:
+    def _rule(self, kind: ActKind, name: str) -> ActRule:
         """Return the rule for a name. Raise `ActRefused` if there is none; that is logged, too."""
         if (kind, name) not in self._acts.policy.rules:
             self._perform(f"act on {kind.value}", Act(kind, name, None), None, lambda _: Answer([]))
@@ -244,7 +244,7 @@ class ActTools:
         """Return the publisher of a topic, once the subscribers that the master knows have connected."""
         publisher = system.publishers.get(topic)
         if publisher is None:
-            rule = self._acts.policy.rules[Kind.TOPIC, topic]
+            rule = self._acts.policy.rules[ActKind.TOPIC, topic]
             publisher = system.publishers[topic] = system.gate.advertise(topic, rule.message_class)
         end_s = time.monotonic() + CONNECTING_S
         state = SystemState.from_state(system.node.master.get_system_state())
@@ -266,13 +266,13 @@ class ActTools:
 def names_of_tools(policy: Policy) -> Iterator[str]:
     """Yield the names of the tools for which a policy has rules."""
     actions = {f"{action}/{part}" for action in policy.actions for part in ("goal", "cancel")}
-    kinds = {kind for kind, name in policy.rules if kind is not Kind.TOPIC or name not in actions}
-    of_kind: Mapping[Kind, tuple[str, ...]] = {
-        Kind.TOPIC: ("publish",),
-        Kind.SERVICE: ("call_service",),
-        Kind.PARAMETER: ("set_parameter",),
-        Kind.LAUNCH: ("start_launch", "list_runs", "stop_run"),
-        Kind.RECORD: ("record", "list_runs", "stop_run"),
+    kinds = {kind for kind, name in policy.rules if kind is not ActKind.TOPIC or name not in actions}
+    of_kind: Mapping[ActKind, tuple[str, ...]] = {
+        ActKind.TOPIC: ("publish",),
+        ActKind.SERVICE: ("call_service",),
+        ActKind.PARAMETER: ("set_parameter",),
+        ActKind.LAUNCH: ("start_launch", "list_runs", "stop_run"),
+        ActKind.RECORD: ("record", "list_runs", "stop_run"),
     }
     found = ["read_policy", *(("send_goal", "cancel_goal") if policy.actions else ())]
     yield from dict.fromkeys([*found, *(name for kind in of_kind if kind in kinds for name in of_kind[kind])])

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import Received, Robot, Samples, decoded
+from pipros.assistants.robot import MessageSamples, Robot, SampledMessage, decoded
 from pipros.assistants.tools.arguments import Cursor, Name, Wait
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
@@ -56,7 +56,7 @@ class FrameTools:
             {"age_s": None if age_s is None else round(age_s, 3)},
         )
 
-    def _buffer(self, samples: Samples) -> TransformBuffer:
+    def _buffer(self, samples: MessageSamples) -> TransformBuffer:
         limits = process_limits()
         size = min(limits.transform_bytes, self._robot.limits.assistant_sample_bytes)
         buffer = TransformBuffer(limits=limits._replace(transform_bytes=size))
@@ -66,7 +66,7 @@ class FrameTools:
         return buffer
 
 
-def _insert(buffer: TransformBuffer, received: Received, stamped: Any) -> Sequence[str]:
+def _insert(buffer: TransformBuffer, received: SampledMessage, stamped: Any) -> Sequence[str]:
     return buffer.insert(
         stamped.header.frame_id[:300],
         stamped.child_frame_id[:300],

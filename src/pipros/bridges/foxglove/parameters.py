@@ -15,7 +15,7 @@ from pipros.basics.printable import printable
 _BYTES, _FLOAT, _FLOATS = "byte_array", "float64", "float64_array"
 
 
-class InvalidParameter(ValueError):
+class InvalidClientParameter(ValueError):
     """A client sent a parameter whose value does not match its type."""
 
 
@@ -78,24 +78,26 @@ def from_client(parameter: Mapping[str, Any]) -> Any:
         try:
             return Binary(base64.b64decode(value, validate=True))
         except (TypeError, ValueError, binascii.Error):
-            raise InvalidParameter(
+            raise InvalidClientParameter(
                 f"[{printable(name)}] has the type {kind}, so its value must be base64"
             ) from None
     if kind == _FLOAT:
         return _float(name, value)
     if kind == _FLOATS:
         if not isinstance(value, list):
-            raise InvalidParameter(f"[{printable(name)}] has the type {kind}, so its value must be a list")
+            raise InvalidClientParameter(
+                f"[{printable(name)}] has the type {kind}, so its value must be a list"
+            )
         return [_float(name, each) for each in value]
     if kind is not None:
-        raise InvalidParameter(f"[{printable(name)}] has an unknown type {printable(repr(kind), 100)}")
+        raise InvalidClientParameter(f"[{printable(name)}] has an unknown type {printable(repr(kind), 100)}")
     return value
 
 
 def _float(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InvalidParameter(f"[{printable(name)}] must be a number, got {type(value).__name__}")
+        raise InvalidClientParameter(f"[{printable(name)}] must be a number, got {type(value).__name__}")
     try:
         return float(value)
     except OverflowError:
-        raise InvalidParameter(f"[{printable(name)}] is too large") from None
+        raise InvalidClientParameter(f"[{printable(name)}] is too large") from None

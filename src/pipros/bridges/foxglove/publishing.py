@@ -30,7 +30,7 @@ QUEUE_SIZE: Final = 10
 """Queue size of a publication, in messages."""
 
 
-class Unsupported(PiprosError):
+class UnsupportedMessage(PiprosError):
     """The encoding or type of a client's channel or service call is not supported."""
 
 
@@ -109,7 +109,9 @@ def call_service(
 
 def _check_encoding(encoding: str) -> None:
     if encoding not in ENCODINGS:
-        raise Unsupported(f"encoding {printable(repr(encoding), 100)} is not one of {', '.join(ENCODINGS)}")
+        raise UnsupportedMessage(
+            f"encoding {printable(repr(encoding), 100)} is not one of {', '.join(ENCODINGS)}"
+        )
 
 
 def _class_of(channel: ClientChannel) -> type[Message]:
@@ -117,11 +119,15 @@ def _class_of(channel: ClientChannel) -> type[Message]:
     installed = installed_class(channel.type)
     if not channel.schema.strip():
         if installed is None:
-            raise Unsupported(f"type [{printable(channel.type)}] is not installed, and its schema is missing")
+            raise UnsupportedMessage(
+                f"type [{printable(channel.type)}] is not installed, and its schema is missing"
+            )
         return installed
     found = message_classes_from_text(channel.type, channel.schema)[channel.type]
     if installed is not None and installed._md5sum != found._md5sum:
-        raise Unsupported(f"the schema of [{printable(channel.type)}] differs from the installed definition")
+        raise UnsupportedMessage(
+            f"the schema of [{printable(channel.type)}] differs from the installed definition"
+        )
     return installed or found
 
 

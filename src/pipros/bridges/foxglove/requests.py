@@ -54,23 +54,23 @@ class ClientChannel:
 
 
 @dataclass(frozen=True, slots=True)
-class Advertise:
+class AdvertiseRequest:
     channels: Sequence[ClientChannel]
 
 
 @dataclass(frozen=True, slots=True)
-class Unadvertise:
+class UnadvertiseRequest:
     ids: Sequence[int]
 
 
 @dataclass(frozen=True, slots=True)
-class Publish:
+class PublishRequest:
     channel: int
     body: bytes
 
 
 @dataclass(frozen=True, slots=True)
-class CallService:
+class CallRequest:
     service: int
     call: int
     encoding: str
@@ -125,10 +125,10 @@ class FetchAsset:
 ClientRequest = (
     Subscribe
     | Unsubscribe
-    | Advertise
-    | Unadvertise
-    | Publish
-    | CallService
+    | AdvertiseRequest
+    | UnadvertiseRequest
+    | PublishRequest
+    | CallRequest
     | GetParameters
     | SetParameters
     | SubscribeParameters
@@ -167,14 +167,14 @@ def _read_binary(data: bytes) -> ClientRequest:
     opcode = data[0] if data else None
     try:
         if opcode == _PUBLISH:
-            return Publish(_ID.unpack_from(data, 1)[0], data[1 + _ID.size :])
+            return PublishRequest(_ID.unpack_from(data, 1)[0], data[1 + _ID.size :])
         if opcode == _CALL:
             service, call, length = _CALL_HEAD.unpack_from(data, 1)
             begin = 1 + _CALL_HEAD.size
             if length > len(data) - begin:
                 raise MalformedRequest(f"an encoding of {length} bytes exceeds the message")
             encoding = data[begin : begin + length].decode("utf-8", "replace")
-            return CallService(service, call, encoding, data[begin + length :])
+            return CallRequest(service, call, encoding, data[begin + length :])
     except struct.error:
         raise MalformedRequest(f"a binary message with opcode {opcode} is too short") from None
     raise MalformedRequest(f"unknown binary opcode {opcode}")
@@ -247,8 +247,8 @@ _READERS: Final[Mapping[str, Callable[[_RequestFields], ClientRequest]]] = {
         [(each.number("id"), each.number("channelId")) for each in of.objects("subscriptions")]
     ),
     "unsubscribe": lambda of: Unsubscribe(of.numbers("subscriptionIds")),
-    "advertise": lambda of: Advertise([_channel(each) for each in of.objects("channels")]),
-    "unadvertise": lambda of: Unadvertise(of.numbers("channelIds")),
+    "advertise": lambda of: AdvertiseRequest([_channel(each) for each in of.objects("channels")]),
+    "unadvertise": lambda of: UnadvertiseRequest(of.numbers("channelIds")),
     "getParameters": lambda of: GetParameters(of.texts("parameterNames"), of.optional_text("id")),
     "setParameters": lambda of: SetParameters(
         [_parameter(each) for each in of.objects("parameters")], of.optional_text("id")

@@ -23,18 +23,18 @@ from pipros.bridges.foxglove.parameter_watch import DELETED, Changes
 from pipros.bridges.foxglove.parameters import from_client, selected, to_client
 from pipros.bridges.foxglove.publishing import ClientPublication, call_service
 from pipros.bridges.foxglove.requests import (
-    Advertise,
-    CallService,
+    AdvertiseRequest,
+    CallRequest,
     ClientChannel,
     ClientRequest,
     FetchAsset,
     GetParameters,
-    Publish,
+    PublishRequest,
     SetParameters,
     Subscribe,
     SubscribeGraph,
     SubscribeParameters,
-    Unadvertise,
+    UnadvertiseRequest,
     Unsubscribe,
     UnsubscribeParameters,
     read_request,
@@ -64,10 +64,10 @@ TIME_KEY: Final = "time"
 READ_ONLY: Final = "this server is read-only; start it with --control to change the system"
 
 _CAPABILITIES: Final[Mapping[type, str]] = {
-    Advertise: "clientPublish",
-    Publish: "clientPublish",
-    Unadvertise: "clientPublish",
-    CallService: "services",
+    AdvertiseRequest: "clientPublish",
+    PublishRequest: "clientPublish",
+    UnadvertiseRequest: "clientPublish",
+    CallRequest: "services",
     GetParameters: "parameters",
     SetParameters: "parameters",
     SubscribeParameters: "parametersSubscribe",
@@ -213,10 +213,10 @@ class FoxgloveSession:
 
     async def _handle(self, request: ClientRequest) -> None:
         capability = _CAPABILITIES.get(type(request))
-        if capability is not None and not isinstance(request, CallService):  # its response reports the error
+        if capability is not None and not isinstance(request, CallRequest):  # its response reports the error
             self._check_offered(capability)
         match request:
-            case Publish():
+            case PublishRequest():
                 await self._publish(request)
             case Subscribe():
                 for number, channel in request.pairs:
@@ -225,13 +225,13 @@ class FoxgloveSession:
             case Unsubscribe():
                 for number in request.ids:
                     self._unsubscribe(number)
-            case Advertise():
+            case AdvertiseRequest():
                 for each in request.channels:
                     await self._advertise(each)
-            case Unadvertise():
+            case UnadvertiseRequest():
                 for number in request.ids:
                     await self._unadvertise(number)
-            case CallService():
+            case CallRequest():
                 self._begin(self._call(request))
             case GetParameters():
                 await self._send_parameters(request.names, request.id)
@@ -314,13 +314,13 @@ class FoxgloveSession:
             self._client.shares.release(_size_of(publication.channel))
             await self._run(publication.close)
 
-    async def _publish(self, request: Publish) -> None:
+    async def _publish(self, request: PublishRequest) -> None:
         publication = self._publications.get(request.channel)
         if publication is None:
             raise PiprosError(f"channel {request.channel} is not advertised")
         await self._run(functools.partial(publication.publish, request.body))
 
-    async def _call(self, request: CallService) -> None:
+    async def _call(self, request: CallRequest) -> None:
         service = self._bridge.catalog.services.get(request.service)
         try:
             self._check_offered("services")

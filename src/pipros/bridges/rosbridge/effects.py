@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pipros.bridges.rosbridge.encoding import Encoding
+from pipros.bridges.rosbridge.encoding import WireEncoding
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Delivery:
         fragment_size: length in characters above which operations are split into fragments; 0 for no limit.
     """
 
-    encoding: Encoding = Encoding.JSON
+    encoding: WireEncoding = WireEncoding.JSON
     throttle_s: float = 0.0
     queue_length: int = 0
     fragment_size: int = 0

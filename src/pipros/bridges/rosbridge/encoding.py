@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pipros.bridges.shared_topics import TopicMessage
 
 
-class Encoding(IntEnum):
+class WireEncoding(IntEnum):
     """Encodings of a topic's messages.
 
     If a client requests several encodings, the encoding with the highest value is used.
@@ -36,7 +36,7 @@ class Encoding(IntEnum):
     CBOR_RAW = 3
 
     @classmethod
-    def of(cls, compression: object) -> Encoding:
+    def of(cls, compression: object) -> WireEncoding:
         """Return the encoding for a client's `compression`; JSON if it is unknown, as in rosbridge."""
         names = {"png": cls.PNG, "cbor": cls.CBOR, "cbor-raw": cls.CBOR_RAW}
         return names.get(compression, cls.JSON) if isinstance(compression, str) else cls.JSON
@@ -83,9 +83,9 @@ def _cbor() -> Any:
     return cbor2
 
 
-def check_codec(encoding: Encoding) -> None:
+def check_codec(encoding: WireEncoding) -> None:
     """Raise `MissingCodec` if the encoding needs a package that is not installed."""
-    if encoding in (Encoding.CBOR, Encoding.CBOR_RAW):
+    if encoding in (WireEncoding.CBOR, WireEncoding.CBOR_RAW):
         _cbor()
 
 
@@ -175,14 +175,14 @@ class Encoder:
         """
         return self._nulls.of(message)
 
-    def encode(self, encoding: Encoding, topic: str, message: Any) -> WebSocketFrame:
+    def encode(self, encoding: WireEncoding, topic: str, message: Any) -> WebSocketFrame:
         """Encode a `publish` operation with a decoded message.
 
         Raises:
             PiprosError: the package for the encoding is not installed, or the encoding cannot represent a
                 value.
         """
-        if encoding is Encoding.CBOR:
+        if encoding is WireEncoding.CBOR:
             if self._cbor is None:
                 self._cbor = PlainValues(Format.CBOR, _cbor().CBORTag)
             return WebSocketFrame(
@@ -195,7 +195,7 @@ class Encoder:
             text = _STRICT.encode(operation)
         except ValueError:  # NaN or infinity
             text = _STRICT.encode({**operation, "msg": self._nulls.of(message)})
-        if encoding is Encoding.PNG:
+        if encoding is WireEncoding.PNG:
             return text_frame(_STRICT.encode({"op": "png", "data": base64_png_of(text.encode())}))
         return text_frame(text)
 
@@ -209,10 +209,10 @@ class EncodedMessage:
         self.message = message
         self._encoder = encoder
         self._decoded: Any = None
-        self._known: dict[tuple[Encoding, str, int], Sequence[WebSocketFrame]] = {}
+        self._known: dict[tuple[WireEncoding, str, int], Sequence[WebSocketFrame]] = {}
         self._lock = threading.RLock()
 
-    def frames(self, encoding: Encoding, topic: str, fragment_size: int = 0) -> Sequence[WebSocketFrame]:
+    def frames(self, encoding: WireEncoding, topic: str, fragment_size: int = 0) -> Sequence[WebSocketFrame]:
         """Return the frames for a client: one frame, or fragments if the text is longer than `fragment_size`.
 
         `topic` is the name that the client used, which may be relative.
@@ -230,9 +230,9 @@ class EncodedMessage:
                 )
             return self._known[key]
 
-    def _whole(self, encoding: Encoding, topic: str) -> WebSocketFrame:
+    def _whole(self, encoding: WireEncoding, topic: str) -> WebSocketFrame:
         message = self.message
-        if encoding is Encoding.CBOR_RAW:
+        if encoding is WireEncoding.CBOR_RAW:
             secs, nsecs = divmod(message.received_ns, NS_PER_S)
             body = {"secs": secs, "nsecs": nsecs, "bytes": message.body}
             return WebSocketFrame((_cbor().dumps({"op": "publish", "topic": topic, "msg": body}),))

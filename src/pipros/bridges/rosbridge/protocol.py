@@ -42,7 +42,7 @@ from pipros.bridges.rosbridge.effects import (
     Unadvertise,
     WithdrawService,
 )
-from pipros.bridges.rosbridge.encoding import Encoding, bson_codec, check_codec
+from pipros.bridges.rosbridge.encoding import WireEncoding, bson_codec, check_codec
 from pipros.bridges.rosbridge.globs import Globs
 from pipros.bridges.rosbridge.text_input import (
     BadInput,
@@ -293,7 +293,7 @@ class ClientProtocol:
         topic = self._name(operation, "topic", self._settings.topics)
         kind = _type(operation) if operation.get("type") is not None else None
         request = Delivery(
-            Encoding.of(operation.get("compression")),
+            WireEncoding.of(operation.get("compression")),
             max(_number(operation, "throttle_rate", least=-math.inf), 0) / 1000,
             int(_number(operation, "queue_length")),
             int(_number(operation, "fragment_size")),

@@ -63,7 +63,7 @@ def publish(argv: Sequence[str]) -> int:
     with GraphClient("rostopic") as graph:
         graph.master.get_pid()  # fails immediately if there is no master
     from pipros.cli.command_node import command_node
-    from pipros.cli.rostopic.pub_values import Template, message_class_of, read_values
+    from pipros.cli.rostopic.pub_values import MessageTemplate, message_class_of, read_values
 
     message_class = message_class_of(options.type_name)
     values = read_values(parser, options.words)
@@ -72,7 +72,7 @@ def publish(argv: Sequence[str]) -> int:
             values = []
         elif sys.stdin.isatty():
             parser.error("Please specify message values")
-    template = Template(message_class)
+    template = MessageTemplate(message_class)
     with command_node("rostopic", argv) as node:
         now_ns = node.clock.now_ns if options.ros_time else time.time_ns
         run = _Publishing(node, options, message_class)

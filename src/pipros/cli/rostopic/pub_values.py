@@ -45,7 +45,7 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
         parser.error(f"Argument error: {error}")
 
 
-class Template:
+class MessageTemplate:
     """Creates messages of one class from values.
 
     The value `now` is replaced by the current time, and `auto` by a header with that time.

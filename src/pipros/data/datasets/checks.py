@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipros.data.datasets.config import SignalSource, Source
+from pipros.data.datasets.config import DatasetSource, SignalSource
 from pipros.msg.time import NS_PER_S
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class DatasetFinding:
     """What a check found in one topic."""
 
     check: str
@@ -30,7 +30,7 @@ class Finding:
     spans: list[tuple[float, float]]  # seconds since the episode began
 
 
-def examine(recording: Recording, source: Source, start: int, end: int) -> list[Finding]:
+def examine(recording: Recording, source: DatasetSource, start: int, end: int) -> list[DatasetFinding]:
     """Return the findings of all checks in one topic, for an episode from `start` to `end` (ns)."""
     inside = (recording.times >= start) & (recording.times <= end)
     times, values = recording.times[inside], recording.values[inside]
@@ -51,14 +51,14 @@ def examine(recording: Recording, source: Source, start: int, end: int) -> list[
             spans.append((round((begin - start) / NS_PER_S, 3), round((last - start) / NS_PER_S, 3)))
         if texts:
             more = f", and {len(texts) - 3} more" if len(texts) > 3 else ""
-            found.append(Finding(name, source.name, "; ".join(texts[:3]) + more, spans[:100]))
+            found.append(DatasetFinding(name, source.name, "; ".join(texts[:3]) + more, spans[:100]))
     return found
 
 
 _Result = tuple[str, int, int]
 
 
-def _missing(times: NDArray[np.int64], source: Source) -> Iterator[_Result]:
+def _missing(times: NDArray[np.int64], source: DatasetSource) -> Iterator[_Result]:
     steps = np.diff(times)
     if len(steps) < 2:
         return
@@ -70,7 +70,7 @@ def _missing(times: NDArray[np.int64], source: Source) -> Iterator[_Result]:
         yield f"{lost} missing in {steps[at] / NS_PER_S:.3f} s", int(times[at]), int(times[at + 1])
 
 
-def _jumps(recording: Recording, source: Source, start: int, end: int) -> Iterator[_Result]:
+def _jumps(recording: Recording, source: DatasetSource, start: int, end: int) -> Iterator[_Result]:
     if not len(recording.stamps):
         return
     inside = (recording.receipts >= start) & (recording.receipts <= end)
@@ -82,7 +82,7 @@ def _jumps(recording: Recording, source: Source, start: int, end: int) -> Iterat
 
 
 def _frozen(
-    times: NDArray[np.int64], values: NDArray[np.float64], names: tuple[str, ...], source: Source
+    times: NDArray[np.int64], values: NDArray[np.float64], names: tuple[str, ...], source: DatasetSource
 ) -> Iterator[_Result]:
     for column, name in enumerate(names):
         for first, last in _runs(np.diff(values[:, column]) == 0):
@@ -90,7 +90,7 @@ def _frozen(
 
 
 def _saturated(
-    times: NDArray[np.int64], values: NDArray[np.float64], names: tuple[str, ...], source: Source
+    times: NDArray[np.int64], values: NDArray[np.float64], names: tuple[str, ...], source: DatasetSource
 ) -> Iterator[_Result]:
     if isinstance(source, SignalSource):
         is_beyond = (values <= (source.least or -np.inf)) | (values >= (source.most or np.inf))
@@ -112,7 +112,7 @@ def _long(times: NDArray[np.int64], first: int, last: int, least: float, text: s
         yield f"{text} for {(end - begin) / NS_PER_S:.1f} s", begin, end
 
 
-def _stopped(times: NDArray[np.int64], source: Source, start: int, end: int) -> Iterator[_Result]:
+def _stopped(times: NDArray[np.int64], source: DatasetSource, start: int, end: int) -> Iterator[_Result]:
     if not len(times):
         yield "no message", start, end
     elif end - times[-1] > source.checks["stopped"] * NS_PER_S:

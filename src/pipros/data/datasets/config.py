@@ -30,7 +30,7 @@ _SIGNAL_KEYS = [*_SOURCE_KEYS, "fields", "names", "unit", "scale", "min", "max"]
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class DatasetSource:
     """A topic of the data set."""
 
     name: str  # in the data set: observations.joints
@@ -48,7 +48,7 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True)
-class SignalSource(Source):
+class SignalSource(DatasetSource):
     """Numbers from a topic."""
 
     fields: tuple[str, ...]  # empty for the usual ones of the type
@@ -63,7 +63,7 @@ class SignalSource(Source):
 
 
 @dataclass(frozen=True, slots=True)
-class CameraSource(Source):
+class CameraSource(DatasetSource):
     """Pictures from a topic."""
 
     store: str  # one of STORES

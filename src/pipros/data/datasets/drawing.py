@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pipros.data.datasets.checks import Finding
+    from pipros.data.datasets.checks import DatasetFinding
 
 _WIDTH, _HEIGHT, _LEFT, _GAP = 900, 90, 170, 34
 _POINTS = 900
@@ -22,7 +22,7 @@ def episode_svg(
     title: str,
     seconds: NDArray[np.float64],
     signals: Mapping[str, NDArray[np.float64]],
-    findings: Sequence[Finding],
+    findings: Sequence[DatasetFinding],
 ) -> str:
     """Return a drawing with a plot for each signal, in which the spans of findings are red.
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from pipros.basics.limits import limit_text, process_limits
 from pipros.data.datasets.cameras import Picture, pictures, read_times
-from pipros.data.datasets.checks import Finding, examine
-from pipros.data.datasets.config import LINEAR, CameraSource, DatasetConfig, SignalSource, Source
+from pipros.data.datasets.checks import DatasetFinding, examine
+from pipros.data.datasets.config import LINEAR, CameraSource, DatasetConfig, DatasetSource, SignalSource
 from pipros.data.datasets.signals import Recording, read_signal
 from pipros.data.limits import DataLimits
 from pipros.data.nearest import matches
@@ -52,7 +52,7 @@ class EpisodeRows:
     times: NDArray[np.int64]
     signals: list[SignalRows]
     cameras: list[CameraRows]
-    findings: list[Finding]
+    findings: list[DatasetFinding]
     problem: str
 
     @property
@@ -111,7 +111,7 @@ def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> Episode
 
 
 def aligned(
-    rows: NDArray[np.int64], times: NDArray[np.int64], source: Source, *, is_held: bool
+    rows: NDArray[np.int64], times: NDArray[np.int64], source: DatasetSource, *, is_held: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the number of the message for each row, and which rows have none; such numbers mean nothing.
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pipros.data.bags import Bags
-    from pipros.data.datasets.config import SignalSource, Source
+    from pipros.data.datasets.config import DatasetSource, SignalSource
 
 _TWIST = tuple(f"{part}.{axis}" for part in ("linear", "angular") for axis in "xyz")
 _POSE = tuple(f"position.{axis}" for axis in "xyz") + tuple(f"orientation.{axis}" for axis in "xyzw")
@@ -82,7 +82,7 @@ def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recor
     return recorded(times, np.concatenate(parts), names)
 
 
-def batches(bags: Bags, source: Source, start: int, end: int) -> Any:
+def batches(bags: Bags, source: DatasetSource, start: int, end: int) -> Any:
     """Yield tables with the messages that rows from `start` to `end` may need."""
     if source.topic not in bags.topics():
         hint = similar_names(source.topic, bags.topics()) or f"The topics are {', '.join(bags.topics())}"
@@ -92,7 +92,7 @@ def batches(bags: Bags, source: Source, start: int, end: int) -> Any:
     return bags.batches(source.topic, start=first, end=last)
 
 
-def times_of(table: Table, source: Source) -> NDArray[np.int64]:
+def times_of(table: Table, source: DatasetSource) -> NDArray[np.int64]:
     """Return the times of messages: those of alignment, stamps or zeros, and receipts, as columns."""
     receipts = table.times()
     has_header = STAMP in table

@@ -36,7 +36,7 @@ class ActionRefused(PiprosError, ValueError):
     """An action has a number that is outside its limits, or too few or too many numbers."""
 
 
-class Command:
+class DriveCommand:
     """A publisher of an action, and its messages from numbers in the unit of the description.
 
     Attributes:

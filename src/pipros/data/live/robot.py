@@ -11,11 +11,11 @@ import numpy as np
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.data.datasets.config import DatasetConfig, SignalSource, read_config
-from pipros.data.live.commands import ActionRefused, Command
+from pipros.data.live.commands import ActionRefused, DriveCommand
 from pipros.data.live.sources import LiveSource, RobotSilent, full_names, wait_for_all, wait_until
 from pipros.node import Node
 from pipros.node.start_params import is_on
-from pipros.policy.model import ActRule, Kind
+from pipros.policy.model import ActKind, ActRule
 from pipros.safe.settings import BadSettings
 from pipros.server.stop_guardian import StopGuardian
 
@@ -67,7 +67,7 @@ class LiveRobot:
         end_s = time.monotonic() + timeout_s
         observed = [each for each in self.config.sources if not each.name.startswith("actions.")]
         sources = [LiveSource(self.node, each) for each in observed]
-        self._commands = [Command(self.node, each, end_s) for each in self.config.actions]
+        self._commands = [DriveCommand(self.node, each, end_s) for each in self.config.actions]
         self._sources = wait_for_all(sources, end_s)
         self._signals = [each for each in sources if isinstance(each.source, SignalSource)]
         self._cameras = {
@@ -88,11 +88,11 @@ class LiveRobot:
             if limit_s:
                 stop = self._stop_message(each)
                 rule = ActRule(
-                    each.source.place, Kind.TOPIC, each.topic, each.type, stop=stop, time_limit_s=limit_s
+                    each.source.place, ActKind.TOPIC, each.topic, each.type, stop=stop, time_limit_s=limit_s
                 )
                 self._guardian.watch(rule)
 
-    def _measured(self, command: Command) -> LiveSource:
+    def _measured(self, command: DriveCommand) -> LiveSource:
         """Return the observation with the numbers of an action, which are held when the robot is stopped."""
         for each in self._signals:
             same = (
@@ -105,7 +105,7 @@ class LiveRobot:
             f"{command.source.place}.stop: hold needs an observation with the same name, unit and names"
         )
 
-    def _stop_message(self, command: Command) -> Any:
+    def _stop_message(self, command: DriveCommand) -> Any:
         values = self._held[command.source.name].numbers() if command.stop is None else command.stop
         return command.message(values, self.node.clock.now_ns())
 

@@ -15,12 +15,12 @@ TIME_LIMIT_S = 0.1
 """Maximum processor time for one pattern and one name. Usually, a few microseconds are enough."""
 
 
-class _TimeIsUp(Exception):
+class _MatchingTimeout(Exception):
     """Raised by the signal handler, which Python runs even while `re` is matching."""
 
 
 def _end_match(*_: object) -> None:
-    raise _TimeIsUp
+    raise _MatchingTimeout
 
 
 def _answer(pattern: str, name: str) -> bool | str | None:
@@ -43,7 +43,7 @@ def main() -> None:
     for line in sys.stdin:
         try:
             answer = _answer(*json.loads(line))
-        except _TimeIsUp:
+        except _MatchingTimeout:
             answer = None
         print(json.dumps(answer), flush=True)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.topic_tools.modules import ARRAY, Names, module_for
+from pipros.libraries.topic_tools.modules import ARRAY, ModuleNames, module_for
 from pipros.msg.field_access import field_of
 from pipros.msg.time import Time
 from pipros.safe.expr import Expression, ExpressionError
@@ -24,7 +24,7 @@ def part_of(value: Any, name: str) -> Any:
     Raises:
         AttributeError: the name does not exist or is not permitted.
     """
-    if isinstance(value, Names):
+    if isinstance(value, ModuleNames):
         return value.find(name)
     if type(value).__module__ == "numpy":
         if name not in ARRAY:

@@ -44,7 +44,7 @@ _MESSAGES = ("_msgs", "_tutorials")
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
+class ModuleNames:
     """The names in a module that expressions may use.
 
     Attributes:
@@ -63,7 +63,7 @@ class Names:
             raise AttributeError(f"{self.title}.{name} does not exist in expressions") from None
 
 
-class MessagePackage(Names):
+class MessagePackage(ModuleNames):
     """A message package, used in expressions such as `geometry_msgs.msg.Point(1, 2, 3)`."""
 
     __slots__ = ()
@@ -74,7 +74,7 @@ class MessagePackage(Names):
         raise AttributeError(f"{self.title}.{name} does not exist in expressions; only {self.title}.msg does")
 
 
-class MessageModule(Names):
+class MessageModule(ModuleNames):
     """The module `msg` of a message package."""
 
     __slots__ = ()
@@ -87,7 +87,7 @@ class MessageModule(Names):
             raise AttributeError(str(error)) from None
 
 
-def module_for(module: str, now: Callable[[], Time]) -> Names:
+def module_for(module: str, now: Callable[[], Time]) -> ModuleNames:
     """Return the names in a module that expressions may use.
 
     Args:
@@ -101,13 +101,16 @@ def module_for(module: str, now: Callable[[], Time]) -> Names:
     if top == "numpy":
         return _numpy()
     if top == "math":
-        return Names("math", {name: value for name, value in vars(math).items() if not name.startswith("_")})
+        return ModuleNames(
+            "math", {name: value for name, value in vars(math).items() if not name.startswith("_")}
+        )
     if top == "rospy":
-        return Names(
-            "rospy", {"Time": Names("rospy.Time", {"now": now}), "Duration": Duration, "get_rostime": now}
+        return ModuleNames(
+            "rospy",
+            {"Time": ModuleNames("rospy.Time", {"now": now}), "Duration": Duration, "get_rostime": now},
         )
     if top == "tf":
-        return Names("tf", {"transformations": _transformations()})
+        return ModuleNames("tf", {"transformations": _transformations()})
     if top.endswith(_MESSAGES):
         return MessagePackage(top)
     raise NotFound(
@@ -117,16 +120,16 @@ def module_for(module: str, now: Callable[[], Time]) -> Names:
     )
 
 
-def _numpy() -> Names:
+def _numpy() -> ModuleNames:
     try:
         numpy = importlib.import_module("numpy")
     except ImportError:
         raise NotFound(f"numpy is not installed; try: {install_command('numpy')}") from None
-    linalg = Names("numpy.linalg", _listed(numpy.linalg, LINALG))
-    return Names("numpy", {**_listed(numpy, NUMPY - {"linalg"}), "linalg": linalg})
+    linalg = ModuleNames("numpy.linalg", _listed(numpy.linalg, LINALG))
+    return ModuleNames("numpy", {**_listed(numpy, NUMPY - {"linalg"}), "linalg": linalg})
 
 
-def _transformations() -> Names:
+def _transformations() -> ModuleNames:
     try:
         from pipros.libraries.transforms.matrices import affine, arrays, composition, euler, quaternions
     except ImportError as error:
@@ -134,7 +137,7 @@ def _transformations() -> Names:
     found = {}
     for module in (affine, arrays, composition, euler, quaternions):
         found.update({name: value for name, value in vars(module).items() if _is_function_of(module, name)})
-    return Names("tf.transformations", found)
+    return ModuleNames("tf.transformations", found)
 
 
 def _is_function_of(module: ModuleType, name: str) -> bool:

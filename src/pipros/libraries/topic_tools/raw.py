@@ -10,7 +10,7 @@ from pipros.basics.printable import printable
 from pipros.node.any_msg import AnyMsg
 
 
-class UnknownType(PiprosError):
+class MissingType(PiprosError):
     """A publisher's connection header does not contain the message type or its MD5 sum."""
 
 
@@ -28,7 +28,7 @@ def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
     kind, md5sum = header.get("type", ""), header.get("md5sum", "")
     if kind in ("", "*") or md5sum in ("", "*"):
         caller = printable(header.get("callerid", "?"))
-        raise UnknownType(f"publisher [{caller}] must send the type and md5sum of its messages")
+        raise MissingType(f"publisher [{caller}] must send the type and md5sum of its messages")
     text = header.get("message_definition", "")
     return type("Passed", (AnyMsg,), {"_type": kind, "_md5sum": md5sum, "_full_text": text})
 

@@ -13,10 +13,10 @@ Limited because any peer can choose frame IDs and node names.
 
 
 @dataclass(slots=True)
-class Delays:
+class TransformDelays:
     """Statistics on the delays between the timestamps of transforms and their arrival.
 
-    >>> delays = Delays()
+    >>> delays = TransformDelays()
     >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)
     >>> delays.average, delays.maximum, delays.rate
     (1.0, 3.0, 1.0)
@@ -50,8 +50,8 @@ class Delays:
 class Monitor:
     """Delay statistics by frame and by publishing node."""
 
-    frames: dict[str, Delays] = field(default_factory=dict)
-    senders: dict[str, Delays] = field(default_factory=dict)
+    frames: dict[str, TransformDelays] = field(default_factory=dict)
+    senders: dict[str, TransformDelays] = field(default_factory=dict)
     sender_of: dict[str, str] = field(default_factory=dict)
 
     def add(self, sender: str, stamps: Mapping[str, float], now: float) -> None:
@@ -79,12 +79,12 @@ class Monitor:
         return "\n".join(lines)
 
 
-def _count(counted: dict[str, Delays], name: str, delay: float, now: float) -> bool:
+def _count(counted: dict[str, TransformDelays], name: str, delay: float, now: float) -> bool:
     if name not in counted and len(counted) >= FRAME_LIMIT:
         return False
-    counted.setdefault(name, Delays()).add(delay, now)
+    counted.setdefault(name, TransformDelays()).add(delay, now)
     return True
 
 
-def _described(delays: Delays) -> str:
+def _described(delays: TransformDelays) -> str:
     return f"Average Delay: {delays.average:g} Max Delay: {delays.maximum:g}"

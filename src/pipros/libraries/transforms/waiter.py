@@ -18,7 +18,7 @@ _JUMP_NS = 3 * NS_PER_S
 """Backward jump of the clock above which a wait ends, because a bag was probably restarted."""
 
 
-class Clock(Protocol):
+class WaitingClock(Protocol):
     """The clock of a node."""
 
     @property
@@ -41,7 +41,11 @@ class TransformWaiter:
                 self._changed.notify_all()
 
     def wait(
-        self, ask: Callable[[], Answer], timeout: int, clock: Callable[[], Clock], check: Callable[[], object]
+        self,
+        ask: Callable[[], Answer],
+        timeout: int,
+        clock: Callable[[], WaitingClock],
+        check: Callable[[], object],
     ) -> Answer:
         """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or times out.
 

@@ -65,7 +65,7 @@ def decode(
             plan, row, int(starts[row]), TooShort(int(starts[row]), plan.least_bytes, int(ends[row]))
         )
     try:
-        columns, _ = _Decoder(datetimes).columns(plan, cursors)
+        columns, _ = _BulkDecoder(datetimes).columns(plan, cursors)
     except TooShort as error:
         row = int(np.searchsorted(ends, error.end))  # no message is empty here, so ends are unique
         raise _malformed(plan, row, int(starts[row]), error) from None
@@ -80,7 +80,7 @@ def _malformed(plan: MessagePlan, row: int, start: int, error: TooShort) -> Malf
     )
 
 
-class _Decoder:
+class _BulkDecoder:
     def __init__(self, datetimes: bool) -> None:
         self._datetimes = datetimes
 

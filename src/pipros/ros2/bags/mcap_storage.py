@@ -10,7 +10,7 @@ from typing import Any
 from pipros.bag.errors import BagError, BagFormatError, NotIndexed
 from pipros.bag.mcap_files import COMPRESSIONS, mcap_library, translated
 from pipros.bag.mcap_messages import McapMessages
-from pipros.bag.mcap_records import Summary, read_summary
+from pipros.bag.mcap_records import McapSummary, read_summary
 from pipros.bag.records import checked_time
 from pipros.bag.source import Source
 from pipros.basics.limits import process_limits
@@ -40,7 +40,7 @@ class McapStorage:
                 summary = read_summary(self._source)
             if summary is None or summary.statistics is None:
                 raise NotIndexed(f"{path} has no summary; `ros2 bag reindex` or `mcap recover` creates one")
-            self._summary: Summary = summary
+            self._summary: McapSummary = summary
             schemas = summary.schemas
             self.topics = [
                 self._topic(each, schemas.get(each.schema_id)) for each in summary.channels.values()

@@ -346,7 +346,7 @@ def _entry(type_hash: str) -> bytes:
     return f"typehash={type_hash};".encode() if type_hash else b""
 
 
-def _reason(remote: EndpointData, policy: dds.Policy | None) -> str:
+def _reason(remote: EndpointData, policy: dds.QosPolicy | None) -> str:
     """Return why a peer's endpoint does not match."""
     if policy is None:
         return f"its type is {type_of_dds(remote.type_name) or remote.type_name}"

@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.qos import Policy
+from pipros.ros2.rtps.qos import QosPolicy
 from pipros.ros2.rtps.reader import REQUEST_BYTES, RtpsSample
 
 
@@ -30,7 +30,7 @@ class RtpsSettings:
     static_hosts: frozenset[str] = frozenset()
 
 
-class Received(NamedTuple):
+class ReceivedSample(NamedTuple):
     """A sample for a local reader."""
 
     entity: bytes
@@ -50,7 +50,7 @@ class Mismatched(NamedTuple):
 
     entity: bytes
     remote: EndpointData
-    policy: Policy | None
+    policy: QosPolicy | None
 
 
 class EndpointChanged(NamedTuple):
@@ -80,4 +80,6 @@ class Elsewhere(NamedTuple):
     host: str
 
 
-Event: TypeAlias = Received | Matched | Mismatched | EndpointChanged | PeerChanged | OverLimit | Elsewhere
+Event: TypeAlias = (
+    ReceivedSample | Matched | Mismatched | EndpointChanged | PeerChanged | OverLimit | Elsewhere
+)

@@ -24,7 +24,7 @@ from pipros.basics.limits import Limits, process_limits
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.events import Event, Received, RtpsSettings
+from pipros.ros2.rtps.events import Event, ReceivedSample, RtpsSettings
 from pipros.ros2.rtps.identity import new_prefix
 from pipros.ros2.rtps.intake import Intake
 from pipros.ros2.rtps.parameters import SampleIdentity
@@ -287,7 +287,7 @@ class Participant:
 
     def _dispatch(self, events: list[Event]) -> None:
         for event in events:
-            if not isinstance(event, Received):
+            if not isinstance(event, ReceivedSample):
                 if self._on_event is not None:
                     self._calls.put(_Report(self._on_event, event))
             elif (direct := self._direct.get(event.entity)) is not None:

@@ -35,7 +35,7 @@ from pipros.ros2.rtps.events import (
     Mismatched,
     OverLimit,
     PeerChanged,
-    Received,
+    ReceivedSample,
     RtpsSettings,
 )
 from pipros.ros2.rtps.identity import (
@@ -142,7 +142,7 @@ class ParticipantCore:
         return entity
 
     def add_reader(self, topic: str, type_name: str, qos: Qos, now: float, user_data: bytes = b"") -> bytes:
-        """Announce a reader; return its entity ID. Each sample becomes a `Received`."""
+        """Announce a reader; return its entity ID. Each sample becomes a `ReceivedSample`."""
         self._entities += 1
         entity = user_entity(self._entities, is_writer=False)
         reader = Reader(
@@ -158,7 +158,7 @@ class ParticipantCore:
 
     def _on_sample(self, entity: bytes, sample: RtpsSample) -> None:
         if sample.has_payload:
-            self._events.append(Received(entity, sample))
+            self._events.append(ReceivedSample(entity, sample))
 
     def _add(self, data: EndpointData, end: Writer | Reader, now: float) -> None:
         announcer = self._announcer(data)

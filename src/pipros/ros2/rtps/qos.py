@@ -35,7 +35,7 @@ class Liveliness(IntEnum):
     MANUAL_BY_TOPIC = 2
 
 
-class Policy(Enum):
+class QosPolicy(Enum):
     """A policy that can keep a writer and a reader from matching, with its name in ROS 2."""
 
     RELIABILITY = "reliability"
@@ -85,20 +85,20 @@ class Qos:
         return self.durability is not Durability.VOLATILE
 
 
-def mismatch(offered: Qos, requested: Qos) -> Policy | None:
+def mismatch(offered: Qos, requested: Qos) -> QosPolicy | None:
     """Return the first policy of an offer that does not satisfy a request, or None if all policies do."""
     representation = offered.representations[0] if offered.representations else XCDR1
     checks = (
-        (Policy.RELIABILITY, offered.reliability >= requested.reliability),
-        (Policy.DURABILITY, offered.durability >= requested.durability),
-        (Policy.DEADLINE, offered.deadline_s <= requested.deadline_s),
+        (QosPolicy.RELIABILITY, offered.reliability >= requested.reliability),
+        (QosPolicy.DURABILITY, offered.durability >= requested.durability),
+        (QosPolicy.DEADLINE, offered.deadline_s <= requested.deadline_s),
         (
-            Policy.LIVELINESS,
+            QosPolicy.LIVELINESS,
             offered.liveliness >= requested.liveliness and offered.lease_s <= requested.lease_s,
         ),
-        (Policy.OWNERSHIP, offered.ownership == requested.ownership),
-        (Policy.PARTITION, _share_partition(offered.partitions, requested.partitions)),
-        (Policy.REPRESENTATION, representation in (requested.representations or (XCDR1,))),
+        (QosPolicy.OWNERSHIP, offered.ownership == requested.ownership),
+        (QosPolicy.PARTITION, _share_partition(offered.partitions, requested.partitions)),
+        (QosPolicy.REPRESENTATION, representation in (requested.representations or (XCDR1,))),
     )
     return next((policy for policy, is_met in checks if not is_met), None)
 

@@ -68,7 +68,7 @@ def topics_of(service: str) -> tuple[str, str]:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class ServiceRequest:
     """A request to a server.
 
     Attributes:
@@ -95,22 +95,22 @@ def with_head(payload: bytes, head: bytes) -> bytes:
     return payload[:_ENCAPSULATION_BYTES] + head + payload[_ENCAPSULATION_BYTES:]
 
 
-def read_request(sample: RtpsSample, style: Style) -> Request | None:
+def read_request(sample: RtpsSample, style: Style) -> ServiceRequest | None:
     """Return a request, or None if it is too short or names a reader of another participant."""
     if style is Style.CYCLONE:
         found = split_head(sample.payload)
         if found is None:
             return None
         head, payload = found
-        return Request(payload, sample.writer, style, head=head)
+        return ServiceRequest(payload, sample.writer, style, head=head)
     related = read_related_sample(sample.inline)
     if related is None:
         identity = SampleIdentity(sample.writer, sample.sequence)
-        return Request(sample.payload, sample.writer, style, related=identity)
+        return ServiceRequest(sample.payload, sample.writer, style, related=identity)
     if related.guid[:12] != sample.writer[:12]:
         return None
     identity = SampleIdentity(related.guid, sample.sequence)
-    return Request(sample.payload, sample.writer, style, related.guid, identity)
+    return ServiceRequest(sample.payload, sample.writer, style, related.guid, identity)
 
 
 def split_head(payload: bytes) -> tuple[bytes, bytes] | None:

@@ -26,7 +26,7 @@ from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import (
-    Request,
+    ServiceRequest,
     Style,
     cyclone_head,
     endpoint_id,
@@ -156,7 +156,7 @@ class RtpsServer:
         except PiprosError as error:
             _LOG.warning("the reply of %s was not sent: %s", self._service, error)
 
-    def _reply(self, request: Request, payload: bytes) -> None:
+    def _reply(self, request: ServiceRequest, payload: bytes) -> None:
         entity = self._writer.entity
         self._participant.wait_for(lambda engine: bool(_recipients(engine, entity, request)), _REPLY_READER_S)
         recipients = self._participant.ask(lambda engine: _recipients(engine, entity, request))
@@ -181,7 +181,7 @@ class RtpsServer:
         self._workers.close()
 
 
-def _recipients(engine: ParticipantCore, entity: bytes, request: Request) -> frozenset[bytes]:
+def _recipients(engine: ParticipantCore, entity: bytes, request: ServiceRequest) -> frozenset[bytes]:
     """Return the reply readers of the client that sent a request."""
     readers = engine.writer(entity).readers
     if request.reply_reader is not None and request.reply_reader in readers:

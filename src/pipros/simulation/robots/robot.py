@@ -14,7 +14,7 @@ SLIP_S = 1.0
 """Time after which the slip of the wheels changes."""
 
 
-class Robot:
+class SimulatedRobot:
     """State of a robot. Not thread-safe.
 
     Attributes:

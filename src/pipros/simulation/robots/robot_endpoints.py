@@ -15,7 +15,7 @@ from pipros.node import Node
 from pipros.node.service_server import CallFailed
 from pipros.simulation.robots.drive import Motion, Pose
 from pipros.simulation.robots.errors import Rejected
-from pipros.simulation.robots.robot import Robot
+from pipros.simulation.robots.robot import SimulatedRobot
 from pipros.simulation.robots.simulation import Ranges, Simulation
 
 _DISCHARGING, _CHARGING, _FULL = 2, 1, 4
@@ -23,7 +23,7 @@ _GOOD, _LITHIUM_ION = 1, 2
 
 
 @dataclass(frozen=True, slots=True)
-class Interface:
+class RobotInterface:
     """The names of a robot's frames, joints and laser topic.
 
     Attributes:
@@ -40,11 +40,11 @@ class Interface:
     scan_topic: str = "scan"
     wheel_joints: tuple[str, str] = ("wheel_left_joint", "wheel_right_joint")
 
-    def of(self, robot: str) -> Interface:
+    def of(self, robot: str) -> RobotInterface:
         """Return the names with the robot's name as a prefix, or unchanged if the robot's name is empty."""
         if not robot:
             return self
-        return Interface(
+        return RobotInterface(
             f"{robot}/{self.odom_frame}",
             tuple(f"{robot}/{frame}" for frame in self.base_frames),
             f"{robot}/{self.scan_frame}",
@@ -60,7 +60,7 @@ class RobotEndpoints:
     """
 
     def __init__(
-        self, node: Node, name: str, simulation: Simulation, lock: threading.Lock, names: Interface
+        self, node: Node, name: str, simulation: Simulation, lock: threading.Lock, names: RobotInterface
     ) -> None:
         """Register topics and services.
 
@@ -71,7 +71,7 @@ class RobotEndpoints:
         self.names: Final = names
         self._name = name
         self._simulation = simulation
-        self._robot: Robot = simulation.robots[name]
+        self._robot: SimulatedRobot = simulation.robots[name]
         self._lock = lock
         self._log = node.log
         self._has_warned = False

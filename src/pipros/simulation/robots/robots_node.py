@@ -15,7 +15,7 @@ from pipros.node.start_params import is_on
 from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.lockstep import Lockstep, members
-from pipros.simulation.robots.robot_endpoints import Interface, RobotEndpoints, serve
+from pipros.simulation.robots.robot_endpoints import RobotEndpoints, RobotInterface, serve
 from pipros.simulation.robots.simulation import STEP_S, Simulation
 
 SCAN_STEPS: Final = 5
@@ -45,7 +45,7 @@ class RobotsNode:
     """
 
     def __init__(
-        self, node: Node, simulation: Simulation, *, names: Interface | None = None, speed: float = 1.0
+        self, node: Node, simulation: Simulation, *, names: RobotInterface | None = None, speed: float = 1.0
     ) -> None:
         """Register all topics and services.
 
@@ -74,7 +74,7 @@ class RobotsNode:
             self._clock_class: Any = load_message_class("rosgraph_msgs/Clock")
             self._clock = node.advertise("/clock", self._clock_class, queue_size=1)
         self._endpoints = {
-            name: RobotEndpoints(node, name, simulation, self.lock, (names or Interface()).of(name))
+            name: RobotEndpoints(node, name, simulation, self.lock, (names or RobotInterface()).of(name))
             for name in simulation.robots
         }
         static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)

@@ -22,7 +22,7 @@ from pipros.simulation.robots.battery import BatterySettings
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.obstacle import Obstacle
-from pipros.simulation.robots.robot_endpoints import Interface
+from pipros.simulation.robots.robot_endpoints import RobotInterface
 from pipros.simulation.robots.robots_node import RobotsNode
 from pipros.simulation.robots.settings import Laser, RobotSettings, changed, number
 from pipros.simulation.robots.simulation import Simulation
@@ -78,8 +78,8 @@ def _from_parameters(node: Node) -> RobotsNode:
         laser=changed(Laser(), get("laser", {}), "laser"),
         battery=changed(BatterySettings(), get("battery", {}), "battery"),
     )
-    usual = Interface()
-    names = Interface(
+    usual = RobotInterface()
+    names = RobotInterface(
         odom_frame=str(get("odom_frame", usual.odom_frame)),
         base_frames=tuple(
             dict.fromkeys((str(get("base_frame", usual.base_frames[0])), *usual.base_frames[1:]))

@@ -16,7 +16,7 @@ from pipros.simulation.robots.drive import Pose, combined, moved
 from pipros.simulation.robots.errors import InvalidSettings, Rejected
 from pipros.simulation.robots.obstacle import Obstacle
 from pipros.simulation.robots.ray_casting import cast_rays, distances_to_discs
-from pipros.simulation.robots.robot import Robot
+from pipros.simulation.robots.robot import SimulatedRobot
 from pipros.simulation.robots.settings import Laser, RobotSettings
 from pipros.simulation.robots.world import World
 
@@ -58,7 +58,7 @@ class Simulation:
         """
         self.world = world
         self.obstacles = list(obstacles)
-        self.robots: dict[str, Robot] = {}
+        self.robots: dict[str, SimulatedRobot] = {}
         self.steps = 0
         self._reset_at = 0
         places, *seeds = np.random.SeedSequence(seed).spawn(len(robots) + 1)
@@ -75,7 +75,7 @@ class Simulation:
             if settings.name in self.robots:
                 raise InvalidSettings(f"robot names must be unique, got [{settings.name}] twice")
             start = settings.start or self._free_place(settings, robots, random)
-            self.robots[settings.name] = Robot(settings, start, robot_seed)
+            self.robots[settings.name] = SimulatedRobot(settings, start, robot_seed)
 
     def _free_place(
         self, settings: RobotSettings, all_robots: Sequence[RobotSettings], random: np.random.Generator
@@ -108,7 +108,7 @@ class Simulation:
         for obstacle in self.obstacles:
             obstacle.step(STEP_S, self._is_in_nobodys_way)
 
-    def _is_blocked(self, robot: Robot, pose: Pose) -> bool:
+    def _is_blocked(self, robot: SimulatedRobot, pose: Pose) -> bool:
         """Return True if the robot would move into a wall, or towards another robot that it touches."""
         if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
             return True
@@ -182,7 +182,7 @@ class Simulation:
         points = np.column_stack((pose.x + ranges * np.cos(angle), pose.y + ranges * np.sin(angle)))
         return points[ranges <= laser.range_max]
 
-    def _discs_beside(self, robot: Robot) -> NDArray[np.float64]:
+    def _discs_beside(self, robot: SimulatedRobot) -> NDArray[np.float64]:
         """Return x, y and radius of all other robots and obstacles as an array of shape (n, 3)."""
         others = [
             (other.pose.x, other.pose.y, other.settings.radius)

@@ -58,7 +58,7 @@ def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
         InvalidSettings: the file cannot be read or is invalid, or has no bitmap or no robot.
         MapError: the bitmap cannot be read.
     """
-    models = _Reader().read(file, 0)
+    models = _StageReader().read(file, 0)
     plan = next((model for model in models if model.kind != "position" and "bitmap" in model.values), None)
     if plan is None:
         raise InvalidSettings(
@@ -71,7 +71,7 @@ def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
     return _world(plan), [_robot(model, name) for model, name in zip(found, names, strict=True)]
 
 
-class _Reader:
+class _StageReader:
     """Reads a file and its includes."""
 
     def __init__(self) -> None:

@@ -9,7 +9,7 @@ from typing import Final
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.names import is_remapping_argument
 from pipros.node.roscpp_program import roscpp_program
-from pipros.simulation.robots.robot_endpoints import Interface
+from pipros.simulation.robots.robot_endpoints import RobotInterface
 from pipros.simulation.robots.robots_node import RobotsNode
 from pipros.simulation.robots.sim_program import run
 from pipros.simulation.robots.simulation import Simulation
@@ -19,7 +19,7 @@ USAGE: Final = """USAGE: stageros [-g] [-d] [-u] <worldfile>
   -g: without a page
   -d, -u: accepted, without effect"""
 
-NAMES: Final = Interface(scan_frame="base_laser_link", scan_topic="base_scan")
+NAMES: Final = RobotInterface(scan_frame="base_laser_link", scan_topic="base_scan")
 
 
 @exits_after_ctrl_c()

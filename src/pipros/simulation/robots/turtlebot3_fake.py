@@ -12,7 +12,7 @@ from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.robot_endpoints import Interface
+from pipros.simulation.robots.robot_endpoints import RobotInterface
 from pipros.simulation.robots.robots_node import RobotsNode
 from pipros.simulation.robots.settings import RobotSettings
 from pipros.simulation.robots.sim_program import run
@@ -50,4 +50,6 @@ def _fake(node: Node) -> RobotsNode:
     side = round(2 * _HALF_SIDE_M / _CELL_M)
     plane = World.from_cells(np.zeros((side, side), bool), _CELL_M, (-_HALF_SIDE_M, -_HALF_SIDE_M))
     # The robot description, if one is loaded, defines the frames below base_footprint in the tree.
-    return RobotsNode(node, Simulation(plane, [settings]), names=Interface(base_frames=("base_footprint",)))
+    return RobotsNode(
+        node, Simulation(plane, [settings]), names=RobotInterface(base_frames=("base_footprint",))
+    )

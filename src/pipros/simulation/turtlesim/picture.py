@@ -21,7 +21,7 @@ Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Color:
+class TurtleColor:
     """A colour with 8 bits per channel."""
 
     r: int
@@ -29,26 +29,26 @@ class Color:
     b: int
 
 
-class Picture:
+class TurtlePicture:
     """A picture of `SIDE` x `SIDE` pixels."""
 
-    def __init__(self, background: Color) -> None:
+    def __init__(self, background: TurtleColor) -> None:
         self._pixels = bytearray()
         self.fill(background)
 
-    def fill(self, color: Color) -> None:
+    def fill(self, color: TurtleColor) -> None:
         """Set all pixels to one colour."""
         self._pixels = bytearray(_bytes_of(color) * (SIDE * SIDE))
 
-    def color_at(self, point: Point) -> Color:
+    def color_at(self, point: Point) -> TurtleColor:
         """Return the colour of the nearest pixel; black outside the picture."""
         x, y = math.floor(point[0] + 0.5), math.floor(point[1] + 0.5)
         if not (0 <= x < SIDE and 0 <= y < SIDE):
-            return Color(0, 0, 0)
+            return TurtleColor(0, 0, 0)
         start = (y * SIDE + x) * _CHANNELS
-        return Color(*self._pixels[start : start + _CHANNELS])
+        return TurtleColor(*self._pixels[start : start + _CHANNELS])
 
-    def draw_line(self, start: Point, end: Point, color: Color, width: int) -> None:
+    def draw_line(self, start: Point, end: Point, color: TurtleColor, width: int) -> None:
         """Draw a straight line with square ends; parts outside the picture are clipped.
 
         The line is a rectangle, extended by half of `width` at both ends. It intersects each row of pixels in
@@ -90,5 +90,5 @@ class Picture:
         return png(SIDE, SIDE, _CHANNELS, 8, rows, level=1)
 
 
-def _bytes_of(color: Color) -> bytes:
+def _bytes_of(color: TurtleColor) -> bytes:
     return bytes((color.r, color.g, color.b))

@@ -16,7 +16,7 @@ from itertools import starmap
 from struct import Struct
 from typing import Final
 
-from pipros.simulation.turtlesim.picture import SIDE, Color, Picture, Point
+from pipros.simulation.turtlesim.picture import SIDE, Point, TurtleColor, TurtlePicture
 
 _SINGLE: Final = Struct("f")
 
@@ -37,14 +37,14 @@ TICK_S: Final = 0.016
 """The time that a tick simulates, regardless of the time that has passed."""
 COMMAND_S: Final = 1.0
 """How long a velocity command is valid, in wall time."""
-PEN_COLOR: Final = Color(0xB3, 0xB8, 0xFF)
+PEN_COLOR: Final = TurtleColor(0xB3, 0xB8, 0xFF)
 PEN_WIDTH: Final = 3
 LOOKS: Final = 14
 """Number of turtle drawings, one of which is chosen at random for each turtle."""
 
 
 @dataclass(frozen=True, slots=True)
-class Pose:
+class TurtlePose:
     """The pose that a turtle publishes, in single precision. The velocities are those of the last tick."""
 
     x: float
@@ -60,7 +60,7 @@ class Line:
 
     start: Point
     end: Point
-    color: Color
+    color: TurtleColor
     width: int
 
 
@@ -78,13 +78,13 @@ class Teleport:
 class Pen:
     """A turtle's pen. A `width` of 0 has the same effect as 1."""
 
-    color: Color = PEN_COLOR
+    color: TurtleColor = PEN_COLOR
     width: int = PEN_WIDTH
     is_down: bool = True
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class TurtleCommand:
     """A command: velocities forwards and to the left (m/s), angular velocity (rad/s), and time of arrival."""
 
     forwards: float
@@ -93,7 +93,7 @@ class Command:
     arrived_s: float
 
 
-_STAND = Command(0.0, 0.0, 0.0, -math.inf)
+_STAND = TurtleCommand(0.0, 0.0, 0.0, -math.inf)
 
 
 class Turtle:
@@ -132,7 +132,7 @@ class Turtle:
         """The number of teleports queued since the last tick."""
         return len(self._teleports)
 
-    def command(self, command: Command) -> None:
+    def command(self, command: TurtleCommand) -> None:
         """Set the velocities for the next `COMMAND_S` seconds."""
         self._command = command
 
@@ -154,12 +154,12 @@ class Turtle:
         return SIDE_M - self._down
 
     @property
-    def pose(self) -> Pose:
+    def pose(self) -> TurtlePose:
         """The pose to publish. The linear velocity is an absolute value, as in genuine turtlesim."""
         speed = math.hypot(self._active.forwards, self._active.left)
-        return Pose(*map(single, (self.x, self.y, self.theta, speed, self._active.angular)))
+        return TurtlePose(*map(single, (self.x, self.y, self.theta, speed, self._active.angular)))
 
-    def tick(self, now_s: float, picture: Picture) -> tuple[Color, list[Line]]:
+    def tick(self, now_s: float, picture: TurtlePicture) -> tuple[TurtleColor, list[Line]]:
         """Move for one tick, and draw on the picture.
 
         Returns:

@@ -16,7 +16,7 @@ from typing import Any, Final
 from pipros.node import Node
 from pipros.server.view_server import RequestRefused, Services
 from pipros.simulation.turtlesim.picture import SIDE, Point
-from pipros.simulation.turtlesim.turtle import Command, Line
+from pipros.simulation.turtlesim.turtle import Line, TurtleCommand
 from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
 
 FRAME_S: Final = 1 / 30
@@ -61,7 +61,7 @@ class TurtlePage:
             turtle = self._turtlesim.world.turtles.get(str(arguments.get("turtle")))
         if turtle is None:
             raise RequestRefused(f"there is no turtle named {arguments.get('turtle')!r}")
-        turtle.command(Command(float(linear or 0), 0.0, float(angular or 0), time.monotonic()))
+        turtle.command(TurtleCommand(float(linear or 0), 0.0, float(angular or 0), time.monotonic()))
 
     async def close(self, _: Mapping[str, Any]) -> None:
         """Shut down the node, like closing the window of genuine turtlesim."""

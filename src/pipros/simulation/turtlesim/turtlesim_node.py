@@ -1,4 +1,4 @@
-"""The turtlesim node: topics, services and parameters for a `World`."""
+"""The turtlesim node: topics, services and parameters for a `TurtleWorld`."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_server import CallFailed
 from pipros.simulation.limits import SimulationLimits
-from pipros.simulation.turtlesim.picture import Color
-from pipros.simulation.turtlesim.turtle import TICK_S, Command, Pen, Teleport, Turtle
-from pipros.simulation.turtlesim.world import BACKGROUND, Rejected, World
+from pipros.simulation.turtlesim.picture import TurtleColor
+from pipros.simulation.turtlesim.turtle import TICK_S, Pen, Teleport, Turtle, TurtleCommand
+from pipros.simulation.turtlesim.world import BACKGROUND, TurtleRejected, TurtleWorld
 
 LATE_TICKS: Final = 3
 """If the simulation is behind by more than this number of ticks, it skips the missed ticks."""
@@ -54,7 +54,7 @@ class TurtleEndpoints:
         twist: Any = load_message_class("geometry_msgs/Twist")
         self._commands = node.subscribe(f"{name}/cmd_vel", twist, self._command, queue_size=1)
 
-    def publish(self, seen: Color) -> None:
+    def publish(self, seen: TurtleColor) -> None:
         """Publish the pose and the colour that the sensor measures."""
         if self._pose.connection_count:
             pose = self._turtle.pose
@@ -75,7 +75,7 @@ class TurtleEndpoints:
     def _command(self, message: Any) -> None:
         velocities = (message.linear.x, message.linear.y, message.angular.z)
         if all(map(math.isfinite, velocities)):
-            self._turtle.command(Command(*velocities, time.monotonic()))
+            self._turtle.command(TurtleCommand(*velocities, time.monotonic()))
         elif not self._has_warned:
             self._has_warned = True
             self._log.warning("[%s] ignores commands that are not finite: %s", self._turtle.name, velocities)
@@ -84,7 +84,7 @@ class TurtleEndpoints:
         if request.off:
             self._turtle.lift_pen()
         else:
-            self._turtle.pen = Pen(Color(request.r, request.g, request.b), request.width)
+            self._turtle.pen = Pen(TurtleColor(request.r, request.g, request.b), request.width)
 
     def _teleport_relative(self, request: Any) -> None:
         self._teleport(Teleport(True, request.linear, 0.0, request.angular))
@@ -122,7 +122,7 @@ class Turtlesim:
             if not node.params.has(f"~background_{channel}"):
                 node.params.set(f"~background_{channel}", value)
         log.info("Starting turtlesim with node name %s", node.name)
-        self.world = World(
+        self.world = TurtleWorld(
             log,
             background=self._background(),
             namespace=node.namespace,
@@ -153,9 +153,9 @@ class Turtlesim:
             if endpoints is not None:
                 endpoints.publish(color)
 
-    def _background(self) -> Color:
+    def _background(self) -> TurtleColor:
         """Return the background colour from the parameters, with defaults for missing or invalid channels."""
-        return Color(*(self._channel(channel) for channel in _CHANNELS))
+        return TurtleColor(*(self._channel(channel) for channel in _CHANNELS))
 
     def _channel(self, channel: str) -> int:
         usual: int = getattr(BACKGROUND, channel)
@@ -187,19 +187,19 @@ class Turtlesim:
         with self._change, self._failures():
             self._check_name(request.name)
             if not all(map(math.isfinite, (request.x, request.y, request.theta))):
-                raise Rejected(f"No turtle can be at {request.x}, {request.y}, {request.theta}")
+                raise TurtleRejected(f"No turtle can be at {request.x}, {request.y}, {request.theta}")
             with self.lock:
                 turtle = self.world.spawn(request.name, request.x, request.y, request.theta)
             self._endpoints[turtle] = TurtleEndpoints(self._node, turtle, self._log)
             return {"name": turtle.name}
 
     def _check_name(self, name: str) -> None:
-        """Raise `Rejected` if a name is not legal in topic names, or belongs to another turtle."""
+        """Raise `TurtleRejected` if a name is not legal in topic names, or belongs to another turtle."""
         if name and (not names.is_legal(name) or names.is_private(name) or names.canonicalize(name) != name):
-            raise Rejected(f"[{name}] is not a valid name for a turtle")
+            raise TurtleRejected(f"[{name}] is not a valid name for a turtle")
         taken = {self._node.resolve(turtle) for turtle in self.world.turtles if turtle != name}
         if name and self._node.resolve(name) in taken:
-            raise Rejected(f"[{name}] is the name of another turtle")
+            raise TurtleRejected(f"[{name}] is the name of another turtle")
 
     def _kill(self, request: Any) -> None:
         with self._change, self._failures():
@@ -212,7 +212,7 @@ class Turtlesim:
         """Log the error if the world rejects a request, and make the service call fail."""
         try:
             yield
-        except Rejected as error:
+        except TurtleRejected as error:
             self._log.error("%s", error)
             raise CallFailed from None
 

@@ -12,19 +12,19 @@ from collections.abc import Callable
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.simulation.turtlesim.picture import Color, Picture
+from pipros.simulation.turtlesim.picture import TurtleColor, TurtlePicture
 from pipros.simulation.turtlesim.turtle import LOOKS, SIDE_M, Line, Turtle
 
-BACKGROUND: Final = Color(0x45, 0x56, 0xFF)
+BACKGROUND: Final = TurtleColor(0x45, 0x56, 0xFF)
 LINES_KEPT: Final = 2000
 """Number of lines kept for pages. A page that falls further behind receives the whole picture again."""
 
 
-class Rejected(PiprosError):
+class TurtleRejected(PiprosError):
     """The world cannot perform a request. The error text is logged."""
 
 
-class World:
+class TurtleWorld:
     """Turtles by name, and the picture. Not thread-safe.
 
     Attributes:
@@ -39,7 +39,7 @@ class World:
         self,
         log: logging.Logger,
         *,
-        background: Color = BACKGROUND,
+        background: TurtleColor = BACKGROUND,
         namespace: str = "/",
         limit: int = 1000,
         look: Callable[[], int] = lambda: random.randrange(LOOKS),  # noqa: S311 - a drawing, no secret
@@ -61,7 +61,7 @@ class World:
         self._look = look
         self._log = log
         self._counter = 0
-        self.picture = Picture(background)
+        self.picture = TurtlePicture(background)
         self._spawn_first()
 
     def spawn(self, name: str, x: float, y: float, theta: float) -> Turtle:
@@ -71,10 +71,10 @@ class World:
             Rejected: the name is taken, or there are too many turtles.
         """
         if len(self.turtles) >= self._limit:
-            raise Rejected(f"too many turtles; the limit is {self._limit} (turtles in PIPROS_LIMITS)")
+            raise TurtleRejected(f"too many turtles; the limit is {self._limit} (turtles in PIPROS_LIMITS)")
         name = name or self._new_name()
         if name in self.turtles:
-            raise Rejected(f"A turtled named [{name}] already exists")  # the genuine text
+            raise TurtleRejected(f"A turtled named [{name}] already exists")  # the genuine text
         turtle = Turtle(name, (x, y, theta), self._look(), self._log, self._namespace + name)
         self.turtles[name] = turtle
         self._log.info("Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]", name, x, y, theta)
@@ -93,15 +93,15 @@ class World:
             Rejected: no turtle has this name.
         """
         if name not in self.turtles:
-            raise Rejected(f"Tried to kill turtle [{name}], which does not exist")
+            raise TurtleRejected(f"Tried to kill turtle [{name}], which does not exist")
         return self.turtles.pop(name)
 
-    def clear(self, background: Color = BACKGROUND) -> None:
+    def clear(self, background: TurtleColor = BACKGROUND) -> None:
         """Remove all lines. The turtles remain."""
         self._log.info("Clearing turtlesim.")
         self._clear(background)
 
-    def reset(self, background: Color = BACKGROUND) -> Turtle:
+    def reset(self, background: TurtleColor = BACKGROUND) -> Turtle:
         """Remove all turtles and lines, spawn one turtle in the middle, and return it."""
         self._log.info("Resetting turtlesim.")
         self.turtles.clear()
@@ -110,7 +110,7 @@ class World:
         self._clear(background)
         return first
 
-    def tick(self, now_s: float) -> list[tuple[Turtle, Color]]:
+    def tick(self, now_s: float) -> list[tuple[Turtle, TurtleColor]]:
         """Move all turtles. Return them with the colours that their sensors measure.
 
         `now_s` is on the same clock as `Command.arrived_s`, and determines whether commands have expired.
@@ -126,7 +126,7 @@ class World:
     def _spawn_first(self) -> Turtle:
         return self.spawn("", SIDE_M / 2, SIDE_M / 2, 0.0)
 
-    def _clear(self, background: Color) -> None:
+    def _clear(self, background: TurtleColor) -> None:
         self.picture.fill(background)
         self.lines.clear()
         self.lines_drawn = 0

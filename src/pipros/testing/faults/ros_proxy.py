@@ -21,7 +21,7 @@ from pipros.net.address import LOOPBACK, uri
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async_client import call_async
 from pipros.net.rpc_server import RpcServer
-from pipros.net.this_machine import Caller
+from pipros.net.this_machine import ThisMachineCaller
 from pipros.testing.faults.plan import Faults
 from pipros.testing.faults.tcp_proxy import Address, ProxyCounts, Switch, TcpProxy
 
@@ -231,7 +231,7 @@ class _Forwarder(RpcServer):
         self._proxy = proxy
         self._target = target
 
-    def call(self, name: str, params: tuple[Any, ...], *, caller: Caller) -> Any:
+    def call(self, name: str, params: tuple[Any, ...], *, caller: ThisMachineCaller) -> Any:
         if name == "system.multicall":
             # `call` is invoked again for each call in the multicall
             return super().call(name, params, caller=caller)

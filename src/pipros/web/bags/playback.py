@@ -25,7 +25,7 @@ from pipros.bag.layout import BagLayout
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.reader import BagReader
 from pipros.basics.limits import process_limits
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.graph.system_state import SystemState
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
@@ -109,7 +109,7 @@ class BagSystem(WatchedSystem):
     def now_s(self) -> float:
         return self._now_s()
 
-    async def observations(self) -> AsyncIterator[Observation]:
+    async def observations(self) -> AsyncIterator[GraphObservation]:
         """Yield the topics of the bag, with the nodes that published them."""
         while True:
             yield self.observation
@@ -235,7 +235,7 @@ class BagPlayback:
             if each.callerid and each.callerid not in nodes:
                 nodes.append(each.callerid)
         system = BagSystem(self._live, BagTopics(self._live, self._note_change, self._now_s), self._now_s)
-        system.observation = Observation(state=SystemState(publishers, {}, {}), types=types)
+        system.observation = GraphObservation(state=SystemState(publishers, {}, {}), types=types)
         return system
 
     def _note_change(self) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.graph.message_tree import message_tree
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.libraries.actions.status import TERMINAL, Status
 from pipros.msg import load_message_class
 from pipros.server.view_server import RequestRefused
@@ -101,7 +101,7 @@ class ActionViews:
             advertising.add_done_callback(lambda done: withdraw(system, done))
 
 
-def action_rows(observation: Observation) -> list[Sequence[str]]:
+def action_rows(observation: GraphObservation) -> list[Sequence[str]]:
     """Return each action's name, goal topic type and server nodes, sorted by name."""
     topics = frozenset(observation.state.topics())
     bases = (topic.removesuffix("/goal") for topic in topics if topic.endswith("/goal"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.web.watched_system import WatchedSystem
 
 _PUBLISHED: Final[Mapping[str, frozenset[str]]] = {
@@ -38,7 +38,7 @@ class ContentViews:
                 yield {"empty": found}
 
 
-def empty_tabs(observation: Observation) -> list[str]:
+def empty_tabs(observation: GraphObservation) -> list[str]:
     """Return the tabs for which the running system has no data."""
     state = observation.state
     published = {observation.types.get(topic, "") for topic, nodes in state.publishers.items() if nodes}

@@ -33,7 +33,7 @@ MAX_SENT_BYTES = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Status:
+class DiagnosticItem:
     """The newest status of a component.
 
     Attributes:
@@ -61,7 +61,7 @@ class Statuses:
         self._max_bytes = max_bytes
         self._bytes = 0
         self._count = 0
-        self._statuses: dict[str, Status] = {}
+        self._statuses: dict[str, DiagnosticItem] = {}
         self._lock = threading.Lock()
 
     def add(self, message: Any, _: AnyMsg | None, wall_s: float) -> None:
@@ -87,7 +87,9 @@ class Statuses:
         size = of_texts + of_values
         self._bytes += size
         self._count += 1
-        self._statuses[name] = Status(self._count, level, message, hardware, values, size, wall_s, history)
+        self._statuses[name] = DiagnosticItem(
+            self._count, level, message, hardware, values, size, wall_s, history
+        )
 
     def news(self, sent: dict[str, int], max_bytes: int) -> list[Mapping[str, Any]]:
         """Return the statuses that have changed since a view sent them, up to about `max_bytes`.

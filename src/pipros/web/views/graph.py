@@ -17,7 +17,7 @@ from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.message_tree import message_tree
 from pipros.graph.nodes import kill
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.graph.system_state import of_node
 from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
@@ -69,7 +69,7 @@ class GraphViews:
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
         self._drawings = GraphDrawings(self._draw)
-        self._extended = Observation(), Observation()
+        self._extended = GraphObservation(), GraphObservation()
 
     async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the drawing as `scene` whenever it changes, and the traffic on its edges."""
@@ -122,7 +122,7 @@ class GraphViews:
                     )
                 }
 
-    def _with_removed(self, observation: Observation) -> Observation:
+    def _with_removed(self, observation: GraphObservation) -> GraphObservation:
         """Add recently removed nodes and topics to an observation. All browsers share the result."""
         if self._extended[0] is not observation:
             self._extended = observation, self._system.changes.with_removed(observation)
@@ -248,7 +248,7 @@ def key_values(key: Key) -> Mapping[str, str]:
     return {"kind": key.kind, "name": key.name}
 
 
-def traffic_values(observation: Observation, scene: Scene) -> list[list[float] | None]:
+def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[float] | None]:
     """Return the messages and bytes per second on each edge, or None for edges with unknown traffic."""
     sums: dict[tuple[Key, Key, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
@@ -274,11 +274,11 @@ def traffic_values(observation: Observation, scene: Scene) -> list[list[float] |
     ]
 
 
-def _with_types(observation: Observation, topics: Iterable[str]) -> list[list[str]]:
+def _with_types(observation: GraphObservation, topics: Iterable[str]) -> list[list[str]]:
     return bounded_list(([topic, observation.types.get(topic, "*")] for topic in topics), share=4)
 
 
-def node_values(observation: Observation, name: str) -> Mapping[str, Any]:
+def node_values(observation: GraphObservation, name: str) -> Mapping[str, Any]:
     """Return the information about a node from the master and from the node itself."""
     node = observation.nodes.get(name)
     state = observation.state

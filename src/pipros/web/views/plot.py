@@ -11,7 +11,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.node.any_msg import AnyMsg
 from pipros.server.view_server import RequestRefused
-from pipros.web.curve_samples import Axis, Field, NotANumber, find_field, mark_of, sample_of
+from pipros.web.curve_samples import Axis, CurveField, NotANumber, find_field, mark_of, sample_of
 from pipros.web.messages.known_topic import KnownTopic
 from pipros.web.topic_watch import NewSamples, TopicWatch
 from pipros.web.views.console import LOG_TOPIC
@@ -129,7 +129,7 @@ class _RosTime:
 class _Curve:
     """Decodes samples in the link's thread, and stores the last error with a list of the valid fields."""
 
-    def __init__(self, watch: TopicWatch, field: Field, axis: Axis, ros_time: _RosTime) -> None:
+    def __init__(self, watch: TopicWatch, field: CurveField, axis: Axis, ros_time: _RosTime) -> None:
         self.samples = NewSamples(KEPT_SAMPLES)
         self.error = ""
         self.fields: Sequence[str] = ()

@@ -11,7 +11,7 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.graph.node_clients import NodeClients
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.net.address import split_uri
 from pipros.net.this_machine import is_this_machine
 from pipros.web.bounded_list import bounded_list
@@ -58,7 +58,7 @@ class _Table:
         self._caller_id = caller_id
         self._processes: dict[str, _Process] = {}
 
-    def rows(self, observation: Observation) -> list[Mapping[str, Any]]:
+    def rows(self, observation: GraphObservation) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []
         kept = {}
         asking_until_s = time.monotonic() + ASKING_S

@@ -14,7 +14,7 @@ from typing import Any
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.graph.message_tree import message_tree
-from pipros.graph.observer import Observation
+from pipros.graph.observer import GraphObservation
 from pipros.msg import load_message_class
 from pipros.msg.time import TVal
 from pipros.node.any_msg import AnyMsg
@@ -176,7 +176,7 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
     return names.canonicalize(name)
 
 
-def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
+def topic_rows(observation: GraphObservation) -> Iterator[Mapping[str, Any]]:
     rates: dict[str, dict[str, list[float]]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is not None:

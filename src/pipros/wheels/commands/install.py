@@ -13,7 +13,7 @@ from pipros.basics.errors import PiprosError
 from pipros.cli.entry_point import command
 
 if TYPE_CHECKING:
-    from pipros.wheels.plan import Step
+    from pipros.wheels.plan import PlanStep
 
 
 @command
@@ -86,7 +86,7 @@ def _install(arguments: Namespace, folder: Path) -> int:
     return 0
 
 
-def _print_advice(plan: Sequence[Step]) -> None:
+def _print_advice(plan: Sequence[PlanStep]) -> None:
     from pipros.wheels.plan import Provider
 
     debian = sorted({step.target for step in plan if step.provider is Provider.DEBIAN})

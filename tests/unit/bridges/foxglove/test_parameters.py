@@ -7,7 +7,13 @@ from xmlrpc.client import Binary
 
 import pytest
 
-from pipros.bridges.foxglove.parameters import InvalidParameter, flattened, from_client, selected, to_client
+from pipros.bridges.foxglove.parameters import (
+    InvalidClientParameter,
+    flattened,
+    from_client,
+    selected,
+    to_client,
+)
 
 TREE = {"a": 1, "robot": {"speed": 1.0, "names": ["x"], "deep": {"y": True}}}
 
@@ -91,7 +97,7 @@ def test_values_keep_their_type_both_ways(value: Any, row: dict[str, Any]) -> No
     ],
 )
 def test_values_of_another_type_are_refused(value: object, kind: object) -> None:
-    with pytest.raises(InvalidParameter, match="/x"):
+    with pytest.raises(InvalidClientParameter, match="/x"):
         from_client({"name": "/x", "value": value, "type": kind})
 
 

@@ -6,19 +6,19 @@ import pytest
 
 from pipros.bridges.foxglove.requests import (
     REQUEST_CHARACTERS,
-    Advertise,
-    CallService,
+    AdvertiseRequest,
+    CallRequest,
     ClientChannel,
     ClientRequest,
     FetchAsset,
     GetParameters,
     MalformedRequest,
-    Publish,
+    PublishRequest,
     SetParameters,
     Subscribe,
     SubscribeGraph,
     SubscribeParameters,
-    Unadvertise,
+    UnadvertiseRequest,
     Unsubscribe,
     UnsubscribeParameters,
     read_request,
@@ -36,14 +36,14 @@ from pipros.bridges.foxglove.requests import (
         (
             '{"op": "advertise", "channels": [{"id": 2, "topic": "/tf", "encoding": "ros1", '
             '"schemaName": "tf2_msgs/TFMessage"}]}',
-            Advertise([ClientChannel(2, "/tf", "ros1", "tf2_msgs/TFMessage", "")]),
+            AdvertiseRequest([ClientChannel(2, "/tf", "ros1", "tf2_msgs/TFMessage", "")]),
         ),
         (
             '{"op": "advertise", "channels": [{"id": 2, "topic": "a", "encoding": "json", '
             '"schemaName": "p/T", "schema": "int8 x", "schemaEncoding": "ros1msg"}]}',
-            Advertise([ClientChannel(2, "a", "json", "p/T", "int8 x")]),
+            AdvertiseRequest([ClientChannel(2, "a", "json", "p/T", "int8 x")]),
         ),
-        ('{"op": "unadvertise", "channelIds": [2]}', Unadvertise([2])),
+        ('{"op": "unadvertise", "channelIds": [2]}', UnadvertiseRequest([2])),
         ('{"op": "getParameters", "parameterNames": ["/a"], "id": "1"}', GetParameters(["/a"], "1")),
         ('{"op": "getParameters"}', GetParameters([], None)),
         (
@@ -59,11 +59,11 @@ from pipros.bridges.foxglove.requests import (
             '{"op": "fetchAsset", "uri": "package://a/b.stl", "requestId": 7}',
             FetchAsset("package://a/b.stl", 7),
         ),
-        (b"\x01\x02\x00\x00\x00body", Publish(2, b"body")),
-        (b"\x01\xff\xff\xff\xff", Publish(4294967295, b"")),
+        (b"\x01\x02\x00\x00\x00body", PublishRequest(2, b"body")),
+        (b"\x01\xff\xff\xff\xff", PublishRequest(4294967295, b"")),
         (
             b"\x02\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1body",
-            CallService(1, 2, "ros1", b"body"),
+            CallRequest(1, 2, "ros1", b"body"),
         ),
     ],
 )

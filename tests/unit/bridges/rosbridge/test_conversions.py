@@ -16,7 +16,7 @@ import pytest
 from PIL import Image
 
 from pipros.basics.limits import Limits
-from pipros.bridges.rosbridge.encoding import Encoder, Encoding, fragment_frames, operation_frame
+from pipros.bridges.rosbridge.encoding import Encoder, WireEncoding, fragment_frames, operation_frame
 from pipros.bridges.rosbridge.filling import Filler, UnknownField, WrongValue
 from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
 from pipros.bridges.shared_topics import TopicMessage
@@ -33,7 +33,7 @@ def received(message: Any, topic: str = "/topic") -> TopicMessage:
     return TopicMessage(topic, serialized(message), header, NOW_NS)
 
 
-def data_of(message: Any, encoding: Encoding, *, encoder: Encoder | None = None) -> bytes:
+def data_of(message: Any, encoding: WireEncoding, *, encoder: Encoder | None = None) -> bytes:
     (frame,) = (encoder or Encoder()).encoded(received(message)).frames(encoding, "/topic")
     return b"".join(frame.parts)
 
@@ -60,53 +60,55 @@ def test_random_messages_of_every_type_survive_each_format(type_name: str) -> No
     rng = random.Random(type_name)  # noqa: S311
     for _ in range(3):
         message = fill_at_random(load_message_class(type_name)(), rng, finite=True)
-        values = json.loads(data_of(message, Encoding.JSON))["msg"]
+        values = json.loads(data_of(message, WireEncoding.JSON))["msg"]
         assert serialized(filled(type_name, values)) == serialized(message)
-        values = plain(cbor2.loads(data_of(message, Encoding.CBOR))["msg"])
+        values = plain(cbor2.loads(data_of(message, WireEncoding.CBOR))["msg"])
         assert serialized(filled(type_name, values)) == serialized(message)
         with suppress(NotRepresentable):  # uint64
-            data = data_of(message, Encoding.JSON, encoder=Encoder(is_bson=True))
+            data = data_of(message, WireEncoding.JSON, encoder=Encoder(is_bson=True))
             assert serialized(filled(type_name, bson.decode(data)["msg"])) == serialized(message)
 
 
 def test_nan_and_infinity_are_null_in_json_and_png_and_kept_in_cbor_and_bson() -> None:
     message = load_message_class("geometry_msgs/Point32")(1.0, float("nan"), float("-inf"))
-    assert json.loads(data_of(message, Encoding.JSON))["msg"] == {"x": 1.0, "y": None, "z": None}
-    picture = base64.b64decode(json.loads(data_of(message, Encoding.PNG))["data"])
+    assert json.loads(data_of(message, WireEncoding.JSON))["msg"] == {"x": 1.0, "y": None, "z": None}
+    picture = base64.b64decode(json.loads(data_of(message, WireEncoding.PNG))["data"])
     text = Image.open(io.BytesIO(picture)).convert("RGB").tobytes()
     assert json.loads(text)["msg"] == {"x": 1.0, "y": None, "z": None}
     for data in (
-        cbor2.loads(data_of(message, Encoding.CBOR)),
-        bson.decode(data_of(message, Encoding.JSON, encoder=Encoder(is_bson=True))),
+        cbor2.loads(data_of(message, WireEncoding.CBOR)),
+        bson.decode(data_of(message, WireEncoding.JSON, encoder=Encoder(is_bson=True))),
     ):
         assert str(data["msg"]) == "{'x': 1.0, 'y': nan, 'z': -inf}"
 
 
 def test_the_picture_of_a_text_has_its_bytes_as_pixels() -> None:
     message = load_message_class("std_msgs/String")("ünïcode")
-    picture = base64.b64decode(json.loads(data_of(message, Encoding.PNG))["data"])
+    picture = base64.b64decode(json.loads(data_of(message, WireEncoding.PNG))["data"])
     text = Image.open(io.BytesIO(picture)).tobytes().rstrip(b"\n")
     assert json.loads(text) == {"op": "publish", "topic": "/topic", "msg": {"data": "ünïcode"}}
 
 
 def test_octets_are_base64_in_json_and_bytes_in_cbor() -> None:
     message = load_message_class("sensor_msgs/CompressedImage")(format="png", data=b"\0\xff")
-    assert json.loads(data_of(message, Encoding.JSON))["msg"]["data"] == "AP8="
-    assert cbor2.loads(data_of(message, Encoding.CBOR))["msg"]["data"] == b"\0\xff"
+    assert json.loads(data_of(message, WireEncoding.JSON))["msg"]["data"] == "AP8="
+    assert cbor2.loads(data_of(message, WireEncoding.CBOR))["msg"]["data"] == b"\0\xff"
 
 
 def test_cbor_has_typed_arrays_lists_of_strings_and_fixed_arrays() -> None:
-    floats = cbor2.loads(data_of(load_message_class("std_msgs/Float32MultiArray")(data=[1.5]), Encoding.CBOR))
+    floats = cbor2.loads(
+        data_of(load_message_class("std_msgs/Float32MultiArray")(data=[1.5]), WireEncoding.CBOR)
+    )
     assert floats["msg"]["data"] == cbor2.CBORTag(85, struct.pack("<f", 1.5))
     names = load_message_class("sensor_msgs/JointState")(name=["a", "b"])
-    assert cbor2.loads(data_of(names, Encoding.CBOR))["msg"]["name"] == ["a", "b"]
-    imu = cbor2.loads(data_of(load_message_class("sensor_msgs/Imu")(), Encoding.CBOR))
+    assert cbor2.loads(data_of(names, WireEncoding.CBOR))["msg"]["name"] == ["a", "b"]
+    imu = cbor2.loads(data_of(load_message_class("sensor_msgs/Imu")(), WireEncoding.CBOR))
     assert imu["msg"]["orientation_covariance"] == cbor2.CBORTag(86, bytes(72))
 
 
 def test_raw_cbor_has_the_serialized_message_and_the_time_of_arrival() -> None:
     message = load_message_class("std_msgs/String")("x")
-    assert cbor2.loads(data_of(message, Encoding.CBOR_RAW)) == {
+    assert cbor2.loads(data_of(message, WireEncoding.CBOR_RAW)) == {
         "op": "publish",
         "topic": "/topic",
         "msg": {"secs": 1_700_000_000, "nsecs": 123, "bytes": b"\1\0\0\0x"},
@@ -116,7 +118,7 @@ def test_raw_cbor_has_the_serialized_message_and_the_time_of_arrival() -> None:
 def test_integers_beyond_two_to_the_53_are_exact() -> None:
     for value in (2**53 + 1, 2**63 - 1, -(2**63)):
         message = load_message_class("std_msgs/Int64")(value)
-        assert data_of(message, Encoding.JSON).decode().endswith(f'"msg":{{"data":{value}}}}}')
+        assert data_of(message, WireEncoding.JSON).decode().endswith(f'"msg":{{"data":{value}}}}}')
         assert filled("std_msgs/Int64", {"data": value}).data == value
 
 
@@ -129,8 +131,8 @@ def test_bson_refuses_integers_of_64_bits_with_the_name_of_the_field() -> None:
 def test_a_message_is_encoded_once_for_all_clients_of_an_encoding() -> None:
     encoder = Encoder()
     message = received(load_message_class("std_msgs/String")("x"))
-    first = encoder.encoded(message).frames(Encoding.JSON, "/topic")
-    assert encoder.encoded(message).frames(Encoding.JSON, "/topic") is first
+    first = encoder.encoded(message).frames(WireEncoding.JSON, "/topic")
+    assert encoder.encoded(message).frames(WireEncoding.JSON, "/topic") is first
 
 
 def test_a_long_text_is_sent_in_fragments() -> None:

@@ -28,7 +28,7 @@ from pipros.bridges.rosbridge.effects import (
     Unadvertise,
     WithdrawService,
 )
-from pipros.bridges.rosbridge.encoding import Encoding
+from pipros.bridges.rosbridge.encoding import WireEncoding
 from pipros.bridges.rosbridge.globs import Globs
 from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
 from pipros.bridges.shares import ClientShares, ServerShares
@@ -169,10 +169,10 @@ def test_subscriptions_to_a_topic_share_the_greatest_encoding_and_the_lowest_thr
         '"queue_length": 2, "fragment_size": 100}'
     )
     shared = second.delivery
-    assert (shared.encoding, shared.throttle_s, shared.queue_length) == (Encoding.PNG, 0.05, 2)
+    assert (shared.encoding, shared.throttle_s, shared.queue_length) == (WireEncoding.PNG, 0.05, 2)
     assert shared.fragment_size == 100
     (left,) = peer.sends('{"op": "unsubscribe", "topic": "a", "id": 2}')
-    assert (left.delivery.encoding, left.delivery.throttle_s) == (Encoding.JSON, 0.1)
+    assert (left.delivery.encoding, left.delivery.throttle_s) == (WireEncoding.JSON, 0.1)
     assert peer.sends('{"op": "unsubscribe", "topic": "a", "id": 1}') == [LeaveTopic("a")]
 
 
@@ -180,7 +180,7 @@ def test_subscriptions_to_a_topic_share_the_greatest_encoding_and_the_lowest_thr
 def test_unknown_compressions_mean_json(compression: object) -> None:
     operation = {"op": "subscribe", "topic": "/a", "compression": compression}
     (taken,) = Peer().sends(json.dumps(operation))
-    assert taken.delivery.encoding is Encoding.JSON
+    assert taken.delivery.encoding is WireEncoding.JSON
 
 
 def test_null_values_of_a_subscription_are_the_defaults() -> None:

@@ -11,7 +11,7 @@ from pipros.basics.errors import NotFound, PiprosError
 from pipros.libraries.topic_tools.expressions import NotAMapping, Template, Transformation
 from pipros.libraries.topic_tools.modules import module_for
 from pipros.libraries.topic_tools.rates import ByteRate, Dropping, MessageRate
-from pipros.libraries.topic_tools.raw import UnknownType, class_like
+from pipros.libraries.topic_tools.raw import MissingType, class_like
 from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
@@ -81,7 +81,7 @@ def test_a_class_has_the_fields_of_the_publishers_definition() -> None:
     assert (made._type, made._md5sum, made._full_text) == ("a/B", "f" * 32, "int8 x")
 
     for header in ({}, {"type": "a/B"}, {"type": "*", "md5sum": "*", "callerid": "/evil\x1b[2J"}):
-        with pytest.raises(UnknownType) as refused:
+        with pytest.raises(MissingType) as refused:
             class_like(header)
         assert "\x1b" not in str(refused.value)
 

@@ -27,7 +27,7 @@ from pipros.ros2.rtps.parameters import (
     parameter,
     text,
 )
-from pipros.ros2.rtps.qos import Durability, Policy, Qos, Reliability, mismatch
+from pipros.ros2.rtps.qos import Durability, Qos, QosPolicy, Reliability, mismatch
 
 PREFIX = bytes(range(12))
 HERE = (Address("127.0.0.1", 7410), Address("10.0.0.1", 7410))
@@ -86,7 +86,7 @@ def test_only_the_default_partition_matches(names: list[str], matches: bool) -> 
     assert found is not None
 
     assert found.qos.partitions == tuple(names)
-    assert mismatch(found.qos, Qos()) is (None if matches else Policy.PARTITION)
+    assert mismatch(found.qos, Qos()) is (None if matches else QosPolicy.PARTITION)
 
 
 @pytest.mark.parametrize("size", [0, 3, 4, 20, 60])

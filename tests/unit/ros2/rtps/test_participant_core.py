@@ -8,7 +8,7 @@ from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
-from pipros.ros2.rtps.qos import Durability, Policy, Qos, Reliability
+from pipros.ros2.rtps.qos import Durability, Qos, QosPolicy, Reliability
 from pipros.ros2.rtps.submessages import AckNack, Submessage, read_datagram
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
@@ -132,7 +132,7 @@ def test_endpoints_without_a_match_are_listed_until_they_end() -> None:
 
     found = [(each.remote.guid[12:], each.policy) for each in talker.engine.mismatched()]
 
-    assert found == [(reader, Policy.DURABILITY)]
+    assert found == [(reader, QosPolicy.DURABILITY)]
     assert listener.engine.mismatched() == []  # one of its readers matches the writer
     listener.engine.remove(reader, network.now)
     network.run(1.0)
@@ -142,14 +142,14 @@ def test_endpoints_without_a_match_are_listed_until_they_end() -> None:
 @pytest.mark.parametrize(
     ("offered", "requested", "policy"),
     [
-        (Qos(Reliability.BEST_EFFORT), Qos(), Policy.RELIABILITY),
-        (Qos(), LATCHED, Policy.DURABILITY),
-        (Qos(), Qos(deadline_s=1.0), Policy.DEADLINE),
-        (Qos(), Qos(lease_s=1.0), Policy.LIVELINESS),
-        (Qos(representations=(2,)), Qos(), Policy.REPRESENTATION),
+        (Qos(Reliability.BEST_EFFORT), Qos(), QosPolicy.RELIABILITY),
+        (Qos(), LATCHED, QosPolicy.DURABILITY),
+        (Qos(), Qos(deadline_s=1.0), QosPolicy.DEADLINE),
+        (Qos(), Qos(lease_s=1.0), QosPolicy.LIVELINESS),
+        (Qos(representations=(2,)), Qos(), QosPolicy.REPRESENTATION),
     ],
 )
-def test_a_mismatch_names_the_policy(offered: Qos, requested: Qos, policy: Policy) -> None:
+def test_a_mismatch_names_the_policy(offered: Qos, requested: Qos, policy: QosPolicy) -> None:
     network = SimulatedNetwork()
     talker, listener = network.host(), network.host()
     talker.engine.add_writer("rt/chatter", STRING, offered, network.now)

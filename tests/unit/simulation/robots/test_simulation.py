@@ -12,7 +12,7 @@ from pipros.simulation.robots.battery import BatterySettings
 from pipros.simulation.robots.drive import Pose, combined
 from pipros.simulation.robots.errors import InvalidSettings, Rejected
 from pipros.simulation.robots.obstacle import Obstacle
-from pipros.simulation.robots.robot import Robot
+from pipros.simulation.robots.robot import SimulatedRobot
 from pipros.simulation.robots.settings import Laser, RobotSettings
 from pipros.simulation.robots.simulation import STEP_S, Simulation
 from pipros.simulation.robots.world import World
@@ -30,7 +30,7 @@ def simulation(*robots: RobotSettings, seed: int = 0) -> Simulation:
     return Simulation(hall(), robots or [STILL], seed=seed)
 
 
-def drive(simulated: Simulation, linear: float, angular: float, steps: int, name: str = "") -> Robot:
+def drive(simulated: Simulation, linear: float, angular: float, steps: int, name: str = "") -> SimulatedRobot:
     robot = simulated.robots[name]
     robot.command(linear, angular, simulated.time_s)
     for _ in range(steps):
