@@ -26,6 +26,8 @@ class Driver:
         self.node, self.until_s = node, until_s
         self.trace: list[tuple[float, float]] = []
         self.changed = threading.Condition()
+        self.held = threading.Event()
+        """The time stands still, and all messages sent before have been handled."""
         self._nearest = 9.0
         self._twist: Any = load_message_class("geometry_msgs/Twist")
         self._commands = node.advertise("/cmd_vel", self._twist, queue_size=1)
@@ -42,6 +44,8 @@ class Driver:
 
     def _hold(self) -> bool:
         with self.changed:
+            if self.has_ended:
+                self.held.set()
             return self.has_ended and not self.changed.wait(0.05)
 
     def _see(self, scan: Any) -> None:
@@ -66,7 +70,7 @@ def driven(ros: RosSystem, *arguments: str, until_s: float = 24.0) -> Iterator[t
         node.use_simulated_time()
         driver = Driver(node, until_s)
         sim = ros.pipros.start(*SIM, *arguments)
-        wait_until(lambda: driver.has_ended, 60, "the end of the drive")
+        wait_until(driver.held.is_set, 60, "the end of the drive")
         yield driver, sim
 
 
@@ -109,8 +113,9 @@ def test_the_time_stands_still_while_a_member_holds_it_and_goes_on_without_a_dea
         stopped_ns = driver.node.clock.now_ns()
         with driver.changed:
             driver.until_s = 6.0
+            driver.held.clear()
             driver.changed.notify_all()
-        wait_until(lambda: driver.has_ended, what="the next second")
+        wait_until(driver.held.is_set, what="the next second")
         assert (stopped_ns, driver.node.clock.now_ns()) == (5_000_000_000, 6_000_000_000)
     with Node("listener", environment=Environment(master_uri=ros.master_uri)) as listener:
         clock: Any = load_message_class("rosgraph_msgs/Clock")
