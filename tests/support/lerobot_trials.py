@@ -38,7 +38,7 @@ observations:
 actions:
   base: {{topic: /cmd_vel, fields: [linear.x, angular.z], min: -1, max: 1}}
 """
-SIMULATION = (f"{BIN}/rosrun", "pipros_sim", "sim", "_headless:=true", "_speed:=0.25")
+SIMULATION = (f"{BIN}/rosrun", "pipros_sim", "sim", "_headless:=true", "_speed:=0.1")
 """Slow, so that a pause of a busy processor is a short distance."""
 TRUTH = "/base_pose_ground_truth"
 
