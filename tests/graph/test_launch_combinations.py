@@ -1,0 +1,86 @@
+"""The fifty most frequent combinations of programs in public launch files, fed from a bag.
+
+`tests/support/launch_combinations.py` derives them.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.basics.env import Environment
+from pipros.basics.errors import PiprosError
+from pipros.libraries.teleoperation.joystick import BUTTON, EVENT
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+from tests.support.bags import bag_bytes
+from tests.support.launch_combinations import COUNT, combinations
+from tests.support.launch_recipes import LIST, Output, launch_file, rows, write_files
+from tests.support.nodes import Inbox
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+AT_ONCE = 10
+
+
+def test_there_are_fifty_different_combinations() -> None:
+    assert len(set(combinations())) == COUNT
+
+
+@pytest.mark.parametrize("first", range(0, COUNT, AT_ONCE))
+def test_every_node_of_a_launch_file_publishes(ros: RosSystem, tmp_path: Path, first: int) -> None:
+    write_files(tmp_path)
+    (tmp_path / "drive.bag").write_bytes(bag_bytes(rows(seconds=240)))
+    files, expected = [], []
+    with ExitStack() as stack:
+        for number, programs in enumerate(combinations()[first : first + AT_ONCE], first):
+            text, outputs = launch_file(f"c{number}", programs, tmp_path)
+            files.append(tmp_path / f"c{number}.launch")
+            files[-1].write_text(text)
+            expected += outputs
+            if "joy/joy_node" in programs:
+                stack.callback(os.close, pressed_joystick(tmp_path / f"c{number}.js"))
+        launch = ros.pipros.start("roslaunch", "-p", str(ros.port), *files)
+        launch.wait_for(r"started core service \[/rosout\]")
+        node = stack.enter_context(Node("test", environment=Environment(master_uri=ros.master_uri)))
+        inboxes = {each.topic: subscribed(node, each) for each in expected if each.type != LIST}
+        lists = [each.topic for each in expected if each.type == LIST]
+        bag = ros.pipros.start("rosbag", "play", "--clock", "--quiet", tmp_path / "drive.bag")
+
+        def silent() -> list[str]:
+            assert "process has died" not in launch.output, launch.output
+            return [topic for topic, inbox in inboxes.items() if not inbox.messages]
+
+        wait_until(lambda: not silent(), 120, lambda: f"{silent()} {launch.output}")
+        wait_until(lambda: all(answers(node, each) for each in lists), 60, lambda: f"{lists} {launch.output}")
+        bag.press_ctrl_c()
+    launch.press_ctrl_c()
+    assert launch.wait() == 0
+
+
+def subscribed(node: Node, output: Output) -> Inbox:
+    inbox = Inbox()
+    node.subscribe(output.topic, load_message_class(output.type), inbox)
+    return inbox
+
+
+def answers(node: Node, topic: str) -> bool:
+    """Return whether a manager of nodelets answers."""
+    service: Any = load_service_class(LIST)
+    try:
+        node.client(topic, service).call(service._request_class())
+    except PiprosError:
+        return False
+    return True
+
+
+def pressed_joystick(path: Path) -> int:
+    """Create a FIFO in place of a joystick whose first button is pressed. Return its descriptor."""
+    os.mkfifo(path)
+    descriptor = os.open(path, os.O_RDWR)
+    os.write(descriptor, EVENT.pack(0, 1, BUTTON, 0))
+    return descriptor
