@@ -8,22 +8,22 @@ from typing import Any
 
 
 class Throttle:
-    """Passes on the first warning or error, and then at most one in each `period_s`."""
+    """Passes on each text, before its values are inserted, at most once in each `period_s`."""
 
     def __init__(self, log: logging.Logger, period_s: float) -> None:
         self._log, self._period_s = log, period_s
-        self._last_s = -float("inf")
+        self._logged_s: dict[str, float] = {}
 
     def warning(self, text: str, *values: Any) -> None:
-        """Log a warning unless another record was logged within the period."""
+        """Log a warning unless its text was logged within the period."""
         self._write(logging.WARNING, text, values)
 
     def error(self, text: str, *values: Any) -> None:
-        """Log an error unless another record was logged within the period."""
+        """Log an error unless its text was logged within the period."""
         self._write(logging.ERROR, text, values)
 
     def _write(self, level: int, text: str, values: tuple[Any, ...]) -> None:
         now_s = time.monotonic()
-        if now_s - self._last_s >= self._period_s:
-            self._last_s = now_s
+        if now_s - self._logged_s.get(text, -self._period_s) >= self._period_s:
+            self._logged_s[text] = now_s
             self._log.log(level, text, *values)

@@ -19,9 +19,9 @@ from pipros.graph.system_state import SystemState, of_node
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import BUILTINS, NUMBERS, FieldType, MessageSpec
-from pipros.msg.time import NS_PER_S
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
+from pipros.node.clock import stamp
 from pipros.node.service_link import split_service_uri
 from pipros.node.service_server import HandlerError
 
@@ -224,9 +224,8 @@ class RosApi:
         return {"names": list(filter(self._allowed.params.allow, self._master.get_param_names()))}
 
     def get_time(self) -> dict[str, Any]:
-        from pipros.msg.time import Time
 
-        return {"time": Time(*divmod(self._node.clock.now_ns(), NS_PER_S))}
+        return {"time": stamp(self._node.clock)}
 
     def _param(self, name: str) -> str:
         key = self._node.resolve(name)

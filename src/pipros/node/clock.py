@@ -14,7 +14,7 @@ from typing import Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, wait_in_slices
-from pipros.msg.time import NS_PER_S
+from pipros.msg.time import NS_PER_S, Time
 from pipros.node.timings import NODE_TIMINGS
 
 
@@ -51,6 +51,11 @@ class Clock(Protocol):
     def interrupt(self, exempt: int | None = None) -> None:
         """End all current and future waits, except in the thread with the identifier `exempt`."""
         ...
+
+
+def stamp(clock: Clock) -> Time:
+    """Return the current time as a timestamp for messages."""
+    return Time(*divmod(clock.now_ns(), NS_PER_S))
 
 
 class WallClock:

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.teleoperation.parameters import number, private
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import number, raw
 from pipros.node.roscpp_program import roscpp_program
 from pipros.server.node_page import served_page
 from pipros.server.sliders.slider_page import Slider, SliderPage
@@ -44,7 +44,7 @@ class Steering:
             for kind, short in ((LINEAR, "vx"), (ANGULAR, "vw"))
         }
         self._twist_class: Any = load_message_class("geometry_msgs/Twist")
-        topic = str(private(node, "default_topic", "/cmd_vel"))
+        topic = str(raw(node, "default_topic", "/cmd_vel"))
         self._commands = node.advertise(topic, self._twist_class, queue_size=1)
         node.on_shutdown(self._end)
         self.page = SliderPage(

@@ -11,8 +11,8 @@ from pipros.basics.errors import PiprosError
 from pipros.libraries.bonds.life import Event, State
 from pipros.libraries.bonds.side import BondSide
 from pipros.msg import load_message_class
-from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
+from pipros.node.clock import stamp
 
 _SENT_QUEUE, _RECEIVED_QUEUE = 5, 30
 
@@ -92,5 +92,5 @@ class NodeBond:
             heartbeat_timeout=self._timeout_s,
             heartbeat_period=self._period_s,
         )
-        status.header.stamp = Time(*divmod(self._node.clock.now_ns(), NS_PER_S))
+        status.header.stamp = stamp(self._node.clock)
         self._publisher.publish(status)

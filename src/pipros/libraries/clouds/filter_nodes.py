@@ -21,6 +21,7 @@ from pipros.libraries.clouds.points import (
     rows_of,
 )
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros.libraries.topic_tools.lazy import LazyNode
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.messages import in_ns
@@ -39,7 +40,7 @@ _LIMITS: Final = (
 )
 
 
-class FilterNode:
+class FilterNode(LazyNode):
     """Base of nodelets that publish `~output` from `~input` while it has subscribers."""
 
     settings: ClassVar[tuple[Setting, ...]] = ()
@@ -56,10 +57,6 @@ class FilterNode:
         cloud_class: Any = load_message_class("sensor_msgs/PointCloud2")
         self._inputs = CloudInputs(node, {"~output": cloud_class}, self._on_cloud, self.needs_indices)
         (self._output,) = self._inputs.outputs
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
     def filtered(self, cloud: Any, indices: Any) -> Any:
         """Return the filtered cloud. Filters override this.

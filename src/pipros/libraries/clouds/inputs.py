@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pipros.libraries.clouds.parameters import private
 from pipros.libraries.images.ports import Input, synchronized
 from pipros.libraries.topic_tools.lazy import LazyInputs
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import private
 
 _CLOUD: Final = "sensor_msgs/PointCloud2"
 

@@ -9,7 +9,6 @@ from typing import Any, Final
 
 from pipros.basics.input_file import read_file
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.clouds.parameters import private
 from pipros.libraries.clouds.pcd import InvalidPcd, formatted, parse
 from pipros.libraries.clouds.points import InvalidCloud
 from pipros.libraries.transforms.errors import TransformException
@@ -17,8 +16,9 @@ from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.messages import in_ns
 from pipros.libraries.transforms.pose import IDENTITY
 from pipros.msg import load_message_class
-from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
+from pipros.node.clock import stamp
+from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 
 FAILED: Final = 255
@@ -68,7 +68,7 @@ def _seconds(text: str) -> float:
 
 
 def _publish(node: Node, output: Any, cloud: Any) -> None:
-    cloud.header.stamp = Time(*divmod(node.clock.now_ns(), NS_PER_S))
+    cloud.header.stamp = stamp(node.clock)
     output.publish(cloud)
 
 

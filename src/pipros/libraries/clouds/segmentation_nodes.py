@@ -9,14 +9,15 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.inputs import CloudInputs
-from pipros.libraries.clouds.parameters import private
 from pipros.libraries.clouds.points import InvalidCloud, cloud_of, positions, rows_of
 from pipros.libraries.clouds.segmentation import clusters, plane
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros.libraries.topic_tools.lazy import LazyNode
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
+from pipros.node.private_params import private, raw
 
 _PLANE: Final = 0
 _MOST: Final = 2**31 - 1
@@ -27,20 +28,17 @@ class MissingParameter(PiprosError):
     """A nodelet lacks a required parameter, or has an unsupported value. The text names it."""
 
 
-class _Segmentation:
+class _Segmentation(LazyNode):
     """Base: the inputs, the settings, and the points of clouds."""
 
     settings: tuple[Setting, ...] = ()
+    _inputs: CloudInputs
 
     def __init__(self, node: Node, outputs: Mapping[str, Any]) -> None:
         self._node, self._errors = node, Throttle(node.log, 1.0)
         self.values: Mapping[str, Any] = {}
         Reconfigurable(node, "~", self.settings, self._configure)
         self._inputs = CloudInputs(node, outputs, self._on_cloud)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
     def _configure(self, values: Mapping[str, Value], _: int) -> None:
         self.values = values
@@ -63,10 +61,9 @@ class _Segmentation:
 
 
 def _required(node: Node, name: str) -> Any:
-    try:
-        return node.params.get(f"~{name}")
-    except (LookupError, PiprosError):
-        raise MissingParameter(f"the parameter {node.resolve(f'~{name}')} must be set") from None
+    if (value := raw(node, name)) is None:
+        raise MissingParameter(f"the parameter {node.resolve(f'~{name}')} must be set")
+    return value
 
 
 class SacSegmentation(_Segmentation):

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Mapping
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import array_of, image_message
 from pipros.libraries.images.bayer import BILINEAR, EDGE_AWARE, EDGE_AWARE_WEIGHTED, VNG, colors, gray
-from pipros.libraries.images.ports import Complaints, ImageOutput, enum, subscribe_image
+from pipros.libraries.images.ports import ERRORS_S, ImageOutput, enum, subscribe_image
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.node import Node
 
 _METHODS = enum(Bilinear=BILINEAR, EdgeAware=EDGE_AWARE, EdgeAwareWeighted=EDGE_AWARE_WEIGHTED, VNG=VNG)
 _SETTING = Setting("debayer", BILINEAR, BILINEAR, VNG, "how colours are interpolated", 0, _METHODS)
 
 
-class Debayer:
+class Debayer(LazyNode):
     """Converts `image_raw` to `image_mono` and `image_color`, while they have subscribers."""
 
     def __init__(self, node: Node) -> None:
-        self._complain = Complaints(node.log)
+        self._errors = Throttle(node.log, ERRORS_S)
         self._mono = ImageOutput(node, "image_mono")
         self._color = ImageOutput(node, "image_color")
         self._settings = Reconfigurable(node, "~", [_SETTING], self._apply)
@@ -45,15 +45,11 @@ class Debayer:
                     colors(array, message.encoding, method) if is_color else gray(array, message.encoding)
                 )
             except PiprosError as error:
-                self._complain(f"cannot convert the raw image: {error}")
+                self._errors.error("cannot convert the raw image: %s", error)
                 continue
             if converted is array:
                 if is_color and name.startswith("mono"):
-                    self._complain("color topic has subscribers, but the raw image is grey", logging.WARNING)
+                    self._errors.warning("color topic has subscribers, but the raw image is grey")
                 output.publish(message)
             else:
                 output.publish(image_message(converted, name, message.header))
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()

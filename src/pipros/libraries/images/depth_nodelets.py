@@ -7,35 +7,36 @@ from dataclasses import replace
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import BadImage, array_of, image_message
 from pipros.libraries.images.clouds import cloud_message, empty_points, set_colors
 from pipros.libraries.images.depths import converted_metric, registered, set_points
 from pipros.libraries.images.disparity import CAMERA_INFO
 from pipros.libraries.images.pinhole import Pinhole, binning, check_size
 from pipros.libraries.images.ports import (
-    Complaints,
+    ERRORS_S,
     ImageOutput,
     Input,
     camera,
     inside,
-    parameter,
     subscribe_image,
     synchronized,
 )
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.matrices.quaternions import quaternion_matrix
 from pipros.libraries.vision.conversions import ConversionError, convert
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import private
 
 
-class ConvertMetric:
+class ConvertMetric(LazyNode):
     """Converts `image_raw` between millimetres and metres to `image`, while that has subscribers."""
 
     def __init__(self, node: Node) -> None:
-        self._complain = Complaints(node.log)
+        self._errors = Throttle(node.log, ERRORS_S)
         self._output = ImageOutput(node, "image", is_depth=True)
         self._inputs = LazyInputs(
             self._output.publishers,
@@ -46,22 +47,18 @@ class ConvertMetric:
         try:
             array, name = converted_metric(array_of(message), message.encoding)
         except PiprosError as error:
-            self._complain(str(error))
+            self._errors.error("%s", error)
             return
         self._output.publish(image_message(array, name, message.header))
 
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
-
-class PointCloudXyz:
+class PointCloudXyz(LazyNode):
     """Publishes `points` from the depths in `image_rect`, while it has subscribers."""
 
     def __init__(self, node: Node) -> None:
-        self._complain = Complaints(node.log)
+        self._errors = Throttle(node.log, ERRORS_S)
         self._output = node.advertise("points", load_message_class("sensor_msgs/PointCloud2"), queue_size=1)
-        queue_size = parameter(node, "queue_size", 5)
+        queue_size = private(node, "queue_size", 5)
         self._inputs = LazyInputs(
             [self._output],
             lambda: synchronized(node, camera(node, "image_rect"), self._on_depths, queue_size),
@@ -73,26 +70,22 @@ class PointCloudXyz:
             points = empty_points(message.height, message.width, has_colors=False)
             set_points(points, depths, message.encoding, Pinhole.of(info))
         except PiprosError as error:
-            self._complain(str(error))
+            self._errors.error("%s", error)
             return
         self._output.publish(cloud_message(points, message.header))
 
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
-
-class PointCloudXyzrgb:
+class PointCloudXyzrgb(LazyNode):
     """Publishes `depth_registered/points` from registered depths and the colours of `rgb`."""
 
     def __init__(self, node: Node) -> None:
-        self._complain = Complaints(node.log, 5.0)
+        self._errors = Throttle(node.log, 5.0)
         depth, rgb = "depth_registered", "rgb"
         self._output = node.advertise(
             inside(node, depth, "points"), load_message_class("sensor_msgs/PointCloud2"), queue_size=1
         )
-        queue_size, is_exact = parameter(node, "queue_size", 5), parameter(node, "exact_sync", False)
-        transport = parameter(node, "depth_image_transport", "raw")
+        queue_size, is_exact = private(node, "queue_size", 5), private(node, "exact_sync", False)
+        transport = private(node, "depth_image_transport", "raw")
         inputs = [
             Input(inside(node, depth, "image_rect"), transport=transport),
             Input(inside(node, rgb, "image_rect_color")),
@@ -117,13 +110,9 @@ class PointCloudXyzrgb:
             set_points(points, array_of(depth), depth.encoding, pinhole)
             set_colors(points, pixels, name, alpha=255)
         except PiprosError as error:
-            self._complain(str(error))
+            self._errors.error("%s", error)
             return
         self._output.publish(cloud_message(points, depth.header))
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
 
 def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, str, Pinhole]:
@@ -155,15 +144,15 @@ class Register:
     """Publishes the depths of one camera as another one, `rgb`, would see them, while they are wanted."""
 
     def __init__(self, node: Node) -> None:
-        self._complain = Complaints(node.log, 2.0)
-        self._fills_holes = parameter(node, "fill_upsampling_holes", False)
-        self._uses_rgb_time = parameter(node, "use_rgb_timestamp", False)
+        self._errors = Throttle(node.log, 2.0)
+        self._fills_holes = private(node, "fill_upsampling_holes", False)
+        self._uses_rgb_time = private(node, "use_rgb_timestamp", False)
         self._transforms = TransformListener(node)
         self._output = ImageOutput(node, inside(node, "depth_registered", "image_rect"), is_depth=True)
         self._info = node.advertise(
             inside(node, "depth_registered", "camera_info"), load_message_class(CAMERA_INFO), queue_size=1
         )
-        queue_size = parameter(node, "queue_size", 5)
+        queue_size = private(node, "queue_size", 5)
         inputs = [
             Input(inside(node, "depth", "image_rect")),
             Input(inside(node, "depth", "camera_info"), CAMERA_INFO),
@@ -201,7 +190,7 @@ class Register:
                 fills_holes=self._fills_holes,
             )
         except PiprosError as error:
-            self._complain(f"cannot register depths: {error}")
+            self._errors.error("cannot register depths: %s", error)
             return
         info = copy.copy(rgb_info)
         info.header = copy.copy(rgb_info.header)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import array_of, image_message
 from pipros.libraries.images.bayer import gray
 from pipros.libraries.images.matching import (
@@ -18,12 +19,13 @@ from pipros.libraries.images.matching import (
     corrected,
 )
 from pipros.libraries.images.pinhole import Pinhole
-from pipros.libraries.images.ports import Complaints, Input, enum, inside, parameter, synchronized
+from pipros.libraries.images.ports import ERRORS_S, Input, enum, inside, synchronized
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import private
 
 _ALGORITHM = Setting(
     "stereo_algorithm",
@@ -37,20 +39,20 @@ _ALGORITHM = Setting(
 CAMERA_INFO: Final = "sensor_msgs/CameraInfo"
 
 
-class Disparity:
+class Disparity(LazyNode):
     """Publishes `disparity` from the images and calibrations of `left` and `right`, while it is wanted."""
 
     def __init__(self, node: Node) -> None:
         self._cv2 = opencv("stereo matching")
-        self._complain = Complaints(node.log)
-        self._factor = max(parameter(node, "downsampling_factor", 1), 1)
+        self._errors = Throttle(node.log, ERRORS_S)
+        self._factor = max(private(node, "downsampling_factor", 1), 1)
         self._message: Any = load_message_class("stereo_msgs/DisparityImage")
         self._output = node.advertise("disparity", self._message, queue_size=1)
         self._matcher: Matcher
         self._settings = Reconfigurable(node, "~", [_ALGORITHM, *SETTINGS], self._apply)
         queue_size, is_exact = (
-            parameter(node, "queue_size", 5),
-            not parameter(node, "approximate_sync", False),
+            private(node, "queue_size", 5),
+            not private(node, "approximate_sync", False),
         )
         inputs = [
             Input(inside(node, "left", "image_rect")),
@@ -81,7 +83,7 @@ class Disparity:
             ]
             found = matcher.disparities(pixels[0], pixels[1], self._factor)
         except (PiprosError, self._cv2.error) as error:
-            self._complain(f"cannot compute disparities: {error}")
+            self._errors.error("cannot compute disparities: %s", error)
             return
         offset = left_camera.cx - right_camera.cx
         if offset:
@@ -101,7 +103,3 @@ class Disparity:
             max(each, 0) for each in matcher.valid_window(width, height)
         )
         self._output.publish(result)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()

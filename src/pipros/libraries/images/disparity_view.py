@@ -8,11 +8,12 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import BadImage, array_of
-from pipros.libraries.images.ports import Complaints, parameter
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
+from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 from pipros.server.windows.install import show_windows_on_page
 
@@ -42,9 +43,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     with roscpp_program("disparity_view", "image_view", argv, anonymous=True) as (node, log):
         show_windows_on_page(node)
         cv2 = opencv("showing disparities")
-        complain = Complaints(log, 30.0)
-        name = parameter(node, "window_name", node.resolve("image"))
-        cv2.namedWindow(name, cv2.WINDOW_AUTOSIZE if parameter(node, "autosize", False) else 0)
+        errors = Throttle(log, 30.0)
+        name = private(node, "window_name", node.resolve("image"))
+        cv2.namedWindow(name, cv2.WINDOW_AUTOSIZE if private(node, "autosize", False) else 0)
         latest: list[Any] = []
         lock = threading.Lock()
 
@@ -52,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             try:
                 picture = shown(message)
             except PiprosError as error:
-                complain(str(error))
+                errors.error("%s", error)
                 return
             with lock:
                 latest[:] = [picture]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import threading
-import time
 from collections.abc import Callable, Sequence
 from typing import Any, Final, NamedTuple
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
+from pipros.basics.throttle import Throttle
 from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
 from pipros.libraries.images.arrays import BadImage, array_of, image_message
 from pipros.libraries.vision.compressed_images import (
@@ -22,41 +21,14 @@ from pipros.libraries.vision.compressed_images import (
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
+from pipros.node.private_params import private
 from pipros.pictures.codecs import codec
 
-_TEXTS: Final = 100
+ERRORS_S: Final = 10.0
+"""Shortest time between two records of the same error about images."""
 
 APPROXIMATE_S: Final = 0.1
 """Maximum difference of the timestamps of messages that belong together, if they need not be equal."""
-
-
-class Complaints:
-    """Logs errors about messages, each text at most once in a while."""
-
-    def __init__(self, log: logging.Logger, period_s: float = 10.0) -> None:
-        self._log = log
-        self._period_s = period_s
-        self._logged: dict[str, float] = {}
-
-    def __call__(self, text: str, level: int = logging.ERROR) -> None:
-        """Log a text, unless it was logged less than the period ago."""
-        now_s = time.monotonic()
-        if now_s - self._logged.get(text, -self._period_s) >= self._period_s:
-            if len(self._logged) >= _TEXTS:
-                self._logged.clear()
-            self._logged[text] = now_s
-            self._log.log(level, text)
-
-
-def parameter(node: Node, name: str, default: Any) -> Any:
-    """Return a private parameter if it has the type of the default, otherwise the default."""
-    try:
-        value = node.params.get(f"~{name}")
-    except (LookupError, PiprosError):
-        return default
-    if isinstance(default, float) and type(value) is int:
-        return float(value)
-    return value if type(value) is type(default) else default
 
 
 class ImageOutput:
@@ -73,7 +45,7 @@ class ImageOutput:
         self._transport = "compressedDepth" if is_depth else "compressed"
         self._message: Any = load_message_class("sensor_msgs/CompressedImage")
         self._compressed = node.advertise(f"{self._base}/{self._transport}", self._message, queue_size=1)
-        self._complain = Complaints(node.log)
+        self._errors = Throttle(node.log, ERRORS_S)
         self.publishers = self._raw, self._compressed
 
     @property
@@ -89,7 +61,7 @@ class ImageOutput:
             try:
                 self._compressed.publish(self._message(image.header, *self._compress(image)))
             except (CompressionError, BadImage, ImportError) as error:
-                self._complain(f"cannot compress images of {self._base}: {error}")
+                self._errors.error("cannot compress images of %s: %s", self._base, error)
 
     def _compress(self, image: Any) -> tuple[str, bytes]:
         settings = read_settings(self._transport, self._setting)
@@ -105,17 +77,17 @@ def subscribe_image(
     node: Node, topic: str, callback: Callable[[Any], object], queue_size: int, transport: str | None = None
 ) -> Any:
     """Subscribe to an image topic with a transport, by default that in `~image_transport`."""
-    transport = transport or parameter(node, "image_transport", "raw")
+    transport = transport or private(node, "image_transport", "raw")
     if transport == "raw":
         kind = load_message_class("sensor_msgs/Image")
         return node.subscribe(topic, kind, callback, queue_size=queue_size, zero_copy=True)
-    complain = Complaints(node.log)
+    errors = Throttle(node.log, ERRORS_S)
 
     def decompress(message: Any) -> None:
         try:
             array, encoding = decompressed(message.format, message.data, codec())
         except (CompressionError, ImportError) as error:
-            complain(f"cannot decompress images of {topic}: {error}")
+            errors.error("cannot decompress images of %s: %s", topic, error)
             return
         callback(image_message(array, encoding, message.header))
 

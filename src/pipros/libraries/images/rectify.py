@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import array_of, image_message
 from pipros.libraries.images.pinhole import Rectifier, key_of
-from pipros.libraries.images.ports import Complaints, ImageOutput, camera, enum, parameter, synchronized
+from pipros.libraries.images.ports import ImageOutput, camera, enum, synchronized
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.opencv import opencv
 from pipros.node import Node
+from pipros.node.private_params import private
 
 INTERPOLATIONS = enum(NN=0, Linear=1, Cubic=2, Lanczos4=4)
 """OpenCV's numbers of the interpolations."""
@@ -20,15 +22,15 @@ INTERPOLATIONS = enum(NN=0, Linear=1, Cubic=2, Lanczos4=4)
 _SETTING = Setting("interpolation", 1, 0, 4, "how values between pixels are computed", 0, INTERPOLATIONS)
 
 
-class Rectify:
+class Rectify(LazyNode):
     """Rectifies `image_mono` with its `camera_info` to `image_rect`, while that has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._cv2 = opencv("rectifying images")
-        self._complain = Complaints(node.log, 30.0)
-        self._suffix = parameter(node, "rectified_frame_suffix", "")
+        self._errors = Throttle(node.log, 30.0)
+        self._suffix = private(node, "rectified_frame_suffix", "")
         self._rectifier: Rectifier | None = None
-        queue_size = parameter(node, "queue_size", 5)
+        queue_size = private(node, "queue_size", 5)
         self._output = ImageOutput(node, "image_rect")
         self._settings = Reconfigurable(node, "~", [_SETTING], self._apply)
         self._inputs = LazyInputs(
@@ -49,12 +51,8 @@ class Rectify:
             interpolation = int(self._settings.values["interpolation"])
             rectified = self._rectifier.rectified(array_of(message), interpolation)
         except (PiprosError, self._cv2.error) as error:
-            self._complain(f"cannot rectify the image: {error}")
+            self._errors.error("cannot rectify the image: %s", error)
             return
         result = image_message(rectified, message.encoding, message.header)
         result.header.frame_id += self._suffix
         self._output.publish(result)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()

@@ -6,30 +6,32 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
+from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import BadImage, array_of
 from pipros.libraries.images.clouds import cloud_message, empty_points, set_colors
 from pipros.libraries.images.disparity import CAMERA_INFO
 from pipros.libraries.images.pinhole import Pinhole
-from pipros.libraries.images.ports import Complaints, Input, inside, parameter, synchronized
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.images.ports import ERRORS_S, Input, inside, synchronized
+from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import private
 
 _COLORS = ("mono8", "rgb8", "rgba8", "bgr8", "bgra8")
 _MISSING_Z = 10000.0
 """Depth that OpenCV gives to the pixels with the smallest disparity, which have no match."""
 
 
-class StereoCloud:
+class StereoCloud(LazyNode):
     """Publishes `points2` from `disparity` and the left image, while it has subscribers."""
 
     def __init__(self, node: Node) -> None:
-        self._complain = Complaints(node.log)
+        self._errors = Throttle(node.log, ERRORS_S)
         self._output = node.advertise("points2", load_message_class("sensor_msgs/PointCloud2"), queue_size=1)
-        queue_size = parameter(node, "queue_size", 5)
-        is_exact = not parameter(node, "approximate_sync", False)
+        queue_size = private(node, "queue_size", 5)
+        is_exact = not private(node, "approximate_sync", False)
         inputs = [
             Input(inside(node, "left", "image_rect_color")),
             Input(inside(node, "left", "camera_info"), CAMERA_INFO),
@@ -50,7 +52,7 @@ class StereoCloud:
             points = empty_points(*disparities.shape, has_colors=True)
             points[:, :, :3] = xyz
         except PiprosError as error:
-            self._complain(f"cannot compute points: {error}")
+            self._errors.error("cannot compute points: %s", error)
             return
         try:
             if image.encoding not in _COLORS:
@@ -62,12 +64,8 @@ class StereoCloud:
                 )
             set_colors(points, pixels, image.encoding, alpha=0)
         except PiprosError as error:
-            self._complain(f"the points have no colours: {error}")
+            self._errors.error("the points have no colours: %s", error)
         self._output.publish(cloud_message(points, disparity.header))
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
 
 def positions(disparities: Any, left: Pinhole, right: Pinhole) -> Any:

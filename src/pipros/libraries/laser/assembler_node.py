@@ -9,7 +9,6 @@ from typing import Any, Final
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
-from pipros.libraries.clouds.parameters import private
 from pipros.libraries.clouds.points import cloud_of
 from pipros.libraries.laser.assembler import Assembler, StoredScan
 from pipros.libraries.laser.chain_node import ScanChain
@@ -22,6 +21,7 @@ from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
+from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 
 QUEUE_SIZE: Final = 10

@@ -8,7 +8,6 @@ from typing import Any, Final
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
-from pipros.libraries.clouds.parameters import private, raw
 from pipros.libraries.clouds.points import cloud_of
 from pipros.libraries.laser.filters.base import FilterFailed, InvalidFilter, Place, ScanFilter
 from pipros.libraries.laser.filters.chain import FilterChain, chain_of
@@ -19,8 +18,10 @@ from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformGate, TransformListener
 from pipros.msg import load_message_class
-from pipros.msg.time import NS_PER_S, Time
+from pipros.msg.time import NS_PER_S
 from pipros.node import Node
+from pipros.node.clock import stamp
+from pipros.node.private_params import private, raw
 
 QUEUE_SIZE: Final = 50
 
@@ -107,7 +108,7 @@ def _show_polygon(node: Node, one: PolygonFilter) -> None:
     polygon: Any = load_message_class("geometry_msgs/PolygonStamped")()
     point: Any = load_message_class("geometry_msgs/Point32")
     polygon.header.frame_id = one.values["polygon_frame"]
-    polygon.header.stamp = Time(*divmod(node.clock.now_ns(), NS_PER_S))
+    polygon.header.stamp = stamp(node.clock)
     polygon.polygon.points = [point(float(x), float(y), 0.0) for x, y in one.polygon]
     node.advertise(f"~{one.name}/polygon", type(polygon), latch=True, queue_size=1).publish(polygon)
 

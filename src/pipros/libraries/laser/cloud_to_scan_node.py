@@ -8,18 +8,18 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.clouds.parameters import private
 from pipros.libraries.clouds.points import InvalidCloud, matrix_of, moved, positions, rows_of
 from pipros.libraries.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformGate, TransformListener
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import private
 
 
-class CloudToScanNode:
+class CloudToScanNode(LazyNode):
     """Publishes `scan` from `cloud_in`, which it subscribes to while `scan` has subscribers."""
 
     def __init__(self, node: Node) -> None:
@@ -43,10 +43,6 @@ class CloudToScanNode:
             self._receive = gate.add
         self._output = node.advertise("scan", self._scan_class, queue_size=10)
         self._inputs = LazyInputs([self._output], self._subscribe)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
     def _subscribe(self) -> list[Any]:
         cloud_class: Any = load_message_class("sensor_msgs/PointCloud2")

@@ -9,7 +9,7 @@ from pipros.basics.throttle import Throttle
 from pipros.libraries.images.ports import camera, synchronized
 from pipros.libraries.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.topic_tools.lazy import LazyInputs
+from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.msg import load_message_class
 from pipros.node import Node
 
@@ -23,7 +23,7 @@ SETTINGS: Final = (
 )
 
 
-class DepthToScanNode:
+class DepthToScanNode(LazyNode):
     """Publishes `scan` from `image` and its `camera_info`, subscribed to while `scan` has subscribers."""
 
     def __init__(self, node: Node) -> None:
@@ -34,10 +34,6 @@ class DepthToScanNode:
         self._server = Reconfigurable(node, "~", SETTINGS, self._configure)
         self._output = node.advertise("scan", self._scan_class, queue_size=QUEUE_SIZE)
         self._inputs = LazyInputs([self._output], self._subscribe)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._inputs.close()
 
     def _configure(self, values: Mapping[str, Value], _: int) -> None:
         self._settings = values

@@ -14,9 +14,10 @@ from typing import Any, Final
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.posix import READ
 from pipros.libraries.teleoperation.joystick import EVENT, Joystick, StickChange
-from pipros.libraries.teleoperation.parameters import number, private, stamp
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.clock import stamp
+from pipros.node.private_params import number, raw
 from pipros.node.roscpp_program import roscpp_program
 
 RETRY_S: Final = 1.0
@@ -32,7 +33,7 @@ _GET_NAME: Final = 0x80806A13
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `joy_node` until the node is shut down. Retry every second if the device is missing or lost."""
     with roscpp_program("joy_node", "joy", argv) as (node, log):
-        device = str(private(node, "dev", "/dev/input/js0"))
+        device = str(raw(node, "dev", "/dev/input/js0"))
         publisher = JoyPublisher(node, device)
         is_reported = False
         while not node.is_ending:
@@ -80,8 +81,8 @@ class JoyPublisher:
         """
         stick = Joystick(
             self.deadzone,
-            is_sticky=private(self._node, "sticky_buttons", False) is True,
-            has_triggers=private(self._node, "default_trig_val", False) is True,
+            is_sticky=raw(self._node, "sticky_buttons", False) is True,
+            has_triggers=raw(self._node, "default_trig_val", False) is True,
         )
         delays = {StickChange.BUTTON: 0.0, StickChange.AXIS: self._coalesce_s, StickChange.INITIAL: INITIAL_S}
         self._due_s = math.inf
@@ -95,7 +96,7 @@ class JoyPublisher:
 
     def _publish(self, stick: Joystick) -> None:
         message = self._message_class(axes=stick.axes, buttons=stick.buttons)
-        message.header.stamp, message.header.frame_id = stamp(self._node), self._device
+        message.header.stamp, message.header.frame_id = stamp(self._node.clock), self._device
         self._topic.publish(message)
 
     def _events(self, descriptor: int) -> Iterator[bytes]:

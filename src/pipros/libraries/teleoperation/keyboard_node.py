@@ -10,10 +10,11 @@ from typing import Any, Final
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.terminals import single_keys
 from pipros.libraries.teleoperation.key_bindings import STOP, KeyedMotion
-from pipros.libraries.teleoperation.parameters import number, private, stamp
 from pipros.libraries.teleoperation.pressed_keys import pressed_keys
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.clock import stamp
+from pipros.node.private_params import number, raw
 from pipros.node.roscpp_program import roscpp_program
 
 TEXT: Final = f"""\
@@ -105,8 +106,8 @@ def _speeds(motion: KeyedMotion) -> str:
 
 def _publisher(node: Node, motion: KeyedMotion) -> Callable[[], None]:
     """Return a function that publishes the motion, with a timestamp if `~stamped` is true."""
-    is_stamped = private(node, "stamped", False) is True
-    frame = str(private(node, "frame_id", ""))
+    is_stamped = raw(node, "stamped", False) is True
+    frame = str(raw(node, "frame_id", ""))
     message_class: Any = load_message_class(f"geometry_msgs/{'TwistStamped' if is_stamped else 'Twist'}")
     topic = node.advertise("cmd_vel", message_class, queue_size=1)
 
@@ -114,7 +115,7 @@ def _publisher(node: Node, motion: KeyedMotion) -> Callable[[], None]:
         message = message_class()
         twist = message.twist if is_stamped else message
         if is_stamped:
-            message.header.stamp, message.header.frame_id = stamp(node), frame
+            message.header.stamp, message.header.frame_id = stamp(node.clock), frame
         twist.linear.x, twist.linear.y, twist.linear.z = motion.linear
         twist.angular.z = motion.angular
         topic.publish(message)

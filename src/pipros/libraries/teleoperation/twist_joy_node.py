@@ -14,9 +14,9 @@ from pipros.libraries.teleoperation.joy_commands import (
     JoyCommands,
     by_direction,
 )
-from pipros.libraries.teleoperation.parameters import number, private
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import number, raw
 from pipros.node.roscpp_program import roscpp_program
 
 
@@ -68,7 +68,7 @@ def _axis_map(
     """
 
     def read(name: str, value: Any) -> dict[str, float]:
-        return by_direction(private(node, name, value), f"~{name}", known[0], known)
+        return by_direction(raw(node, name, value), f"~{name}", known[0], known)
 
     scales = read(f"scale_{kind}", usual[0])
     turbo = scales if usual[1] is None else usual[1]

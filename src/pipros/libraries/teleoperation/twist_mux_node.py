@@ -11,11 +11,11 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.teleoperation.parameters import private
 from pipros.libraries.teleoperation.velocity_mux import InvalidSource, Source, VelocityMux, source
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
+from pipros.node.private_params import raw
 from pipros.node.roscpp_program import roscpp_program
 
 DIAGNOSTICS_S: Final = 1.0
@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _sources(node: Node, name: str, log: logging.Logger) -> list[Source]:
     """Return the valid sources in a private parameter, and log the mistakes in the others."""
-    entries = private(node, name, None)
+    entries = raw(node, name, None)
     if not isinstance(entries, list):
         log.critical("~%s must be a list of sources, got %r", name, entries)
         return []

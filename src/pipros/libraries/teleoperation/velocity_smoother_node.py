@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.teleoperation.parameters import number, private
 from pipros.libraries.teleoperation.velocity_smoother import Feedback, Limits, VelocitySmoother
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
+from pipros.node.private_params import number, raw
 from pipros.node.rate import Timer
 
 _LIMITS: Final = Limits()
@@ -35,7 +35,7 @@ class SmootherNode:
         rate_hz = number(node, "frequency", _RATE_HZ)
         if rate_hz <= 0:
             raise ValueError(f"~frequency must be > 0, got {rate_hz}")
-        quiet, chosen = private(node, "quiet", False) is True, private(node, "robot_feedback", 0)
+        quiet, chosen = raw(node, "quiet", False) is True, raw(node, "robot_feedback", 0)
         if chosen not in list(Feedback):
             node.log.warning("~robot_feedback must be 0 (none), 1 (odometry) or 2 (commands), got %s", chosen)
             chosen = 0

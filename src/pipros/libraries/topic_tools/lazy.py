@@ -11,6 +11,10 @@ class _Handle(Protocol):
     def unregister(self) -> None: ...
 
 
+class _Closable(Protocol):
+    def close(self) -> None: ...
+
+
 class LazyInputs:
     """Subscribes while any of the outputs has subscribers. Callbacks may run in several threads."""
 
@@ -55,3 +59,13 @@ class LazyInputs:
                 inputs, self._inputs = self._inputs, None
                 for each in inputs:
                     each.unregister()
+
+
+class LazyNode:
+    """Base of nodes that subscribe to `_inputs` only while an output has subscribers."""
+
+    _inputs: _Closable
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._inputs.close()
