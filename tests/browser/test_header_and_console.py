@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -128,3 +129,49 @@ def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: Op
         expect(tab.get_by_role("tab", selected=True)).to_be_in_viewport(ratio=0.9)
     tab.set_viewport_size({"width": 1900, "height": 700})
     expect(tab.get_by_role("button", name="All views")).to_have_text("☰ More")
+
+
+BEEP = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node("beeper")
+out = rospy.Publisher("/level", Float64, queue_size=5)
+rate = rospy.Rate(20)
+for count in range(100000):
+    out.publish(count % 7)
+    if count % 100 == 20:
+        rospy.logerr("beep %d", count)
+    rate.sleep()
+"""
+
+
+def test_filters_are_kept_as_rules_and_entries_lead_to_their_moment(
+    ros: RosSystem, open_tab: OpenTab
+) -> None:
+    ros.pipros.start_master()
+    page = Page(ros)
+    tab = open_tab(page, "plot//level")
+    ros.pipros.start(sys.executable, "-c", BEEP)
+    expect(tab.locator(".legend")).to_contain_text(re.compile(r"/level: \d"))
+    tab.evaluate("location.hash = 'console'")
+    expect(tab.locator(".entry", has_text="beep").first).to_be_visible()
+    tab.get_by_label("Info").uncheck()
+    tab.get_by_label("Filter by text").fill("beep -nothing")
+    tab.get_by_role("button", name="Rules").click()
+    tab.get_by_label("Name of the rules").fill("only beeps")
+    tab.get_by_role("button", name="Save the filters").click()
+    expect(tab.get_by_role("button", name="only beeps", exact=True)).to_be_visible()
+    other = open_tab(page, "console")
+    other.get_by_role("button", name="Rules").click()
+    other.get_by_role("button", name="only beeps", exact=True).click()
+    expect(other.get_by_label("Filter by text")).to_have_value("beep -nothing")
+    expect(other.get_by_label("Info")).not_to_be_checked()
+    other.get_by_role("button", name="Delete the rules only beeps").click()
+    expect(other.locator("aside")).to_contain_text("None are saved.")
+    tab.locator(".log").press("e")
+    expect(tab.locator("aside")).to_contain_text("beep")
+    keep_screenshots(tab, "console-moment")
+    tab.locator("aside .moment").get_by_role("link", name="Plot").click()
+    expect(tab).to_have_url(re.compile("#plot//level$"))
+    expect(tab.get_by_role("button", name="Follow")).to_be_visible()
+    keep_screenshots(tab, "plot-moment")

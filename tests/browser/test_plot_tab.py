@@ -181,3 +181,51 @@ def test_log_entries_are_marks_that_the_cursor_names(ros: RosSystem, open_tab: O
             yield at.inner_text()
 
     assert any(re.search(r"Error /\S+: turn \d+", text) for text in texts())
+
+
+def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", CURVES)
+    ros.wait_for_publisher("/circle")
+    tab = open_tab(Page(ros), "plot//circle/x")
+    legend = tab.locator(".legend")
+    expect(legend).to_contain_text(re.compile(r"/circle/x: -?\d"))
+    tab.get_by_label("Line at a value").fill("2.5")
+    tab.get_by_label("Line at a value").press("Enter")
+    expect(legend).to_contain_text("line 2.5")
+    tab.get_by_role("button", name="where").click()
+    where = tab.get_by_label("Only messages of /circle for which")
+    where.fill("m.x > 0 and m.y > 0")
+    where.press("Enter")
+    expect(legend).to_contain_text(re.compile(r"/circle\{m\.x > 0 and m\.y > 0\}/x: \d"))
+    tab.get_by_label("Statistics", exact=True).check()
+    table = tab.get_by_role("region", name="Statistics of the shown part")
+    least, most = table.locator("td.number").nth(1), table.locator("td.number").nth(2)
+    wait_until(lambda: 0 < number_of(least.inner_text()) < 1 < number_of(most.inner_text()) < 3, 30, "both")
+    tab.get_by_role("button", name="Pause").click()
+    chart = tab.locator(".u-over").bounding_box()
+    assert chart is not None
+    tab.mouse.move(chart["x"] + chart["width"] * 0.99, chart["y"] + 30)
+    expect(legend.locator(".at")).to_have_text(re.compile(r"^sample at \d\d:\d\d:\d\d\.\d\d$"))
+    keep_screenshots(tab, "plot-statistics")
+    all_samples = int(table.locator("td.number").first.inner_text())
+    left, middle = chart["x"] + chart["width"] * 0.9, chart["y"] + chart["height"] / 2
+    tab.mouse.move(left, middle)
+    tab.mouse.down()
+    tab.mouse.move(chart["x"] + chart["width"] - 2, middle, steps=4)
+    tab.mouse.up()
+    wait_until(lambda: int(table.locator("td.number").first.inner_text()) < all_samples, 30, "fewer samples")
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name="CSV of the shown part").click()
+    lines = download.value.path().read_text().splitlines()
+    assert len(lines) - 1 == int(table.locator("td.number").first.inner_text()) > 0
+    assert all(float(line.rsplit(",", 1)[1]) > 0 for line in lines[1:])
+    tab.reload()
+    expect(legend).to_contain_text("line 2.5")
+    expect(tab.get_by_label("Statistics", exact=True)).to_be_checked()
+    tab.get_by_role("button", name="Remove the line at 2.5").click()
+    expect(legend).not_to_contain_text("line 2.5")
+
+
+def number_of(text: str) -> float:
+    return float(text) if re.fullmatch(r"-?[\d.e-]+", text) else -1.0

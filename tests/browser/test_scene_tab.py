@@ -401,7 +401,7 @@ def test_clashing_ids_lost_messages_and_old_topics_are_reported(
         "[spheres/1] is sent by [/scene_program] and by [/other], which overwrite each other."
     )
     assert re.fullmatch(
-        r"The last message of \[/other\] is \d+ s old; before, there was one every 0\.1 s\.", found[1]
+        r"Stale: the last message of \[/other\] is \d+ s old; before, there was one every 0\.1 s\.", found[1]
     )
     assert found[2] == 7
 

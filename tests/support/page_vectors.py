@@ -17,13 +17,15 @@ import numpy as np
 from image_geometry import PinholeCameraModel
 from pipros.libraries.transforms.buffer import TransformBuffer
 from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.pose import Pose
+from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
 from pipros.web.messages.layout import message_layout
+from pipros.web.stale import is_stale
 from tests.support.random_messages import fill_at_random, shipped_types
 
 SECOND = 1_000_000_000
+QUARTER = math.sqrt(0.5)
 TABS = ("plot", "console", "images", "topics")
 
 
@@ -65,6 +67,25 @@ def frames(chance: random.Random) -> Any:
             answer = [type(error).__name__, str(error).split("\n")[0]]
         lookups.append([target, source, str(time), answer])
     return {"inserts": inserts, "lookups": lookups}
+
+
+def angles(chance: random.Random) -> Any:
+    """Return quaternions of any norm with their roll, pitch and yaw in degrees."""
+    found = []
+    turns = [random_pose(chance)[3:] for _ in range(300)]
+    locked = [(0.0, QUARTER, 0.0, QUARTER), (0.0, -QUARTER, 0.0, QUARTER), (0.5, 0.5, -0.5, 0.5)]
+    for turn in (*turns, *locked):
+        size = chance.uniform(0.5, 2.0) if turn not in locked else 1.0
+        own = [size * value for value in turn]
+        degrees = [math.degrees(value) for value in roll_pitch_yaw((0.0, 0.0, 0.0, *own))]  # type: ignore[arg-type]
+        found.append([own, degrees])
+    return found
+
+
+def stale(chance: random.Random) -> Any:
+    """Return ages, intervals, and whether the data are stale."""
+    pairs = [(chance.uniform(0, 30), chance.choice([None, chance.uniform(0, 4)])) for _ in range(300)]
+    return [[age_s, interval_s, is_stale(age_s, interval_s)] for age_s, interval_s in pairs]
 
 
 def plain(value: Any, kind: str) -> Any:
@@ -221,6 +242,8 @@ VECTORS: Mapping[str, Callable[[random.Random], Any]] = {
     "views": views,
     "layouts": layouts,
     "plots": plots,
+    "angles": angles,
+    "stale": stale,
 }
 
 

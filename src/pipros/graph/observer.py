@@ -10,6 +10,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
@@ -46,10 +47,19 @@ SLOWEST_RETRY_S = 8.0
 
 
 class Traffic(NamedTuple):
-    """A connection's traffic in messages and bytes per second."""
+    """A connection's traffic.
+
+    Attributes:
+        rate, bandwidth: messages and bytes per second.
+        quiet_s: time (s) since a message was last counted.
+        interval_s: mean interval (s) of messages that were counted in each of the last responses, before
+            they ended, if they did; None if the traffic was never that regular.
+    """
 
     rate: float
     bandwidth: float
+    quiet_s: float = 0.0
+    interval_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +105,11 @@ class GraphObservation:
 
 @dataclass(slots=True)
 class _Node:
-    """The observer's internal state for a node."""
+    """The observer's internal state for a node.
+
+    Attributes:
+        moved: of each connection when messages were last counted (s), and `Traffic.interval_s`.
+    """
 
     uri: str = ""
     error: str = ""
@@ -105,6 +119,7 @@ class _Node:
     counts: deque[tuple[float, Mapping[str, SentCount]]] = field(
         default_factory=lambda: deque(maxlen=RATE_ANSWERS)
     )
+    moved: dict[str, tuple[float, float | None]] = field(default_factory=dict)
 
     def traffic(self, link: str) -> Traffic | None:
         """Return a connection's average traffic since the oldest stored response that contains it."""
@@ -115,7 +130,22 @@ class _Node:
         if end_s <= begin_s or last.messages < first.messages:
             return None
         elapsed_s = end_s - begin_s
-        return Traffic((last.messages - first.messages) / elapsed_s, (last.bytes - first.bytes) / elapsed_s)
+        messages, size = last.messages - first.messages, last.bytes - first.bytes
+        moved_s, interval_s = self.moved.get(link, (end_s, None))
+        return Traffic(messages / elapsed_s, size / elapsed_s, end_s - moved_s, interval_s)
+
+    def note(self, now_s: float, counts: Mapping[str, SentCount]) -> None:
+        """Store a response, and of each connection when messages were last counted, and their interval."""
+        self.counts.append((now_s, counts))
+        before, self.moved = self.moved, {}
+        for link, count in counts.items():
+            known = [(moment_s, each[link].messages) for moment_s, each in self.counts if link in each]
+            moved_s, interval_s = before.get(link, (now_s, None))
+            if len(known) > 1 and count.messages > known[-2][1]:
+                moved_s = now_s
+            if len(known) == RATE_ANSWERS and all(one[1] < other[1] for one, other in pairwise(known)):
+                interval_s = (now_s - known[0][0]) / (count.messages - known[0][1])
+            self.moved[link] = moved_s, interval_s
 
     def is_due(self, now_s: float) -> bool:
         wait = min(NODE_INTERVAL_S * 2**self.failures, SLOWEST_RETRY_S) if self.failures else NODE_INTERVAL_S
@@ -196,10 +226,11 @@ class SystemObserver:
             node.error = printable(str(error))
             node.links = ()
             node.counts.clear()
+            node.moved.clear()
             return
         node.failures, node.error = 0, ""
         node.links = links
-        node.counts.append((now_s, counts))
+        node.note(now_s, counts)
 
     def _call(self, uri: str, *methods: str) -> tuple[Any, Any]:
         with self._clients.client(uri) as api:

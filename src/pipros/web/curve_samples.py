@@ -5,12 +5,14 @@ from __future__ import annotations
 import enum
 import itertools
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from pipros.bag.filter_expression import MessageExpression
 from pipros.graph.message_path import PathStep, extract, parse_path
+from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg.time import Time, TVal
 
 MAX_FIELDS = 100
@@ -20,6 +22,10 @@ MAX_ELEMENTS = 10
 LOWEST_MARKED_LEVEL: Final = 4
 """Lowest level of the log entries that get a marker in plots: warnings."""
 _LONGEST_MARK: Final = 200
+_CONDITION: Final = re.compile(r"""([^{=]+)\{((?:[^{}'"]|'[^']*'|"[^"]*")+)\}((?:[/=].*)?)""", re.DOTALL)
+_ANGLES: Final = ("roll_deg", "pitch_deg", "yaw_deg")
+"""Angles in degrees that a quaternion has besides its fields."""
+_QUATERNION: Final = "geometry_msgs/Quaternion"
 
 
 class Axis(enum.Enum):
@@ -42,12 +48,23 @@ class CurveField:
 
     Attributes:
         expression: computes the number; None for a plain field.
+        condition: messages for which it is not true are left out; None for no condition.
     """
 
     topic: str
     path: Sequence[PathStep]
     text: str
     expression: MessageExpression | None = None
+    condition: MessageExpression | None = None
+
+    @property
+    def has_expression(self) -> bool:
+        """Return whether an expression of a user is evaluated for each message."""
+        return self.expression is not None or self.condition is not None
+
+    def holds(self, message: Any) -> bool:
+        """Return whether the condition is true for a message. Raise `ExpressionError` if it has no value."""
+        return self.condition is None or bool(self.condition.value(self.topic, message, Time()))
 
 
 def find_field(text: str, topics: Mapping[str, str]) -> CurveField | None:
@@ -56,11 +73,16 @@ def find_field(text: str, topics: Mapping[str, str]) -> CurveField | None:
     If several topic names match, the longest one is chosen.
 
     `/cmd_vel=hypot(m.linear.x, m.linear.y)` is an expression over the message `m` of the topic before `=`.
+    `/pose{m.header.frame_id == "map"}/pose/position/x` has a condition over the message.
 
     Raises:
         InvalidIndex: the brackets are malformed.
-        ExpressionError: the expression is malformed.
+        ExpressionError: the expression or the condition is malformed.
     """
+    if conditional := _CONDITION.fullmatch(text):
+        topic, condition, rest = conditional.groups()
+        found = find_field(topic + rest, {topic: topics[topic]}) if topic in topics else None
+        return found and replace(found, text=text, condition=MessageExpression(condition))
     topic, equals, expression = text.partition("=")
     if equals:
         return CurveField(topic, (), text, MessageExpression(expression)) if topic in topics else None
@@ -141,6 +163,10 @@ def number_in(message: Any, field: CurveField) -> float | None:
     if field.expression is not None:
         return _number_of(field.expression, message, field)
     try:
+        if field.path and field.path[-1].text in _ANGLES:
+            quaternion = extract(message, field.path[:-1]).value
+            if getattr(quaternion, "_type", "") == _QUATERNION:
+                return _angle_of(quaternion, _ANGLES.index(field.path[-1].text))
         value = extract(message, field.path).value
     except (IndexError, TypeError):  # an index that is out of range, or on a field that is not an array
         raise ValueError(f"the message has no element {field.text}") from None
@@ -162,6 +188,14 @@ def number_in(message: Any, field: CurveField) -> float | None:
     return number if number - number == 0.0 else None
 
 
+def _angle_of(quaternion: Any, index: int) -> float | None:
+    values = (quaternion.x, quaternion.y, quaternion.z, quaternion.w)
+    size = sum(value * value for value in values)
+    if not 0.0 < size < math.inf:
+        return None
+    return math.degrees(roll_pitch_yaw((0.0, 0.0, 0.0, *values))[index])
+
+
 def numeric_fields(value: Any, path: str = "") -> Iterator[str]:
     """Yield the paths of the numbers in a message or array: `orientation/x`, `ranges[0]`."""
     if isinstance(value, (int, float, TVal)):
@@ -169,6 +203,8 @@ def numeric_fields(value: Any, path: str = "") -> Iterator[str]:
     elif hasattr(value, "_slot_types"):
         for name in value.__slots__:
             yield from numeric_fields(getattr(value, name), f"{path}/{name}" if path else name)
+        if getattr(value, "_type", "") == _QUATERNION:
+            yield from (f"{path}/{name}" if path else name for name in _ANGLES)
     elif isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
         for index in range(min(len(value), MAX_ELEMENTS)):
             item = value[index]

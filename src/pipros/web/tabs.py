@@ -29,6 +29,7 @@ from pipros.web.views.graph import GraphViews
 from pipros.web.views.images import ImageViews
 from pipros.web.views.launches import LaunchViews
 from pipros.web.views.layouts import LayoutActions
+from pipros.web.views.notices import NoticeViews
 from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
@@ -153,8 +154,8 @@ TABS = (
     ),
     Tab(
         lambda context: ImageViews(context.system),
-        {"image": ImageViews.image},
-        of_messages=frozenset({"image"}),
+        {"image": ImageViews.image, "image_pair": ImageViews.image_pair},
+        of_messages=frozenset({"image", "image_pair"}),
     ),
     Tab(
         lambda context: LaunchViews(context.system),
@@ -171,6 +172,7 @@ TABS = (
             "save_layout": LayoutActions.save_layout,
         },
     ),
+    Tab(lambda context: NoticeViews(context.system), {"notices": NoticeViews.notices}),
     Tab(
         lambda context: ParamViews(context.system),
         {"params": ParamViews.params},

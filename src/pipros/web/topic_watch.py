@@ -18,6 +18,7 @@ from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
 from pipros.web.limits import PageLimits
+from pipros.web.stale import is_stale
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -27,6 +28,8 @@ WINDOW = 200
 QUIET_S = 3.0
 """A topic has no rate if no message has arrived for this time (s) and for three times the mean interval."""
 
+REGULAR = 5
+"""Number of messages from which a topic can be stale."""
 SHORTEST_S = 0.1
 """If fewer than `WINDOW` messages have arrived, they must span at least this time to yield a rate."""
 
@@ -101,7 +104,7 @@ class TopicWatch:
         """Return the messages and bytes per second, the mean size in bytes, and the total number of messages.
 
         The rates are None if the topic is quiet, or too few messages have arrived. The size is None before
-        the second message.
+        the second message. `stale` is the age (s) of the last message if regular messages have ended.
         """
         now_s = self._clock()
         with self._lock:
@@ -109,7 +112,10 @@ class TopicWatch:
             is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
             # Delayed messages arrive in bursts, so their intervals do not show the rate.
             is_quiet |= rate is not None and rate.count < WINDOW - 1 and rate.mean * rate.count < SHORTEST_S
+            age_s = now_s - self._last_s
+            is_regular = rate is not None and rate.count >= REGULAR
             return {
+                "stale": age_s if is_regular and is_stale(age_s, rate.mean if rate else None) else None,
                 "rate": 1.0 / rate.mean if rate and rate.mean > 0 and not is_quiet else None,
                 "bandwidth": bandwidth[0] if bandwidth and not is_quiet else None,
                 "size": bandwidth[1].mean if bandwidth else None,

@@ -7,8 +7,10 @@ import contextlib
 import logging
 import threading
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Hashable
+from contextlib import AbstractContextManager
 from dataclasses import replace
+from typing import Any, TypeVar
 
 from pipros.graph.client import GraphClient
 from pipros.graph.node_clients import NodeClients
@@ -18,9 +20,12 @@ from pipros.node import Node
 from pipros.server.act_gate import ActGate
 from pipros.server.daemon_pool import DaemonPool
 from pipros.web.service_calls import ServiceCalls
+from pipros.web.shared import Shared
+from pipros.web.stale import TopicActivity
 from pipros.web.topic_watch import TopicWatches
 
 logger = logging.getLogger("pipros.web")
+T = TypeVar("T")
 
 POLL_INTERVAL_S = 1.0
 """Interval of observations while at least one browser displays them."""
@@ -46,6 +51,7 @@ class WatchedSystem:
         node_clients: connections to the nodes' APIs.
         observation: the latest observation.
         changes: nodes and topics that were recently added or removed.
+        activity: which topics are stale.
     """
 
     def __init__(
@@ -71,6 +77,8 @@ class WatchedSystem:
         self.observation = GraphObservation()
         self.changes = RecentChanges()
         self.node_clients = NodeClients(ANSWER_DEADLINE_S)
+        self.activity = TopicActivity()
+        self._shared: dict[Any, Shared[Any]] = {}
         self._observer = SystemObserver(graph.master, clients=self.node_clients)
         self._waiting: set[asyncio.Future[GraphObservation]] = set()
         self._wanted = threading.Event()
@@ -99,6 +107,11 @@ class WatchedSystem:
     def now_s(self) -> float:
         """Return the current time (s), for comparison with the arrival times of messages."""
         return time.time()
+
+    def shared(self, make: Callable[..., AbstractContextManager[T]], *arguments: Hashable) -> Shared[T]:
+        """Return the value that `make(system, *arguments)` creates, the same one for all views."""
+        key = make, arguments
+        return self._shared.setdefault(key, Shared(lambda: make(self, *arguments)))
 
     async def observations(self) -> AsyncIterator[GraphObservation]:
         """Yield the newest observation, at most once per `interval_s`."""
@@ -132,7 +145,9 @@ class WatchedSystem:
 
     def _publish(self, observation: GraphObservation) -> None:
         self.observation = observation
-        self.changes.add(observation, time.time())
+        now_s = time.time()
+        self.changes.add(observation, now_s)
+        self.activity.add(observation, now_s)
         waiting, self._waiting = self._waiting, set()
         for future in waiting:
             if not future.done():

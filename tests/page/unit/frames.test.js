@@ -95,5 +95,5 @@ test("poses are converted", () => {
   const [position, orientation] = [{ x: 1, y: 2, z: 3 }, { x: 0, y: 0, z: 0, w: 2 }];
   assert.deepEqual(normalized(poseOf({ position, orientation })), HERE);
   assert.deepEqual(normalized(poseOf({ translation: position, rotation: { x: 0, y: 0, z: 0, w: 0 } })), HERE);
-  assert.deepEqual(poseTexts(HERE), [["Position", "1; 2; 3"], ["Orientation", "0; 0; 0; 1"]]);
+  assert.deepEqual(poseTexts(HERE), [["Position", "1; 2; 3"], ["Orientation", "0; 0; 0; 1"], ["Roll, pitch, yaw", "0°; 0°; 0°"]]);
 });

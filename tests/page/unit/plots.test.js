@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { curveText, curveTexts, parsedCurve, parsedPlot, plotText } from "../page/plot/curve_text.js";
+import { conditionOf, curveText, curveTexts, parsedCurve, parsedPlot, plotText, withCondition } from "../page/plot/curve_text.js";
+import { csvOf, nearestTime, number, rangeAfter, samplesIn, statistics } from "../page/plot/selection.js";
 import { VECTORS, close } from "./vectors.js";
 
 globalThis.matchMedia = () => /** @type {any} */ ({ matches: false });
@@ -43,7 +44,50 @@ test("texts of curves are read and written", () => {
   const curve = parsedCurve("/odom/x;d;r");
   assert.deepEqual(curve, { field: "/odom/x", isRate: true, isRight: true });
   assert.equal(curveText(curve), "/odom/x;d;r");
-  const text = plotText(["/a", "/b;d"], "xy", true);
-  assert.deepEqual(parsedPlot(text), { curves: ["/a", "/b;d"], axis: "xy", hasMarks: true });
-  assert.deepEqual(parsedPlot("/a"), { curves: ["/a"], axis: "received", hasMarks: false });
+  const usual = { axis: "received", hasMarks: false, hasStatistics: false, lines: [], at: null };
+  const text = plotText(["/a", "/b;d"], "xy", true, { hasStatistics: true, lines: [2.5, -1e-9] });
+  assert.deepEqual(parsedPlot(text), { ...usual, curves: ["/a", "/b;d"], axis: "xy", hasMarks: true, hasStatistics: true,
+    lines: [2.5, -1e-9] });
+  assert.deepEqual(parsedPlot("/a"), { ...usual, curves: ["/a"] });
+  assert.deepEqual(parsedPlot("at:12.5"), { ...usual, curves: [], at: 12.5 });
+  assert.deepEqual(parsedPlot("line:high,/a"), { ...usual, curves: ["/a"] });
+});
+
+test("conditions are read, replaced and removed", () => {
+  const field = '/tf{m.id == "}," and f({1}) > 2}/x';
+  assert.deepEqual(curveTexts(`${field}, /b`), [field, "/b"]);
+  assert.equal(conditionOf(field), 'm.id == "}," and f({1}) > 2');
+  assert.deepEqual(["/a/x", "/a=m.x", "/a{m.y"].map(conditionOf), ["", "", "m.y"]);
+  assert.equal(withCondition("/a/pose/x", "/a", "m.y > 1"), "/a{m.y > 1}/pose/x");
+  assert.equal(withCondition("/a{m.y > 1}/pose/x", "/a", "m.z"), "/a{m.z}/pose/x");
+  assert.equal(withCondition("/a{m.y > 1}=m.x", "/a", ""), "/a=m.x");
+  assert.deepEqual(["/a{m.b}/c", "/a=m.b", "/a/b"].map((each) => new Curve(each, 0).topic), ["/a", "/a", "/a"]);
+});
+
+const samples = (text, values) => ({ text, times: values.map((_, index) => index), values });
+
+test("the nearest sample is that of any curve, if it is near enough", () => {
+  const curves = [samples("/a", [1, 2, 3]), { times: [1.4, 9], values: [0, 0] }];
+  assert.deepEqual([[1.3, 1], [1.1, 1], [-4, 1], [9.5, 1], [5, 2.9]].map(([time, most]) => nearestTime(curves, time, most)),
+    [1.4, 1, null, 9, null]);
+});
+
+test("statistics are those of the samples in the range", () => {
+  const curve = samples("/a", [5, 2, null, 6, 4]);
+  assert.deepEqual(statistics(curve, [1, 4]),
+    { count: 3, least: 2, most: 6, mean: 4, deviation: Math.sqrt(8 / 3), change: 2, rate: 2 / 3 });
+  assert.deepEqual(samplesIn(curve, null).length, 4);
+  assert.equal(statistics(curve, [2, 2.5]), null);
+  assert.equal(statistics(curve, [0, 0.5]).rate, null);
+});
+
+test("keys move and zoom the range, and follow again", () => {
+  const range = { min: 0, max: 10 };
+  assert.deepEqual(["ArrowRight", "-", "0", "x"].map((key) => rangeAfter(key, range)), [[2, 12], [-2.5, 12.5], null, undefined]);
+  assert.deepEqual([number(undefined), number(1 / 3)], ["–", "0.3333333"]);
+});
+
+test("a table has the samples of the range, with quoted names", () => {
+  assert.equal(csvOf([samples('/a="x",1', [1, null, 3])], [1, 2]), 'time,field,value\n1,"/a=""x"",1",\n2,"/a=""x"",1",3\n');
+  assert.equal(csvOf([samples("/a", [1])], null), "time,field,value\n0,/a,1\n");
 });

@@ -1,4 +1,4 @@
-"""Observation of a running system: connections, rates, and unresponsive nodes."""
+"""GraphObservation of a running system: connections, rates, and unresponsive nodes."""
 
 from __future__ import annotations
 
@@ -95,6 +95,20 @@ def test_rates_are_differences_over_several_responses(nodes: Nodes, observer: Sy
         nodes.messages += 40
         found = observer.poll()
     assert found.connections[LEVEL] == Traffic(20.0, 200.0)
+
+
+def test_regular_traffic_has_an_interval_and_then_the_time_since_it_ended(
+    nodes: Nodes, observer: SystemObserver
+) -> None:
+    for _ in range(6):
+        nodes.now_s += 2
+        nodes.messages += 40
+        found = observer.poll()
+    assert found.connections[LEVEL] == Traffic(20.0, 200.0, 0.0, 0.05)
+    for _ in range(7):
+        nodes.now_s += 2
+        found = observer.poll()
+    assert found.connections[LEVEL] == Traffic(0.0, 0.0, 14.0, 0.05)
 
 
 def test_a_restarted_node_has_no_rate(nodes: Nodes, observer: SystemObserver) -> None:

@@ -165,7 +165,9 @@ def test_a_pair_of_frames_has_its_pose_or_the_chains_that_do_not_meet() -> None:
     tree.add(TFMessage([link]), 10.0, "/arm", is_static=False)
     found = pose_values(tree, "base", "hand", 12.0)
     assert (found["translation"], found["angles"], found["stamp"]) == ([0.5, 0, 0], [0, 0, 0], 10.0)
-    assert found["source"] == [{"frame": "hand", "parent": "base", "from": "/arm", "age": 2.0}]
+    assert found["source"] == [
+        {"frame": "hand", "parent": "base", "from": "/arm", "age": 2.0, "stale": False}
+    ]
     assert "error" in pose_values(tree, "moon", "hand", 12.0)
     tree.set_clock(11.0)
     tree.set_clock(1.0)

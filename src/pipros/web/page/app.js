@@ -5,6 +5,7 @@ import { h, replace } from "./dom.js";
 import { playback } from "./bags/playback.js";
 import { allViewsMenu, publishersMenu } from "./head_menus.js";
 import { goHome, rememberPlace, robotLink } from "./home.js";
+import { bell } from "./notices.js";
 import { currentPlace, placeOf } from "./place.js";
 import { OTHER_SECTIONS, tabOf } from "./sections.js";
 import { shortcuts } from "./shortcuts.js";
@@ -168,6 +169,7 @@ tabs.before(robotLink());
 updateMenu = allViewsMenu(tabs, [...TABS, ...OTHER_SECTIONS]);
 document.querySelector("header").prepend(shortcuts());
 publishersMenu();
+bell();
 tabs.addEventListener("keydown", (event) => {
   const visible = links.filter((link) => !link.hidden);
   const at = visible.findIndex((link) => link === document.activeElement);

@@ -1,6 +1,7 @@
 // The newest transform between two frames, and the links that connect them.
 
 import { h, morph, replace, uniqueId } from "./dom.js";
+import { staleMark } from "./stale.js";
 
 const BETWEEN = ">"; // in addresses: target>source
 
@@ -51,6 +52,5 @@ function contents(data) {
 const field = (title, values) => [h("dt", {}, title), h("dd", { class: "mono" }, values.join("  "))];
 
 // The links of a frame up to its root, with the senders, so that a broken chain names the node that ended.
-const chain = (links) => links.map((link, index) =>
-  `${index ? "" : `${link.frame}`} ← ${link.parent} (${link.from || "unknown"}, ` +
-    `${link.age === null ? "static" : `${link.age} s ago`})`).join("");
+const chain = (links) => links.map((link, index) => [`${index ? "" : `${link.frame}`} ← ${link.parent} (${link.from || "unknown"}, ` +
+  `${link.age === null ? "static" : `${link.age} s ago`}`, link.stale ? [", ", staleMark(link.age)] : null, ")"]);

@@ -24,12 +24,12 @@ export function paletteOf(name) {
 export const numberText = (value, isMetres) => (Number.isFinite(value) ? `${Number(value.toPrecision(6))}${isMetres ? " m" : ""}`
   : String(value));
 
-// Returns why the messages of a topic are not decoded, and what to do: one line; empty if they are.
+// Returns why the messages of a topic are not decoded, and what to do: one line; empty if they are. The type may be the format of a
+// CompressedImage.
 export function unsupportedTransport({ name, type }) {
-  const transport = type === "theora_image_transport/Packet" ? "theora"
-    : /h264|h265|CompressedVideo/i.test(type) ? "h264" : "";
+  const transport = /theora/i.test(type) ? "theora" : /[hx]26[45]|hevc|CompressedVideo/i.test(type) ? "h264" : "";
   if (!transport) return "";
-  const base = name.replace(/\/(theora|h264|x264)$/, "");
+  const base = name.replace(/\/(theora|[hx]26[45]|hevc|compressed)$/, "");
   return `The transport ${transport} is not decoded here. To see it, run: rosrun image_transport republish ${transport} in:=${base} raw ` +
     `out:=${base}/republished`;
 }

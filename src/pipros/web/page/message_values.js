@@ -1,5 +1,6 @@
 // Values of messages as text and as trees: the one place that formats them.
 
+import { anglesOf, anglesText } from "./angles.js";
 import { bytes, h } from "./dom.js";
 import { placeOf } from "./place.js";
 
@@ -24,7 +25,33 @@ export function tree(value, path = "") {
   if (Array.isArray(value)) return list(value, path);
   if (MORE in value) return shortened(value, path);
   if (isTime(value)) return time(value);
-  return h("ul", { class: "tree" }, Object.entries(value).map(([key, item]) => entry(key, item, path && `${path}/${key}`)));
+  const fields = Object.entries(value).map(([key, item]) => entry(key, item, path && `${path}/${key}`));
+  return isQuaternion(value) ? quaternion(value, fields, path) : h("ul", { class: "tree" }, fields);
+}
+
+const QUATERNION = ["x", "y", "z", "w"];
+const ANGLES = ["roll", "pitch", "yaw"];
+const isQuaternion = (value) => Object.keys(value).join() === QUATERNION.join() && QUATERNION.every((key) => Number.isFinite(value[key]));
+
+// The angles stand beside a quaternion, but are not copied with it.
+function quaternion(value, fields, path) {
+  const angles = anglesOf(value);
+  const shown = angles?.map((angle, index) => [index ? ", " : "", path
+    ? h("a", { class: "number", href: placeOf("plot", `${path}/${ANGLES[index]}_deg`), title: `Plot the ${ANGLES[index]}` },
+      anglesText([angle])) : anglesText([angle])]);
+  return h("ul", { class: "tree", "data-text": QUATERNION.map((key) => `${key}: ${value[key]}`).join("\n") }, fields,
+    angles ? h("li", { "data-key": "angles" }, h("span", { class: "key" }, `${ANGLES.join(", ")}: `), h("span", {}, shown)) : null);
+}
+
+const COVARIANCE = /covariance$/;
+
+// Returns a short text for a covariance matrix, the deviations of its diagonal; empty if the value is none.
+export function covarianceText(key, value) {
+  const size = Array.isArray(value) ? Math.sqrt(value.length) : 0;
+  if (!COVARIANCE.test(key) || size < 2 || !Number.isInteger(size) || !value.every((each) => typeof each === "number")) return "";
+  const deviations = Array.from({ length: size }, (_, index) => Math.sqrt(value[index * (size + 1)]));
+  if (value.every((each) => each === 0)) return `${size} × ${size}, zero`;
+  return `${size} × ${size}, σ ${deviations.map((each) => (Number.isFinite(each) ? String(Number(each.toPrecision(3))) : "–")).join(" ")}`;
 }
 
 function time({ secs, nsecs }) {
@@ -58,6 +85,9 @@ function shortened(value, path) {
 function entry(key, value, path) {
   const name = h("button", { class: "plain key", title: "Copy the value" }, `${key}:`);
   const shown = tree(value, path);
+  const folded = covarianceText(key, value);
+  if (folded) return h("li", { "data-key": key }, name, h("details", { class: "below-name" },
+    h("summary", { class: "key", "aria-label": `Values of ${key}` }, folded), shown));
   if (!shown.matches("ul")) return h("li", { "data-key": key }, name, " ", shown);
   const size = Array.isArray(value) ? `${value.length} elements` : "";
   const isOpen = shown.childElementCount <= LONG_LIST || !Array.isArray(value);

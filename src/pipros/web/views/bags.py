@@ -174,10 +174,10 @@ class BagViews:
             raise RequestRefused(f"the bag does not contain the topic of {text}")
         chosen = field
 
-        def take(message: Any, time_s: float) -> list[float | None]:
-            return sample_of(message, chosen, axis, time_s, time_s)
+        def take(message: Any, time_s: float) -> list[float | None] | None:
+            return sample_of(message, chosen, axis, time_s, time_s) if chosen.holds(message) else None
 
-        limit_s = math.inf if field.expression is None else self._computed_s
+        limit_s = self._computed_s if field.has_expression else math.inf
         async for piece in self._samples(arguments, {field.topic}, take, limit_s):
             yield piece
 

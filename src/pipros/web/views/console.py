@@ -24,7 +24,6 @@ from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.service_calls import TOOL_CALL_S
-from pipros.web.shared import Shared
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -42,7 +41,7 @@ class ConsoleViews:
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
-        self._shared = Shared(self._open)
+        self._shared = system.shared(open_log)
 
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the entries of the run's log file as `history`, then new entries as `entries`."""
@@ -85,14 +84,6 @@ class ConsoleViews:
             return []
         return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 
-    @contextlib.contextmanager
-    def _open(self) -> Iterator[tuple[Log, KnownTopic]]:
-        with self._system.topics.watch(LOG_TOPIC, queue_size=QUEUE) as watch:
-            log = Log(process_limits().of(PageLimits).page_view_bytes)
-            topic = KnownTopic(watch, "rosgraph_msgs/Log", log.add)
-            with topic.listening():
-                yield log, topic
-
     async def loggers(self, arguments: Mapping[str, Any]) -> Any:
         """Return a node's loggers with their levels."""
         node = topic_name(arguments)
@@ -113,6 +104,16 @@ class ConsoleViews:
             return caller.call(caller.request(values), TOOL_CALL_S)
 
         return await self._system.calls.run(call)
+
+
+@contextlib.contextmanager
+def open_log(system: WatchedSystem) -> Iterator[tuple[Log, KnownTopic]]:
+    """Provide the log of a system, and the topic from which it comes."""
+    with system.topics.watch(LOG_TOPIC, queue_size=QUEUE) as watch:
+        log = Log(process_limits().of(PageLimits).page_view_bytes)
+        topic = KnownTopic(watch, "rosgraph_msgs/Log", log.add)
+        with topic.listening():
+            yield log, topic
 
 
 def _identity(entry: Entry) -> tuple[Any, ...]:

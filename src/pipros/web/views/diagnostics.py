@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.limits import limit_text, process_limits
+from pipros.graph.observer import GraphObservation
 from pipros.node.any_msg import AnyMsg
 from pipros.web.limits import PageLimits
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
-from pipros.web.shared import Shared
+from pipros.web.stale import REPORT_S
 from pipros.web.watched_system import WatchedSystem
 
 TOPICS = ("/diagnostics_agg", "/diagnostics")
 SEND_INTERVAL_S = 0.5
-STALE_S = 5.0
-"""A component that has not reported for this long is shown as stale."""
+STALE_LEVEL = 3
 MAX_COMPONENTS = 3000
 MAX_VALUES = 200
 HISTORY = 60
@@ -91,6 +91,15 @@ class Statuses:
             self._count, level, message, hardware, values, size, wall_s, history
         )
 
+    def levels(self, now_s: float) -> Mapping[str, tuple[int, float, str]]:
+        """Return the level (`STALE_LEVEL` without recent reports), age (s) and message of each component."""
+        with self._lock:
+            found = {name: (now_s - each.last_s, each) for name, each in self._statuses.items()}
+        return {
+            name: (STALE_LEVEL if age_s > REPORT_S else each.level, age_s, each.message)
+            for name, (age_s, each) in found.items()
+        }
+
     def news(self, sent: dict[str, int], max_bytes: int) -> list[Mapping[str, Any]]:
         """Return the statuses that have changed since a view sent them, up to about `max_bytes`.
 
@@ -130,13 +139,13 @@ class DiagnosticViews:
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
-        self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
+        self._shared = {name: system.shared(open_statuses, name) for name in TOPICS}
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield all components, then those that change. If an aggregator exists, yield only its statuses."""
         observations = self._system.observations()
         observation = await anext(observations)
-        names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)
+        names = topics_of(observation)
         with ExitStack() as stack:
             opened = [stack.enter_context(self._shared[name].use()) for name in names]
             sent: list[dict[str, int]] = [{} for _ in opened]
@@ -152,15 +161,22 @@ class DiagnosticViews:
                     "fresh": is_fresh,
                     "topics": names,
                     "now": self._system.now_s(),
-                    "stale": STALE_S,
+                    "stale": REPORT_S,
                     "error": "\n".join(filter(None, (topic.problem for _statuses, topic in opened))),
                 }
                 await asyncio.sleep(SEND_INTERVAL_S)
 
-    @contextlib.contextmanager
-    def _open(self, name: str) -> Iterator[tuple[Statuses, KnownTopic]]:
-        with self._system.topics.watch(name) as watch:
-            statuses = Statuses(process_limits().of(PageLimits).page_view_bytes)
-            topic = KnownTopic(watch, "diagnostic_msgs/DiagnosticArray", statuses.add)
-            with topic.listening():
-                yield statuses, topic
+
+def topics_of(observation: GraphObservation) -> Sequence[str]:
+    """Return the topics whose statuses are shown: the aggregator's, if there is one, otherwise both."""
+    return [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)
+
+
+@contextlib.contextmanager
+def open_statuses(system: WatchedSystem, name: str) -> Iterator[tuple[Statuses, KnownTopic]]:
+    """Provide the statuses on a topic, and the topic."""
+    with system.topics.watch(name) as watch:
+        statuses = Statuses(process_limits().of(PageLimits).page_view_bytes)
+        topic = KnownTopic(watch, "diagnostic_msgs/DiagnosticArray", statuses.add)
+        with topic.listening():
+            yield statuses, topic

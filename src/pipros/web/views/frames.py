@@ -24,7 +24,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.server.view_server import RequestRefused
 from pipros.web.limits import PageLimits
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic, Take
-from pipros.web.shared import Shared
+from pipros.web.stale import is_stale
 from pipros.web.views.graph import scene_values
 from pipros.web.watched_system import WatchedSystem
 
@@ -36,8 +36,6 @@ MAX_LINKS = 50
 LONGEST_ERROR = 500
 MAX_ARRIVALS = 50
 """Number of arrivals from which a frame's rate is computed."""
-STALE_S, STALE_INTERVALS = 3.0, 10
-"""A frame is stale after this many of its intervals without a transform, but at least this time."""
 
 
 @dataclass(slots=True)
@@ -70,10 +68,7 @@ class Frame:
 
     def is_stale(self, now_s: float) -> bool:
         """Return whether regular transforms have ended."""
-        interval_s = self.interval_s
-        if self.is_static or interval_s is None:
-            return False
-        return now_s - self.last_s > max(STALE_S, STALE_INTERVALS * interval_s)
+        return not self.is_static and is_stale(now_s - self.last_s, self.interval_s)
 
 
 class FrameTree:
@@ -131,12 +126,8 @@ class FrameTree:
 
         A stale frame has neither rate nor delay. In simulated time, which can pause, no frame is stale.
         """
+        stale = self.stale(now_s)
         with self._lock:
-            stale = (
-                {name for name, frame in self._frames.items() if frame.is_stale(now_s)}
-                if self._clock_s is None
-                else set()
-            )
             return [
                 {
                     "frame": child,
@@ -151,15 +142,32 @@ class FrameTree:
                 for child, frame in sorted(self._frames.items())
             ]
 
+    def stale(self, now_s: float) -> Mapping[str, float]:
+        """Return the stale frames with the ages (s) of their last transforms; see `rows`."""
+        with self._lock:
+            if self._clock_s is not None:
+                return {}
+            found = self._frames.items()
+            return {name: now_s - frame.last_s for name, frame in found if frame.is_stale(now_s)}
+
     def ancestors(self, frame: str, now_s: float) -> list[Mapping[str, Any]]:
         """Return the links from a frame up to the root. Ages are in seconds; None for static transforms."""
         links: list[Mapping[str, Any]] = []
+        stale = self.stale(now_s)
         with self._lock:
             seen: set[str] = set()
             while (link := self._frames.get(frame)) is not None and frame not in seen:
                 seen.add(frame)
                 age_s = None if link.is_static else round(now_s - link.last_s, 1)
-                links.append({"frame": frame, "parent": link.parent, "from": link.authority, "age": age_s})
+                links.append(
+                    {
+                        "frame": frame,
+                        "parent": link.parent,
+                        "from": link.authority,
+                        "age": age_s,
+                        "stale": frame in stale,
+                    }
+                )
                 frame = link.parent
         return links
 
@@ -179,7 +187,7 @@ class FrameViews:
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
-        self._shared = Shared(self._open)
+        self._shared = system.shared(open_frames)
 
     async def frames(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the frames every second, and a drawing whenever the tree changes."""
@@ -209,20 +217,22 @@ class FrameViews:
                 yield pose_values(tree, target, source, self._system.now_s())
                 await asyncio.sleep(POSE_INTERVAL_S)
 
-    @contextlib.contextmanager
-    def _open(self) -> Iterator[tuple[FrameTree, Sequence[KnownTopic]]]:
-        tree = FrameTree()
-        topics = []
-        with ExitStack() as stack:
-            for name, kind, take in (
-                ("/clock", "rosgraph_msgs/Clock", _clock_taker(tree)),
-                ("/tf", "tf2_msgs/TFMessage", _taker(tree, is_static=False)),
-                ("/tf_static", "tf2_msgs/TFMessage", _taker(tree, is_static=True)),
-            ):
-                topic = KnownTopic(stack.enter_context(self._system.topics.watch(name)), kind, take)
-                stack.enter_context(topic.listening())
-                topics.append(topic)
-            yield tree, topics
+
+@contextlib.contextmanager
+def open_frames(system: WatchedSystem) -> Iterator[tuple[FrameTree, Sequence[KnownTopic]]]:
+    """Provide the frames of a system, and the topics from which they come."""
+    tree = FrameTree()
+    topics = []
+    with ExitStack() as stack:
+        for name, kind, take in (
+            ("/clock", "rosgraph_msgs/Clock", _clock_taker(tree)),
+            ("/tf", "tf2_msgs/TFMessage", _taker(tree, is_static=False)),
+            ("/tf_static", "tf2_msgs/TFMessage", _taker(tree, is_static=True)),
+        ):
+            topic = KnownTopic(stack.enter_context(system.topics.watch(name)), kind, take)
+            stack.enter_context(topic.listening())
+            topics.append(topic)
+        yield tree, topics
 
 
 def pose_values(tree: FrameTree, target: str, source: str, now_s: float) -> Mapping[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import AsyncIterator, Iterable, Mapping
 from dataclasses import fields
@@ -17,11 +18,12 @@ from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.message_tree import message_tree
 from pipros.graph.nodes import kill
-from pipros.graph.observer import GraphObservation
-from pipros.graph.system_state import of_node
+from pipros.graph.observer import GraphObservation, Traffic
+from pipros.graph.system_state import TopicConnection, of_node
 from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.graph_drawings import GraphDrawings
+from pipros.web.stale import is_stale
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -249,7 +251,10 @@ def key_values(key: Key) -> Mapping[str, str]:
 
 
 def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[float] | None]:
-    """Return the messages and bytes per second on each edge, or None for edges with unknown traffic."""
+    """Return the messages and bytes per second on each edge, and the age (s) of the last one if it is stale.
+
+    The age is 0 for other edges. Edges with unknown traffic have None.
+    """
     sums: dict[tuple[Key, Key, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is None:
@@ -260,12 +265,12 @@ def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[flo
             Key("node", connection.subscriber),
         )
         for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
-            total = sums.setdefault((start, end, connection.topic), [0.0, 0.0])
+            total = sums.setdefault((start, end, connection.topic), [0.0, 0.0, math.inf])
             # A message from a publisher to its topic counts once, but its bytes count once per subscriber.
-            if start == publisher and end == topic:
-                total[:] = max(total[0], traffic.rate), total[1] + traffic.bandwidth
-            else:
-                total[:] = total[0] + traffic.rate, total[1] + traffic.bandwidth
+            is_once = start == publisher and end == topic
+            rate = max(total[0], traffic.rate) if is_once else total[0] + traffic.rate
+            age_s = traffic.quiet_s if is_stale(traffic.quiet_s, traffic.interval_s) else 0.0
+            total[:] = rate, total[1] + traffic.bandwidth, min(total[2], age_s)
     return [
         [round(value, 2) for value in found]
         if (found := sums.get((arrow.start, arrow.end, arrow.topic)))
@@ -276,6 +281,15 @@ def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[flo
 
 def _with_types(observation: GraphObservation, topics: Iterable[str]) -> list[list[str]]:
     return bounded_list(([topic, observation.types.get(topic, "*")] for topic in topics), share=4)
+
+
+def _connection_values(
+    observation: GraphObservation, connection: TopicConnection, traffic: Traffic | None
+) -> list[Any]:
+    """Return the ends and the topic, rate, bandwidth, transport, and whether the connection is stale."""
+    rate, bandwidth, quiet_s, interval_s = traffic or (None, None, 0.0, None)
+    transport = observation.transports.get(connection, "")
+    return [*connection, rate, bandwidth, transport, is_stale(quiet_s, interval_s)]
 
 
 def node_values(observation: GraphObservation, name: str) -> Mapping[str, Any]:
@@ -292,7 +306,7 @@ def node_values(observation: GraphObservation, name: str) -> Mapping[str, Any]:
         "services": bounded_list(of_node(name, state.services), share=4),
         "connections": bounded_list(
             (
-                [*connection, *(traffic or (None, None)), observation.transports.get(connection, "")]
+                _connection_values(observation, connection, traffic)
                 for connection, traffic in sorted(observation.connections.items(), key=lambda item: item[0])
                 if name in (connection.publisher, connection.subscriber)
             ),

@@ -152,6 +152,8 @@ class _Curve:
             return
         try:
             decoded = self._watch.decode(message)
+            if not self._field.holds(decoded):
+                return
             sample = sample_of(decoded, self._field, self._axis, wall_s, self._ros_time.at(wall_s))
         except (PiprosError, ValueError) as error:
             self.error = str(error)
@@ -160,7 +162,7 @@ class _Curve:
         finally:
             sample_s = time.thread_time() - begin_s
             self._spent_s += sample_s
-            if sample_s > COMPUTED_S and self._field.expression is not None:
+            if sample_s > COMPUTED_S and self._field.has_expression:
                 self._is_over = True
                 self.error = (
                     f"{self._field.text}: a sample takes {sample_s:.1f} s, and the limit is {COMPUTED_S} s"

@@ -49,7 +49,8 @@ class TopicViews:
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield all topics with types, nodes and, if the publishers report them, rates (Hz)."""
         async for observation in self._system.observations():
-            yield {"topics": bounded_list(topic_rows(observation)), "error": observation.error}
+            rows = topic_rows(observation, self._system.activity.stale(), self._system.node.name)
+            yield {"topics": bounded_list(rows), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the newest message, rate and bandwidth of one topic."""
@@ -176,7 +177,13 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
     return names.canonicalize(name)
 
 
-def topic_rows(observation: GraphObservation) -> Iterator[Mapping[str, Any]]:
+def topic_rows(
+    observation: GraphObservation, stale: Mapping[str, float] | None = None, own: str = ""
+) -> Iterator[Mapping[str, Any]]:
+    """Yield the topics of an observation, without those to which only the node `own` subscribes.
+
+    `stale` has the ages (s) of the stale topics.
+    """
     rates: dict[str, dict[str, list[float]]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is not None:
@@ -187,6 +194,8 @@ def topic_rows(observation: GraphObservation) -> Iterator[Mapping[str, Any]]:
         for each, types in observation.wrong_types.items()
     }
     for topic in state.topics():
+        if not state.publishers.get(topic) and list(state.subscribers.get(topic, ())) == [own]:
+            continue
         by_publisher = rates.get(topic)
         yield {
             "name": topic,
@@ -195,6 +204,7 @@ def topic_rows(observation: GraphObservation) -> Iterator[Mapping[str, Any]]:
             "subscribers": list(state.subscribers.get(topic, ())),
             "rate": round(sum(map(max, by_publisher.values())), 2) if by_publisher else None,
             "wrong": wrong.get(topic, ""),
+            "stale": (stale or {}).get(topic),
         }
 
 

@@ -62,6 +62,16 @@ class Playback extends EventTarget {
     }
   }
 
+  // Whether the tabs can show a moment.
+  canShow(time) {
+    return this.bag !== null && time >= this.bag.begin && time <= this.bag.end;
+  }
+
+  // Shows a moment in all tabs.
+  jump(time) {
+    return this.control({ jump: time });
+  }
+
   tell() {
     showInHead(this);
     this.dispatchEvent(new Event("change"));

@@ -83,10 +83,11 @@ export function graphCanvas(label, onSelect) {
 
   const vertexOf = (key) => vertices.get(key)?.vertex;
 
-  // Calls `textOf` with each arrow and its index, and shows the text that it returns.
-  function labelArrows(textOf) {
-    links.forEach(({ arrow, text }, index) => {
+  // Calls `textOf` and `isStale` with each arrow and its index, shows the text, and marks stale arrows.
+  function labelArrows(textOf, isStale) {
+    links.forEach(({ arrow, text, parts }, index) => {
       const shown = textOf(arrow, index);
+      for (const part of parts) part.classList.toggle("stale", isStale(arrow, index));
       if (text.textContent === shown) return;
       text.textContent = shown;
       setPlate(text, shown);

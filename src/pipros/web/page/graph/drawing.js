@@ -41,9 +41,9 @@ export function graphDrawing(canvas, context, onDrawn, onError) {
   function label() {
     canvas.label((arrow, index) => {
       const values = arrow.start.kind === "topic" || arrow.wrong ? null : traffic[index];
-      const measured = values ? `${hertz(values[0])} · ${bandwidth(values[1])}` : "";
+      const measured = !values ? "" : values[2] ? "stale" : `${hertz(values[0])} · ${bandwidth(values[1])}`;
       return [arrow.text, measured].filter(Boolean).join("  ");
-    });
+    }, (_arrow, index) => Boolean(traffic[index]?.[2]));
   }
 
   return { counts, empty, watch };

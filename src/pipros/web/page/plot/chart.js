@@ -2,10 +2,12 @@
 
 import uPlot from "../vendor/uPlot.js";
 import { pairs } from "./curve.js";
+import { nearestTime, number } from "./selection.js";
 
 const JOINED = [0, 2]; // uPlot.join's null modes of times and values: a missing number is a gap, also among other samples
 const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
 const MARGIN = 0.05;
+const SNAP_PX = 40;
 const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
 
 const colourOf = (name) => getComputedStyle(document.body).getPropertyValue(name);
@@ -34,10 +36,14 @@ function timeLabels(_own, splits, _axis, _space, step) {
   });
 }
 
-// The range of a vertical axis; `limits` has null where it follows the values.
-const rangeOf = (limits) => (_own, low, high) => [limits[0] ?? low - spread(low, high), limits[1] ?? high + spread(low, high)];
+// The range of a vertical axis; `limits` has null where it follows the values and lines.
+const rangeOf = (limits, lines = []) => (_own, least, most) => {
+  const [low, high] = [Math.min(least, ...lines), Math.max(most, ...lines)];
+  return [limits[0] ?? low - spread(low, high), limits[1] ?? high + spread(low, high)];
+};
 
-// Creates a chart in `place`. `settings` has `curves`, `limits`, `isXy`, `marks()`, `moment()` and `span()`; `on` has `zoom` and `point`.
+// Creates a chart in `place`. `settings` has `curves`, `limits`, `lines` (values), `isXy`, `marks()`, `moment()` and `span()`; `on` has
+// `zoom` and `point`.
 export function createChart(place, size, settings, on) {
   const { curves, isXy } = settings;
   const axis = { stroke: colourOf("--ink"), grid: { stroke: colourOf("--line"), width: 1 },
@@ -50,8 +56,14 @@ export function createChart(place, size, settings, on) {
     ...(isXy ? { paths: () => null, points: { show: false } } : {}),
   }));
   const drawMore = isXy ? drawPairs : drawMarks;
-  const hooks = { setSelect: [on.zoom], setCursor: [on.point], draw: [(own) => drawMore(own, settings)] };
-  const timeScales = { x: { time: true }, y: { range: rangeOf(settings.limits) }, right: { range: rangeOf([null, null]) } };
+  const lineScale = hasLeft ? "y" : "right";
+  const hooks = { setSelect: [on.zoom], setCursor: [on.point], draw: [(own) => {
+    drawMore(own, settings);
+    drawLines(own, settings.lines, lineScale);
+  }] };
+  const linesOf = (scale) => (scale === lineScale ? settings.lines : []);
+  const timeScales = { x: { time: true }, y: { range: rangeOf(settings.limits, linesOf("y")) },
+    right: { range: rangeOf([null, null], linesOf("right")) } };
   return new /** @type {any} */ (uPlot)({
     ...size,
     series: [{}, ...series],
@@ -60,7 +72,7 @@ export function createChart(place, size, settings, on) {
       ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: hasLeft ? { show: false } : axis.grid }] : [])],
     scales: isXy ? xyScales(settings) : timeScales,
     legend: { show: false },
-    cursor: { drag: { x: !isXy, y: false }, points: { show: !isXy } },
+    cursor: { drag: { x: !isXy, y: false }, points: { show: !isXy }, ...(isXy ? {} : { move: snap(curves) }) },
     hooks,
   }, dataOf(settings), place);
 }
@@ -78,9 +90,9 @@ const pairedCurves = ({ curves, span }) => curves.slice(1).map((curve) => ({ cur
 
 function extent(numbers) {
   let [low, high] = [Infinity, -Infinity];
-  for (const number of numbers) {
-    low = Math.min(low, number);
-    high = Math.max(high, number);
+  for (const each of numbers) {
+    low = Math.min(low, each);
+    high = Math.max(high, each);
   }
   return low > high ? [0, 1] : [low, high];
 }
@@ -95,6 +107,18 @@ function xyScales(settings) {
     y: { range: () => rangeOf(settings.limits)(null, ...of(false)) },
     right: { range: () => rangeOf([null, null])(null, ...of(true)) },
   };
+}
+
+// Returns how the cursor moves: to the nearest sample, if one is near.
+const snap = (curves) => (own, left, top) => {
+  const time = left < 0 ? null : sampleTimeAt(own, curves, left);
+  return [time === null ? left : own.valToPos(time, "x"), top];
+};
+
+// Returns the time of the sample next to a place in pixels; null if none is near.
+export function sampleTimeAt(own, curves, left) {
+  const [time, end] = [left, left + SNAP_PX].map((at) => own.posToVal(at, "x"));
+  return nearestTime(curves, time, end - time);
 }
 
 function clipped(own, draw) {
@@ -128,7 +152,7 @@ function drawPairs(own, settings) {
 }
 
 // Returns the sample of an x-y plot that is nearest to a place in pixels: [x, y, time]; null if there is none.
-export function sampleNear(own, settings, { left, top }) {
+function sampleNear(own, settings, { left, top }) {
   let [found, nearest] = [null, Infinity];
   for (const { curve, points } of pairedCurves(settings)) for (const point of points.filter(Boolean)) {
     const [x, y] = [own.valToPos(point[0], "x"), own.valToPos(point[1], curve.isRight ? "right" : "y")];
@@ -156,8 +180,41 @@ function drawMarks(own, { marks, moment }) {
   });
 }
 
+// Horizontal lines of reference with their values.
+function drawLines(own, values, scale) {
+  if (!values.length) return;
+  clipped(own, (drawing) => {
+    const { left, width } = own.bbox;
+    drawing.strokeStyle = drawing.fillStyle = colourOf("--ink");
+    drawing.lineWidth = devicePixelRatio;
+    drawing.setLineDash([6, 4]);
+    drawing.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
+    for (const value of values) {
+      const at = Math.round(own.valToPos(value, scale, true)) + 0.5;
+      drawing.beginPath();
+      drawing.moveTo(left, at);
+      drawing.lineTo(left + width, at);
+      drawing.stroke();
+      drawing.fillText(String(value), left + 4 * devicePixelRatio, at - 3 * devicePixelRatio);
+    }
+  });
+}
+
+const NAMES = { 4: "Warn", 8: "Error", 16: "Fatal" };
+
+// Returns what is at the cursor, `left` pixels from the left; null if it is elsewhere.
+export function cursorText(own, settings, { left, time, isSample }) {
+  if (left === null) return "";
+  if (settings.isXy) {
+    const near = sampleNear(own, settings, own.cursor);
+    return near ? `nearest sample ${number(near[0])}, ${number(near[1])} at ${timeText(near[2])}` : "";
+  }
+  const mark = markNear(own, settings.marks(), left);
+  return `${isSample ? "sample " : ""}at ${timeText(time)}${mark ? `: ${NAMES[mark[1]] ?? ""} ${mark[2]}` : ""}`;
+}
+
 // The mark next to the cursor, at most some pixels away.
-export function markNear(own, marks, left) {
+function markNear(own, marks, left) {
   const NEAR = 6;
   let [found, nearest] = [null, NEAR];
   for (const mark of marks) {

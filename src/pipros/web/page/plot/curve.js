@@ -1,6 +1,6 @@
 // One curve: its samples, which come from the running system, the moment of a bag, or a whole bag.
 
-import { parsedCurve } from "./curve_text.js";
+import { parsedCurve, topicBefore } from "./curve_text.js";
 
 const KEPT_POINTS = 50000;
 const LIGHT = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
@@ -68,7 +68,7 @@ export class Curve {
 }
 
 // The topic of a field that is not published: the field is usually one level below.
-const guessedTopic = (field) => (field.includes("=") ? field.slice(0, field.indexOf("=")) : field.replace(/(?<=.)\/[^/]*$/, ""));
+const guessedTopic = (field) => (/[={]/.test(field) ? topicBefore(field) : field.replace(/(?<=.)\/[^/]*$/, ""));
 
 // The index of the newest sample at a time or before.
 function indexAt(times, time) {

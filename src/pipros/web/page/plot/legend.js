@@ -2,10 +2,10 @@
 
 import { h, replace } from "../dom.js";
 import { whyNoData } from "../why_no_data.js";
+import { conditionOf, withCondition } from "./curve_text.js";
+import { number } from "./selection.js";
 
-export const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(7))));
-
-// `on.change(curve, changes)` and `on.remove(curve)` are called when the user clicks. Returns {element, draw}.
+// `on.change(curve, changes)`, `on.remove(curve)` and `on.removeLine(value)` are called when the user clicks. Returns {element, draw}.
 export function curveLegend(on, context) {
   const chips = h("div", { class: "bar legend" });
   const why = whyNoData(context);
@@ -18,16 +18,27 @@ export function curveLegend(on, context) {
     const toggle = (text, title, isOn, changes, label = null) => h("button", {
       class: "plain toggle", "aria-pressed": String(isOn), "aria-label": label, title, onclick: () => on.change(curve, changes),
     }, text);
+    const condition = conditionOf(curve.field);
+    const where = h("input", { hidden: true, size: 28, value: condition, placeholder: 'm.child_frame_id == "base_link"',
+      spellcheck: "false", "aria-label": `Only messages of ${curve.topic} for which`,
+      onchange: () => on.change(curve, { field: withCondition(curve.field, curve.topic, where.value.trim()) }) });
+    const opener = h("button", { class: "plain toggle", "aria-pressed": String(Boolean(condition)), onclick: () => {
+      where.hidden = !where.hidden;
+      where.focus();
+    }, title: "Only messages for which an expression over the message m is true" }, "where");
     return h("span", { class: "curve" }, swatch, h("span", {}),
       toggle("d/dt", `Derivative of ${curve.field}`, curve.isRate, { isRate: !curve.isRate }),
       toggle("→|", "Right axis", curve.isRight, { isRight: !curve.isRight }, `Right axis of ${curve.field}`),
-      h("button", { class: "plain", "aria-label": `Remove ${curve.text}`, onclick: () => on.remove(curve) }, "×"));
+      opener, where, h("button", { class: "plain", "aria-label": `Remove ${curve.text}`, onclick: () => on.remove(curve) }, "×"));
   }
 
+  const lineChip = (value) => h("span", { class: "curve" }, h("b", { class: "swatch line" }), `line ${value}`,
+    h("button", { class: "plain", "aria-label": `Remove the line at ${value}`, onclick: () => on.removeLine(value) }, "×"));
+
   // Shows the values of the curves at a time, or the newest ones; `place` describes the cursor.
-  function draw(curves, { time, place, isXy }) {
-    const texts = curves.map((curve) => `${curve.text} ${curve.colour}`).join("\n");
-    if (texts !== shown || !chips.childElementCount) replace(chips, curves.map(chip),
+  function draw(curves, { time, place, isXy, lines }) {
+    const texts = [...curves.map((curve) => `${curve.text} ${curve.colour}`), ...lines].join("\n");
+    if (texts !== shown || !chips.childElementCount) replace(chips, curves.map(chip), lines.map(lineChip),
       curves.length ? h("span", { class: "key at" }) : null);
     shown = texts;
     curves.forEach((curve, index) => {

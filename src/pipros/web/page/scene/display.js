@@ -4,13 +4,13 @@ import * as THREE from "three";
 import { TransformError } from "./frames.js";
 import { clear, dispose, place } from "./shapes.js";
 import { Properties, truth } from "./properties.js";
+import { isStale } from "../stale.js";
 import { topicOf } from "./topic_property.js";
 
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
 const MAX_SENDERS = 20; // with a status each
 const LONGEST_TEXT = 1000; // of a status
 const REGULAR = 5; // number of messages from which a topic's interval is computed
-const STALE = { intervals: 10, ms: 3000 }; // a topic is stale after this many intervals, but at least this time, without a message
 export const LEVELS = ["ok", "warning", "error"];
 
 export class Display {
@@ -202,9 +202,9 @@ export class Display {
     if (this.arrivals.length < REGULAR || this.scene.simulatedNs !== null) return;
     const interval = (this.arrivals.at(-1) - this.arrivals[0]) / (REGULAR - 1);
     const age = performance.now() - this.arrivals.at(-1);
-    if (age < Math.max(STALE.ms, STALE.intervals * interval)) return;
+    if (!isStale(age / 1000, interval / 1000)) return;
     const sender = this.sender ? ` of [${this.sender}]` : "";
-    this.setStatus("Age", "warning", `The last message${sender} is ${(age / 1000).toFixed(0)} s old; before, there was one every ` +
+    this.setStatus("Age", "warning", `Stale: the last message${sender} is ${(age / 1000).toFixed(0)} s old; before, there was one every ` +
       `${(interval / 1000).toFixed(1)} s.`);
   }
 

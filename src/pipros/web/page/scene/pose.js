@@ -1,5 +1,7 @@
 // Poses: seven numbers, a position and a quaternion (x, y, z, w). A port of pipros.libraries.transforms.pose.
 
+import { anglesOf, anglesText } from "../angles.js";
+
 export const IDENTITY = Object.freeze([0, 0, 0, 0, 0, 0, 1]);
 
 // Returns `outer * inner`.
@@ -72,4 +74,9 @@ export const ofYaw = (yaw) => [0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)];
 export const vectorText = (values) => values.map((value) => String(Number(value.toFixed(4)))).join("; ");
 
 // Returns the names and texts of a pose's position and orientation.
-export const poseTexts = (pose) => [["Position", vectorText(pose.slice(0, 3))], ["Orientation", vectorText(pose.slice(3))]];
+export function poseTexts(pose) {
+  const [x, y, z, w] = pose.slice(3);
+  const angles = anglesOf({ x, y, z, w });
+  return [["Position", vectorText(pose.slice(0, 3))], ["Orientation", vectorText(pose.slice(3))],
+    ...(angles ? [["Roll, pitch, yaw", anglesText(angles)]] : [])];
+}

@@ -1,9 +1,13 @@
 // The log of the system: 100,000 entries, of which only the visible ones are in the document. The address contains the node whose
 // logger levels are shown, and the filters: /talker;levels=8,16;text=stuck.
 
-import { download, h, replace, uniqueId } from "../dom.js";
+import { playback } from "../bags/playback.js";
+import { rulesPanel } from "../console_rules.js";
+import { download, h, replace } from "../dom.js";
 import { asLines, fromLines } from "../log_file.js";
 import { LogGroups } from "../log_groups.js";
+import { loggerLevels } from "../logger_levels.js";
+import { placeOf } from "../place.js";
 import { textFilter } from "../text_filter.js";
 
 const KEPT = 100000;
@@ -15,7 +19,6 @@ const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fata
 const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
 
 export function open(view, argument, context) {
-  const { control } = context;
   let entries = [];
   let shown = [];
   const groups = new LogGroups(); // of the entries in `shown`
@@ -75,7 +78,7 @@ export function open(view, argument, context) {
         h("button", { title: "Save the entries that the filters let pass",
           onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"),
             h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file,
-              h("button", { onclick: () => showLoggers() }, "Logger levels")),
+              h("button", { onclick: () => showRules() }, "Rules"), h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
   const drawn = new WeakMap(); // group to its row, and the entry in it
@@ -102,11 +105,16 @@ export function open(view, argument, context) {
 
   // Applies the user's filters, and puts them into the address.
   function refine() {
+    context.remember(rulesText(), { isReplacing: true });
+    filter();
+  }
+
+  // The filters as they are in an address.
+  function rulesText() {
     const chosen = levels.size === LEVELS.length ? []
       : [`levels=${LEVELS.flatMap(([level]) => (levels.has(level) ? [level] : [])).join(",")}`];
     const typed = Object.entries(filters).filter(([, input]) => input.value).map(([name, input]) => `${name}=${input.value}`);
-    context.remember(["", ...chosen, ...typed].join(";"), { isReplacing: true });
-    filter();
+    return ["", ...chosen, ...typed].join(";");
   }
 
   // Shows what an address says.
@@ -206,34 +214,29 @@ export function open(view, argument, context) {
           [h("dt", {}, key), h("dd", {}, value)])),
       group.count > 1 ? h("p", { class: "key" }, `The newest of ${group.count} entries since ${time(group.first[STAMP])}. Without Fold, ` +
         "each has a row.") : null,
+      h("p", { class: "moment" }, momentLinks(entry[STAMP])),
       h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => closeEntry() }, "Close"));
   }
 
-  // Logger levels -----------------------------------------------------------------------------------------------------
+  // Links to the moment of an entry. All tabs show it if it can be played; otherwise a plot shows the samples that it has.
+  function momentLinks(stamp) {
+    const isPlayed = playback.canShow(stamp);
+    const jump = () => { if (isPlayed) playback.jump(stamp); };
+    const link = (href, title) => h("a", { href, onclick: jump }, title);
+    return ["This moment in ", link(placeOf("plot", `at:${stamp}`), "Plot"), isPlayed ? [", ", link(placeOf("scene"), "Scene"), ", ",
+      h("button", { class: "plain link", onclick: jump }, "all views")] : null];
+  }
+
+  function showRules() {
+    closeEntry();
+    side.hidden = false;
+    rulesPanel(side, context, rulesText, (wanted) => { go(wanted); refine(); }, () => { side.hidden = true; });
+  }
 
   function showLoggers(ofNode = "") {
     side.hidden = false;
-    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"),
-      onchange: () => list() });
-    const nodes = h("datalist", { id: choice.getAttribute("list") },
-      [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
-    const found = h("div", {});
-    replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."),
-      choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
-    async function list() {
-      try {
-        const loggers = await context.act("loggers", { name: choice.value });
-        replace(found, h("table", {}, loggers.map((logger) => h("tr", {}, h("td", {}, logger.name), h("td", {},
-          h("select", { disabled: !control, "aria-label": `Level of ${logger.name}`, onchange: async (event) => {
-            try { await context.act("set_logger_level", { name: choice.value, logger: logger.name,
-              level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
-          } }, ["debug", "info", "warn", "error", "fatal"].map((level) =>
-            h("option", { value: level, selected: level === logger.level.toLowerCase() }, level))))))));
-      } catch (problem) {
-        replace(found, h("p", { class: "error" }, problem.message));
-      }
-    }
-    if (ofNode) list();
+    const nodes = [...new Set(entries.map((entry) => entry[NODE]))];
+    loggerLevels(side, context, nodes, ofNode, (problem) => replace(error, problem), () => { side.hidden = true; });
   }
 
   context.watch("console", {}, (data) => {

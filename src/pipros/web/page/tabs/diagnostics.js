@@ -1,21 +1,17 @@
 // Components with their levels, values and history.
 
 import { h, morph, replace } from "../dom.js";
+import { LEVELS, levelDot, levelNow } from "../stale.js";
 import { dataTable } from "../table.js";
 
-const LEVELS = ["OK", "Warning", "Error", "Stale"];
-const STALE = 3;
 const GRAVITY = [0, 1, 3, 2]; // by level: errors, then stale components, then warnings
 const MAX_PROBLEMS = 200;
 const PROBLEM_COLUMNS = [
-  { title: "Level", text: ({ level }) => h("span", {}, dot(level), LEVELS[level] ?? String(level)),
+  { title: "Level", text: ({ level }) => h("span", {}, levelDot(level), LEVELS[level] ?? String(level)),
     order: ({ level, name }) => `${9 - (GRAVITY[level] ?? 9)} ${name}` },
   { title: "Component", kind: "long", text: ({ name }) => name, order: ({ name }) => name },
   { title: "Message", kind: "long", text: ({ message }) => message, order: ({ message }) => message },
 ];
-
-// The colour of a level with its first letter.
-const dot = (level) => h("span", { class: `dot lettered diagnostic-${level}`, title: LEVELS[level] ?? level }, LEVELS[level]?.[0] ?? "?");
 const DEEPEST = 50; // nodes choose the names; deeper levels are shown as one part
 
 export function open(view, argument, context) {
@@ -79,8 +75,8 @@ export function open(view, argument, context) {
     if (data.fresh) known = new Map();
     for (const component of data.components) known.set(component.name, component);
     components = [...known.values()].sort((a, b) => (a.name < b.name ? -1 : 1)).map((component) => {
-      const age = data.now - component.last;
-      return { ...component, age: age.toFixed(1), level: age > data.stale ? STALE : component.level };
+      const { age, level } = levelNow(component, data);
+      return { ...component, age: age.toFixed(1), level };
     });
     replace(error, data.error);
     hint.hidden = components.length > 0;
@@ -111,7 +107,7 @@ const worst = (branch) => Math.max(branch.component?.level ?? 0, ...[...branch.b
 function tree(branch, path) {
   return h("ul", { class: "tree" }, [...branch.below].sort(([a], [b]) => a.localeCompare(b)).map(([part, below]) => {
     const own = `${path}/${part}`;
-    const label = [dot(worst(below)), below.component
+    const label = [levelDot(worst(below)), below.component
       ? h("button", { class: "plain", "data-name": below.component.name }, part,
         h("span", { class: "key" }, ` ${below.component.message}`)) : part];
     if (!below.below.size) return h("li", { "data-key": part }, label);

@@ -1,11 +1,10 @@
 // Links and members of a fleet, as its agents report them on /diagnostics.
 
 import { h, replace } from "../dom.js";
+import { ageText, isStaleLevel, levelDot, levelNow, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 
 const PREFIX = "/Fleet/"; // followed by the reporting member and the sending member; an aggregator puts its groups before
-const STALE = 3;
-const NAMES = ["OK", "Warning", "Error", "Stale"];
 const COLUMNS = [
   { title: "Member", text: ({ member }) => member, order: ({ key }) => key },
   { title: "Receives from", text: ({ from }) => from || "–", order: ({ from }) => from },
@@ -23,9 +22,7 @@ const COLUMNS = [
 const descending = (value) => -(value ?? -1);
 
 function stateText({ level, message, age }) {
-  const text = level === STALE ? `no report for ${age.toFixed(0)} s` : message;
-  return h("span", {}, h("span", { class: `dot lettered diagnostic-${level}`, title: NAMES[level] ?? level }, NAMES[level]?.[0] ?? "?"),
-    ` ${text}`);
+  return h("span", {}, levelDot(level), isStaleLevel(level) ? [" ", staleMark(age), `: no report for ${ageText(age)}`] : ` ${message}`);
 }
 
 export function open(view, _argument, context) {
@@ -55,9 +52,6 @@ export function open(view, _argument, context) {
     }
     replace(error, data.error);
     hint.hidden = known.size > 0;
-    table.show([...known.values()].map((row) => {
-      const age = data.now - row.last;
-      return { ...row, age, level: age > data.stale ? STALE : row.level };
-    }));
+    table.show([...known.values()].map((row) => ({ ...row, ...levelNow(row, data) })));
   }, (problem) => replace(error, problem), { always: true });
 }

@@ -27,24 +27,18 @@ export function open(view, argument, context) {
     if (shown && unsupportedTransport(shown)) refuse(unsupportedTransport(shown));
     if (topic && !names.includes(topic)) names.unshift(topic);
     if (!topic && names.length === 1) look(names[0]);
-    if (!topic) offer(names);
+    if (!topic) offer(hint, names, (name) => { choice.value = name; context.remember(name); look(name); });
     if (!topic) names.unshift("");
     if ([...choice.options].map((option) => option.value).join() === names.join()) return;
     replace(choice, names.map((name) => h("option", { value: name, selected: name === topic }, name || CHOOSE)));
   });
 
-  function offer(names) {
-    if (hint.dataset.shown === names.join()) return;
-    hint.dataset.shown = names.join();
-    replace(hint, names.length ? `${CHOOSE}: there are ${names.length} image topics.` : "There are no image topics.",
-      h("div", { class: "choice" }, names.map((name) => h("button",
-        { onclick: () => { choice.value = name; context.remember(name); look(name); } }, name))));
-  }
-
   // Shows why a topic cannot be shown.
   function refuse(text) {
     close();
     close = () => {};
+    stage.clear();
+    hint.hidden = false;
     why.offer("");
     replace(hint, text);
   }
@@ -69,6 +63,8 @@ export function open(view, argument, context) {
 
   async function show(data) {
     let head = headOf(data);
+    const refusal = unsupportedTransport({ name: topic, type: head.format ?? "" });
+    if (refusal) { refuse(refusal); return; }
     try {
       head = await stage.show(data);
       hint.hidden = true;
@@ -87,6 +83,14 @@ export function open(view, argument, context) {
     look(topic);
   }
   return { go: (name) => { choice.value = name; look(name); } };
+}
+
+// Shows a choice of topics as a hint.
+function offer(hint, names, onChoose) {
+  if (hint.dataset.shown === names.join()) return;
+  hint.dataset.shown = names.join();
+  replace(hint, names.length ? `${CHOOSE}: there are ${names.length} image topics.` : "There are no image topics.",
+    h("div", { class: "choice" }, names.map((name) => h("button", { onclick: () => onChoose(name) }, name))));
 }
 
 // A picture with its controls, and the pixel under the cursor.
@@ -156,6 +160,8 @@ function headOf(data) {
 //   palette: RGB of the 256 shades; null for grey
 export async function drawImage(canvas, data, boundsOf = extremes, palette = null) {
   const head = headOf(data);
+  const refusal = unsupportedTransport({ name: head.topic ?? "", type: head.format ?? "" });
+  if (refusal) throw new Error(refusal);
   const all = new Uint8Array(data.buffer, data.byteOffset);
   const pixels = all.subarray(all.indexOf(10) + 1);
   const drawing = canvas.getContext("2d");

@@ -1,33 +1,31 @@
 // Live curves of numbers in messages. The address contains the curves and the x axis: see curve_text.js.
 
 import { playback } from "../bags/playback.js";
-import { download, h, replace, uniqueId } from "../dom.js";
-import { createChart, dataOf, markNear, sampleNear, timeText } from "../plot/chart.js";
+import { download, h, replace } from "../dom.js";
+import { createChart, cursorText, dataOf, sampleTimeAt, timeText } from "../plot/chart.js";
 import { CurveSet } from "../plot/curve_set.js";
 import { curveTexts, parsedPlot, plotText } from "../plot/curve_text.js";
-import { curveLegend, number } from "../plot/legend.js";
+import { curveLegend } from "../plot/legend.js";
+import { offeredFields } from "../plot/offered_fields.js";
+import { referenceLines } from "../plot/reference_lines.js";
+import { csvOf, rangeAfter } from "../plot/selection.js";
+import { statisticsTable } from "../plot/statistics_table.js";
+import { topicChoice } from "../plot/topic_choice.js";
 
-const LEVELS = { 4: "Warn", 8: "Error", 16: "Fatal" };
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
-const MAX_OFFERED = 60; // topics
-const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String",
-  "tf2_msgs/TFMessage"]); // without numbers that are worth a curve
-const COVARIANCE = /covariance\[\d+\]$/;
 const SHORTEST = 1; // seconds of the time axis
+const AROUND = 5; // seconds that are shown before and after a moment
 const SPANS = [10, 30, 60, 300, 1800];
-const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
 const HINT = "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, "
   + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double click to follow again; or use +, -, the arrow " +
     "keys and 0.";
 
-const sampleText = (sample) => (sample
-  ? `nearest sample ${number(sample[0])}, ${number(sample[1])} at ${timeText(sample[2])}` : "");
-
 export function open(view, argument, context) {
-  const set = new CurveSet(context, { change: () => { needsDraw = true; }, fields: (curve, fields) => offer(curve, fields) });
+  const set = new CurveSet(context, { change: () => { needsDraw = true; },
+    fields: (curve, names) => { set.drop(curve.text); changed(); offered.show(curve.field, names); } });
+  const choice = topicChoice(context, (topic) => add(topic));
   const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field",
-    spellcheck: "false", list: uniqueId("plot-topics") });
-  const topics = h("datalist", { id: input.getAttribute("list") });
+    spellcheck: "false", list: choice.names.id });
   const seconds = h("select", { "aria-label": "Time span", onchange: () => draw() },
     SPANS.map((each) => h("option", { value: each, selected: each === 30 }, each < 60 ? `${each} s` : `${each / 60} min`)));
   const low = h("input", { size: 6, placeholder: "auto", "aria-label": "Lowest value", onchange: () => rebuild() });
@@ -35,6 +33,8 @@ export function open(view, argument, context) {
   const axis = h("select", { "aria-label": "X axis", onchange: () => { again(); remember(); } },
     AXES.map(([value, text]) => h("option", { value }, text)));
   const hasMarks = h("input", { type: "checkbox", onchange: () => { mark(); remember(); } });
+  const hasStatistics = h("input", { type: "checkbox", onchange: () => { needsDraw = isRebuilt = true; remember(); } });
+  const lines = referenceLines(() => changed());
   const isWhole = h("input", { type: "checkbox", onchange: () => again() });
   const whole = h("label", { title: "The curves of the whole bag, not from the last jump on", hidden: true }, isWhole, "Whole bag");
   const pause = h("button", { type: "button", "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
@@ -44,34 +44,33 @@ export function open(view, argument, context) {
   const legend = curveLegend({
     change: (curve, changes) => { set.change(curve, changes); changed(); },
     remove: (curve) => { set.drop(curve.text); changed(); },
+    removeLine: lines.remove,
   }, context);
-  const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
+  const table = statisticsTable();
+  const offered = offeredFields((text) => add(text));
   const chart = h("div", { class: "chart", tabindex: 0, role: "application",
     "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });
-  const choice = h("div", { class: "choice", role: "group", "aria-label": "Topics" });
-  const hint = h("div", { class: "note" }, HINT, choice);
+  const csv = h("button", { type: "button", title: "Save the samples; after a zoom, those of the shown part",
+    onclick: () => download("rqt_plot.csv", csvOf(set.all, shownRange()), "text/csv") }, "CSV");
+  const hint = h("div", { class: "note" }, HINT, choice.buttons);
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
-    h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"),
-      pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
+    h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, choice.names,
+      h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
       h("label", {}, "y from", low), h("label", {}, "to", high),
         h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log entries"), whole,
-      h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
-    error, offered, legend.element, hint, chart));
+      h("label", { title: "A horizontal line for reference" }, "Line", lines.input),
+        h("label", { title: "Of the samples in the shown part" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
+    error, offered.element, legend.element, table.element, hint, chart));
   let plot = null;
   let isPaused = false;
   let isZoomed = false;
   let needsDraw = false;
   let isRebuilt = false; // drawn also while it is paused
   let pausedAt = null; // the newest time when it was paused
+  let moment = null; // that an address names
 
-  context.watch("topics", {}, (data) => {
-    if (topics.childElementCount === data.topics.length) return;
-    replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
-    const shown = data.topics.filter(({ type }) => !WITHOUT_NUMBERS.has(type)).slice(0, MAX_OFFERED);
-    replace(choice, shown.map(({ name }) => h("button", { title: `Plot numbers of ${name}`, onclick: () => add(name) }, name)));
-  });
-
-  const remember = () => context.remember(plotText([...set.curves.keys()], axis.value, hasMarks.checked));
+  const remember = () => context.remember(plotText([...set.curves.keys()], axis.value, hasMarks.checked,
+    { hasStatistics: hasStatistics.checked, lines: lines.values() }));
   const changed = () => { remember(); rebuild(); };
 
   function add(text) {
@@ -97,28 +96,19 @@ export function open(view, argument, context) {
     source = wantedSource();
     if (!isSame || `${set.isWhole} ${set.times}` !== before) set.restart(); // otherwise the samples are the same
     isZoomed = false;
+    moment = null;
     context.times?.forget(view);
     rebuild();
-  }
-
-  // Offers the numbers in a topic or a part of a message that was given instead of a number.
-  function offer(curve, fields) {
-    set.drop(curve.text);
-    changed();
-    const addOne = (name) => { add(`${curve.field}${name.startsWith("[") ? "" : "/"}${name}`); replace(offered); };
-    const button = (name) => h("button", { onclick: () => addOne(name) }, name);
-    const [matrices, others] = [true, false].map((isWanted) => fields.filter((name) => COVARIANCE.test(name) === isWanted));
-    const isFolded = matrices.length > 1 && others.length > 0;
-    replace(offered, h("span", { class: "key" }, `Numbers of ${curve.field}:`), (isFolded ? others : fields).map(button),
-      isFolded ? h("details", {}, h("summary", {}, `${matrices.length} covariances`), matrices.map(button)) : null,
-      h("button", { class: "plain", "aria-label": "Close the choice", onclick: () => replace(offered) }, "×"));
   }
 
   // Shows exactly the curves of an address; a link with one more field adds its curve.
   function go(text) {
     const wanted = parsedPlot(text);
+    if (wanted.at !== null && !wanted.curves.length) { showMoment(wanted.at); return; }
     const isLink = wanted.curves.length === 1 && wanted.curves[0] === text;
     if (isLink && set.curves.size && !set.curves.has(text)) { add(text); return; }
+    lines.set(wanted.lines);
+    hasStatistics.checked = wanted.hasStatistics;
     for (const each of [...set.curves.keys()]) if (!wanted.curves.includes(each)) set.drop(each);
     const isSame = axis.value === wanted.axis;
     axis.value = wanted.axis;
@@ -128,6 +118,15 @@ export function open(view, argument, context) {
     if (hasMarks.checked === wanted.hasMarks) return;
     hasMarks.checked = wanted.hasMarks;
     mark();
+  }
+
+  // Shows the samples around a moment, and marks it.
+  function showMoment(time) {
+    moment = time;
+    remember();
+    if (!set.curves.size || set.isXy) return;
+    if (!plot) rebuild();
+    showRange([time - AROUND, time + AROUND], true);
   }
 
   function setPaused(value) {
@@ -150,8 +149,12 @@ export function open(view, argument, context) {
   }
 
   const limit = (element) => (element.value.trim() === "" || Number.isNaN(Number(element.value)) ? null : Number(element.value));
-  const moment = () => (set.isWhole && set.axis !== "stamp" ? playback.state?.moment ?? null : null);
-  const settings = () => ({ curves: set.all, limits: [limit(low), limit(high)], isXy: set.isXy, span, moment, marks: () => set.marks });
+  const shownMoment = () => moment ?? (set.isWhole && set.axis !== "stamp" ? playback.state?.moment ?? null : null);
+  const settings = () => ({ curves: set.all, limits: [limit(low), limit(high)], lines: lines.values(), isXy: set.isXy, span,
+    moment: shownMoment, marks: () => set.marks });
+
+  // The times that the user has zoomed to, or a moment's; null for all.
+  const shownRange = () => (isZoomed && plot && !set.isXy ? [plot.scales.x.min, plot.scales.x.max] : null);
 
   function rebuild() {
     plot?.destroy();
@@ -165,18 +168,17 @@ export function open(view, argument, context) {
   }
 
   function onKey(event) {
-    if (!plot || set.isXy || !(event.key in STEPS)) return;
+    const range = plot && !set.isXy ? rangeAfter(event.key, plot.scales.x) : undefined;
+    if (range === undefined) return;
     event.preventDefault();
-    const [shift, factor] = STEPS[event.key];
-    const { min, max } = plot.scales.x;
-    const [middle, half] = [(min + max) / 2 + shift * (max - min), ((max - min) * factor) / 2];
-    showRange(factor ? [middle - half, middle + half] : null, true);
+    showRange(range, true);
   }
 
   // Shows a part of the time axis; with null, follows the newest samples.
   function showRange(range, isOwn) {
     isZoomed = range !== null;
-    needsDraw = true;
+    needsDraw = isRebuilt = true;
+    if (!range) moment = null;
     if (range) plot.setScale("x", { min: range[0], max: range[1] });
     if (isOwn) tell({ range });
   }
@@ -186,6 +188,7 @@ export function open(view, argument, context) {
   let isLed = false; // by another plot
   function zoomed(own) {
     isZoomed = own.select.width > 0;
+    needsDraw = isRebuilt = true;
     const times = [own.select.left, own.select.left + own.select.width].map((at) => own.posToVal(at, "x"));
     if (isZoomed) tell({ range: times });
   }
@@ -210,11 +213,15 @@ export function open(view, argument, context) {
     if (!plot) return;
     needsDraw = isRebuilt = false;
     drawLegend();
-    replace(error, set.isXy && set.curves.size < 2 ? "An x-y plot needs two curves: the first is x." : "");
+    replace(error, set.isXy && set.curves.size < 2 ? "An x-y plot needs two curves: the first is x."
+      : moment !== null && moment < set.oldest ? `There are no samples at ${timeText(moment)}: the curves begin later.` : "");
     toNewest.hidden = !isZoomed;
+    replace(csv, isZoomed ? "CSV of the shown part" : "CSV");
+    table.element.hidden = !hasStatistics.checked || set.isXy;
     plot.setData(dataOf(settings()), set.isXy);
     if (set.isXy) return;
     const [begin, end] = span();
+    if (hasStatistics.checked) table.draw(set.all, shownRange() ?? [begin, end]);
     if (isZoomed || !end) plot.redraw();
     else plot.setScale("x", { min: begin, max: end > begin ? end : begin + 1 });
   }
@@ -222,20 +229,10 @@ export function open(view, argument, context) {
   // Values at the cursor, or the newest ones.
   function drawLegend() {
     const left = plot && plot.cursor.left >= 0 ? plot.cursor.left : null;
-    const time = left === null || set.isXy ? null : plot.posToVal(left, "x");
-    legend.draw(set.all, { time, place: left === null ? "" : placeText(left, time), isXy: set.isXy });
-  }
-
-  function placeText(left, time) {
-    if (set.isXy) return sampleText(sampleNear(plot, settings(), plot.cursor));
-    const near = markNear(plot, set.marks, left);
-    return `at ${timeText(time)}${near ? `: ${LEVELS[near[1]] ?? ""} ${near[2]}` : ""}`;
-  }
-
-  function saveCsv() {
-    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const rows = set.all.flatMap((curve) => curve.times.map((time, index) => `${time},${quoted(curve.text)},${curve.values[index] ?? ""}`));
-    download("rqt_plot.csv", `time,field,value\n${rows.join("\n")}\n`, "text/csv");
+    const sample = left === null || set.isXy ? null : sampleTimeAt(plot, set.all, left);
+    const time = left === null || set.isXy ? null : sample ?? plot.posToVal(left, "x");
+    const place = cursorText(plot, settings(), { left, time, isSample: sample !== null });
+    legend.draw(set.all, { time, place, isXy: set.isXy, lines: lines.values() });
   }
 
   function showSource() {

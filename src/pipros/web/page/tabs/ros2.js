@@ -1,10 +1,10 @@
 // What the gateways to ROS 2 pass and leave out, as they report it on /diagnostics.
 
 import { h, replace } from "../dom.js";
+import { ageText, isStaleLevel, levelNow, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 
 const PREFIX = "/ROS 2/"; // then the node of the gateway; an aggregator puts its groups before
-const STALE = "no report";
 const KINDS = { topics: "topic", services: "service", actions: "action" };
 const RATE = /^([\d.]+)\/s, (\d+) dropped(?:: (.*))?$/s;
 const COLUMNS = [
@@ -13,16 +13,17 @@ const COLUMNS = [
   { title: "Direction", text: ({ direction }) => (direction === "to_ros1" ? "to ROS 1" : "to ROS 2"), order: ({ direction }) => direction },
   { title: "Rate/s", kind: "number", text: ({ rate }) => rate?.toFixed(1) ?? "–", order: ({ rate }) => -(rate ?? -1) },
   { title: "Dropped", kind: "number", text: ({ dropped }) => dropped ?? "–", order: ({ dropped }) => -(dropped ?? -1) },
-  { title: "Remark", kind: "long", text: ({ remark }) => remark, order: ({ remark }) => remark },
+  { title: "Remark", kind: "long", text: ({ remark, isStale }) => (isStale ? staleMark(null, remark) : remark),
+    order: ({ remark }) => remark },
   { title: "Gateway", text: ({ gateway }) => gateway, order: ({ gateway }) => gateway },
 ];
 
-function rowOf(gateway, key, value, isStale) {
+function rowOf(gateway, key, value, staleFor) {
   const [kind, direction, ...name] = key.split(": ");
   const [, rate, dropped, reason = ""] = RATE.exec(value) ?? [];
-  const remark = isStale ? STALE : rate === undefined ? value : reason;
+  const remark = staleFor === null ? rate === undefined ? value : reason : `stale: no report for ${ageText(staleFor)}`;
   return { key: `${gateway} ${key}`, gateway, kind, direction, name: name.join(": "), rate: rate && Number(rate),
-    dropped: dropped && Number(dropped), remark };
+    dropped: dropped && Number(dropped), remark, isStale: staleFor !== null };
 }
 
 export function open(view, _argument, context) {
@@ -41,9 +42,9 @@ export function open(view, _argument, context) {
     }
     replace(error, data.error);
     hint.hidden = known.size > 0;
-    table.show([...known].flatMap(([gateway, { values, last }]) => {
-      const isStale = data.now - last > data.stale;
-      return values.map(([key, value]) => rowOf(gateway, key, value, isStale));
+    table.show([...known].flatMap(([gateway, component]) => {
+      const { age, level } = levelNow(component, data);
+      return component.values.map(([key, value]) => rowOf(gateway, key, value, isStaleLevel(level) ? age : null));
     }));
   }, (problem) => replace(error, problem), { always: true });
 }

@@ -3,11 +3,11 @@
 import { h, hertz, milliseconds, replace } from "../dom.js";
 import { framePair } from "../frame_pair.js";
 import { graphCanvas } from "../graph/canvas.js";
+import { staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 
-const stale = (text) => h("span", { class: "stale" }, text);
-const rateText = (frame) => (frame.static ? "static" : frame.stale ? stale("stale") : hertz(frame.rate));
-const ageText = (frame) => (frame.static ? "" : frame.stale ? stale(`${frame.age.toFixed(1)} s`) : `${frame.age.toFixed(1)} s`);
+const rateText = (frame) => (frame.static ? "static" : frame.stale ? staleMark(frame.age) : hertz(frame.rate));
+const ageText = (frame) => (frame.static ? "" : frame.stale ? staleMark(null, `${frame.age.toFixed(1)} s`) : `${frame.age.toFixed(1)} s`);
 const COLUMNS = [
   { title: "Frame", text: (frame) => frame.frame, order: (frame) => frame.frame },
   { title: "Parent", text: (frame) => frame.parent, order: (frame) => frame.parent },

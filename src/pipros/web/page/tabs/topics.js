@@ -3,6 +3,7 @@
 import { bandwidth, h, hertz, replace } from "../dom.js";
 import { namespaceRows } from "../namespace_rows.js";
 import { nodeText } from "../node_text.js";
+import { staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 import { topicPanel } from "../topic_panel.js";
 
@@ -35,6 +36,8 @@ const wrongMark = ({ wrong }) => (wrong
 function rateText(topic) {
   if (topic.count) return "";
   const rate = topic.measured ? topic.measured.rate : topic.rate;
+  const staleFor = topic.measured?.stale ?? topic.stale;
+  if (staleFor) return staleMark(staleFor);
   return h("span", { title: typeof rate === "number" ? null : UNMEASURED }, hertz(rate));
 }
 

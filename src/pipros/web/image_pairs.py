@@ -1,0 +1,59 @@
+"""Pairs of images from two topics whose timestamps are about equal."""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import threading
+from collections.abc import Iterator
+from typing import Final
+
+from pipros.libraries.filters.synchronizer import ApproximateSynchronizer
+from pipros.msg.time import NS_PER_S
+from pipros.node.any_msg import AnyMsg
+from pipros.web.topic_watch import TopicWatch
+
+APART_S: Final = 0.1
+"""Maximum difference (s) of the timestamps of a pair."""
+QUEUE: Final = 10
+"""Number of images of each topic that wait for their counterpart."""
+_STAMP: Final = struct.Struct("<4xII")
+
+Pair = tuple[AnyMsg, AnyMsg]
+
+
+class ImagePairs:
+    """Matches images as Noetic's `ApproximateTimeSynchronizer` does. Images come from the links' threads.
+
+    Attributes:
+        newest: number of pairs so far, and the newest one; None before the first.
+    """
+
+    def __init__(self) -> None:
+        self.newest: tuple[int, Pair] | None = None
+        self._matcher = ApproximateSynchronizer(2, QUEUE, round(APART_S * NS_PER_S))
+        self._lock = threading.Lock()
+
+    @contextlib.contextmanager
+    def of(self, one: TopicWatch, other: TopicWatch) -> Iterator[None]:
+        """Match the images of two topics within the context."""
+        with (
+            one.listening(lambda message, _: self._add(message, 0), from_newest=True),
+            other.listening(lambda message, _: self._add(message, 1), from_newest=True),
+        ):
+            yield
+
+    def _add(self, message: AnyMsg, index: int) -> None:
+        if len(message.body) < _STAMP.size:
+            return
+        with self._lock:
+            queue = self._matcher.queues[index]
+            for one, other in self._matcher.add(message, stamp_ns(message), queue, index, None):
+                number = self.newest[0] if self.newest else 0
+                self.newest = number + 1, (one, other)
+
+
+def stamp_ns(message: AnyMsg) -> int:
+    """Return the timestamp of a message that begins with a header."""
+    seconds, nanoseconds = _STAMP.unpack_from(message.body)
+    return int(seconds) * NS_PER_S + int(nanoseconds)

@@ -1,0 +1,89 @@
+"""What changed recently in a system: what became stale or came back, and errors."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+SHOWN_S = 60.0
+MAX_NOTICES = 200
+MAX_STALE = 200
+"""Maximum number of stale sources that are listed; all are counted."""
+LONGEST_TEXT = 300
+
+Kind = Literal["frame", "topic", "component", "node"]
+What = Literal["stale", "back", "error"]
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """A change.
+
+    Attributes:
+        when_s: wall time (s) of the change; of an error that is repeated, of the last one.
+        kind, name: the source: a frame, a topic, a component that reports diagnostics, or a node.
+        text: of an error.
+        count: number of equal errors.
+    """
+
+    when_s: float
+    what: What
+    kind: Kind
+    name: str
+    text: str = ""
+    count: int = 1
+
+
+class Notices:
+    """Compares the states of sources, and keeps the changes of the last minute. Not thread-safe."""
+
+    def __init__(self) -> None:
+        self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
+        self._stale: dict[tuple[Kind, str], float] = {}
+        self._failing: dict[tuple[Kind, str], str] = {}
+
+    def note_stale(self, kind: Kind, ages_s: Mapping[str, float], now_s: float) -> None:
+        """Compare the stale sources of a kind, given with the ages of their last data, with those before."""
+        before = {name for of_kind, name in self._stale if of_kind == kind}
+        for name in sorted(ages_s.keys() - before):
+            self._stale[kind, name] = now_s - ages_s[name]
+            self._notices.append(Notice(now_s, "stale", kind, name))
+        for name in sorted(before - ages_s.keys()):
+            del self._stale[kind, name]
+            self._notices.append(Notice(now_s, "back", kind, name))
+
+    def forget(self, kind: Kind, names: set[str]) -> None:
+        """Drop stale sources that no longer exist, and therefore do not come back."""
+        for name in names:
+            self._stale.pop((kind, name), None)
+
+    def note_failing(self, kind: Kind, texts: Mapping[str, str], now_s: float) -> None:
+        """Compare the failing sources of a kind, given with the reasons, with those before."""
+        before = {name for of_kind, name in self._failing if of_kind == kind}
+        for name in sorted(texts.keys() - before):
+            self._failing[kind, name] = texts[name]
+            self.note_error(kind, name, texts[name], now_s)
+        for name in before - texts.keys():
+            del self._failing[kind, name]
+
+    def note_error(self, kind: Kind, name: str, text: str, when_s: float) -> None:
+        """Add an error, or count it if it repeats one of the last minute."""
+        notice = Notice(when_s, "error", kind, name, text[:LONGEST_TEXT])
+        for each in self._notices:
+            if (each.what, each.kind, each.name, each.text) == ("error", kind, name, notice.text):
+                self._notices.remove(each)
+                notice = replace(notice, count=each.count + 1)
+                break
+        self._notices.append(notice)
+
+    def recent(self, now_s: float) -> list[Notice]:
+        """Return the changes of the last minute, newest first, and forget older ones."""
+        recent = [each for each in self._notices if now_s - each.when_s < SHOWN_S]
+        self._notices = deque(recent, MAX_NOTICES)
+        return recent[::-1]
+
+    def stale(self) -> list[tuple[Kind, str, float]]:
+        """Return the kind and name of each stale source, and when its last data came; the newest first."""
+        return sorted(((*key, since_s) for key, since_s in self._stale.items()), key=lambda each: -each[2])

@@ -1,0 +1,41 @@
+// The panel that shows and sets the levels of a node's loggers.
+
+import { h, replace, uniqueId } from "./dom.js";
+
+const LEVELS = ["debug", "info", "warn", "error", "fatal"];
+
+// Fills `side`. `nodes` are offered; those of `ofNode` are shown at once, if it is not empty.
+export function loggerLevels(side, context, nodes, ofNode, onError, onClose) {
+  const { control } = context;
+  const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"),
+    onchange: () => list() });
+  const names = h("datalist", { id: choice.getAttribute("list") }, nodes.map((name) => h("option", { value: name })));
+  const found = h("div", {});
+  replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."),
+    choice, names, found, h("button", { onclick: onClose }, "Close"));
+
+  async function list() {
+    try {
+      const loggers = await context.act("loggers", { name: choice.value });
+      replace(found, h("table", {}, loggers.map((logger) => h("tr", {}, h("td", {}, logger.name), h("td", {}, levelChoice(logger))))));
+    } catch (problem) {
+      replace(found, h("p", { class: "error" }, problem.message));
+    }
+  }
+
+  const levelChoice = (logger) => h("select", { disabled: !control, "aria-label": `Level of ${logger.name}`,
+    onchange: ({ target }) => set(logger.name, target.value) },
+  LEVELS.map((level) => h("option", { value: level, selected: level === logger.level.toLowerCase() }, level)));
+
+  async function set(logger, level) {
+    try {
+      await context.act("set_logger_level", { name: choice.value, logger, level });
+      onError("");
+    } catch (problem) {
+      onError(problem.message);
+      list();
+    }
+  }
+
+  if (ofNode) list();
+}

@@ -1,0 +1,30 @@
+// The state "stale": regular data have ended. It has one word and one colour. The server decides it (web/stale.py); for reports
+// between two updates, and messages that the browser receives, this module does.
+
+import { h } from "./dom.js";
+
+const [LEAST_S, INTERVALS] = [3, 10]; // as in web/stale.py
+export const LEVELS = ["OK", "Warning", "Error", "Stale"]; // of diagnostics
+const STALE_LEVEL = 3;
+
+// Returns whether data that came every `intervalS` have ended; null if the interval is unknown.
+export const isStale = (ageS, intervalS) => intervalS !== null && ageS > Math.max(LEAST_S, INTERVALS * intervalS);
+
+export const ageText = (seconds) => (seconds < 10 ? `${seconds.toFixed(1)} s` : seconds < 120 ? `${seconds.toFixed(0)} s`
+  : `${(seconds / 60).toFixed(0)} min`);
+
+// The word in its colour; the age of the last data is its title.
+export const staleMark = (ageS = null, text = "stale") => h("span", { class: "stale",
+  title: ageS === null ? null : `The last data are ${ageText(ageS)} old` }, text);
+
+// Returns the age of a component's report, and its level now. `data` is what the view of diagnostics sent.
+export function levelNow({ last, level }, data) {
+  const age = data.now - last;
+  return { age, level: age > data.stale ? STALE_LEVEL : level };
+}
+
+export const isStaleLevel = (level) => level === STALE_LEVEL;
+
+// The colour of a level with its first letter.
+export const levelDot = (level) => h("span", { class: `dot lettered diagnostic-${level}`, title: LEVELS[level] ?? level },
+  LEVELS[level]?.[0] ?? "?");

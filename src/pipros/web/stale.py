@@ -1,0 +1,66 @@
+"""When data are stale: regular messages, transforms or reports have ended.
+
+The page decides this only here and, for messages that the browser receives, in `page/stale.js`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pipros.graph.observer import GraphObservation
+
+LEAST_S, INTERVALS = 3.0, 10
+"""Data are stale after this many of their mean intervals, but at least this time (s)."""
+REPORT_S = 5.0
+"""A component that has not reported diagnostics for this time (s) is stale."""
+
+
+def is_stale(age_s: float, interval_s: float | None) -> bool:
+    """Return whether data that came every `interval_s` have ended. Without an interval they are not stale."""
+    return interval_s is not None and age_s > max(LEAST_S, INTERVALS * interval_s)
+
+
+@dataclass(frozen=True, slots=True)
+class _Activity:
+    """When messages of a topic were last counted (s), and their mean interval."""
+
+    last_s: float
+    interval_s: float
+
+
+class TopicActivity:
+    """Which topics are stale, from what their publishers report in successive observations."""
+
+    def __init__(self) -> None:
+        self._active: dict[str, _Activity] = {}
+        self._now_s = 0.0
+
+    def add(self, observation: GraphObservation, now_s: float) -> None:
+        """Add an observation that was made at `now_s`."""
+        self._now_s = now_s
+        quiet: set[str] = set()  # connected, or published by a node that does not answer
+        for connection, traffic in observation.connections.items():
+            quiet.add(connection.topic)
+            known = self._active.get(connection.topic)
+            if traffic is None:
+                continue
+            interval_s = traffic.interval_s or (known.interval_s if known and traffic.rate else None)
+            if interval_s is not None:
+                last_s = max(now_s - traffic.quiet_s, known.last_s if known else 0.0)
+                self._active[connection.topic] = _Activity(last_s, interval_s)
+        if observation.error:
+            return
+        dead = observation.unreachable
+        publishers = observation.state.publishers
+        quiet |= {
+            topic for topic, nodes in publishers.items() if not nodes or any(node in dead for node in nodes)
+        }
+        quiet |= {topic for topic in observation.state.subscribers if not publishers.get(topic)}
+        # Without a connection, a publisher that answers sends nothing, and nobody knows what it would send.
+        self._active = {topic: each for topic, each in self._active.items() if topic in quiet}
+
+    def stale(self) -> Mapping[str, float]:
+        """Return the stale topics, with the ages (s) of their last messages."""
+        ages = {topic: (self._now_s - each.last_s, each.interval_s) for topic, each in self._active.items()}
+        return {topic: age_s for topic, (age_s, interval_s) in ages.items() if is_stale(age_s, interval_s)}

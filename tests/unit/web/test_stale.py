@@ -1,0 +1,114 @@
+"""Which data are stale, and what the bell in the head of the page lists."""
+
+from __future__ import annotations
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from pipros.graph.observer import GraphObservation, ObservedNode, Traffic
+from pipros.graph.system_state import SystemState, TopicConnection
+from pipros.web.notices import Notices
+from pipros.web.stale import TopicActivity, is_stale
+from pipros.web.views.diagnostics import Statuses
+from pipros.web.views.notices import leaves
+
+LINK = TopicConnection("/driver", "/scan", "/slam")
+
+
+def observation(
+    traffic: Traffic | None = None,
+    *,
+    has_link: bool = True,
+    publishers: tuple[str, ...] = ("/driver",),
+    subscribers: tuple[str, ...] = ("/slam",),
+    error: str = "",
+) -> GraphObservation:
+    state = SystemState({"/scan": publishers} if publishers else {}, {"/scan": subscribers}, {})
+    return GraphObservation(
+        state,
+        {"/scan": "sensor_msgs/LaserScan"},
+        {"/driver": ObservedNode("http://driver:1", error)},
+        {LINK: traffic} if has_link else {},
+    )
+
+
+@pytest.mark.parametrize(
+    ("age_s", "interval_s", "expected"),
+    [(2.9, 0.01, False), (3.1, 0.01, True), (9.9, 1.0, False), (10.1, 1.0, True), (1e9, None, False)],
+)
+def test_data_are_stale_after_ten_intervals_and_at_least_three_seconds(
+    age_s: float, interval_s: float | None, expected: bool
+) -> None:
+    assert is_stale(age_s, interval_s) is expected
+
+
+def test_a_topic_whose_regular_messages_end_is_stale_until_they_come_again() -> None:
+    activity = TopicActivity()
+    activity.add(observation(Traffic(10.0, 100.0, 0.0, 0.1)), 100.0)
+    activity.add(observation(Traffic(4.0, 40.0, 2.9, 0.1)), 103.0)
+    assert activity.stale() == {}
+    activity.add(observation(Traffic(0.0, 0.0, 5.0, 0.1)), 106.0)
+    assert activity.stale() == {"/scan": 5.0}
+    activity.add(observation(Traffic(2.0, 20.0, 0.0, 0.1)), 107.0)
+    assert activity.stale() == {}
+
+
+def test_irregular_messages_do_not_become_stale() -> None:
+    activity = TopicActivity()
+    activity.add(observation(Traffic(0.2, 2.0, 0.0)), 100.0)
+    activity.add(observation(Traffic(0.0, 0.0, 50.0)), 150.0)
+    assert activity.stale() == {}
+
+
+def test_a_topic_is_stale_when_its_publisher_died_but_not_when_nobody_subscribes() -> None:
+    activity = TopicActivity()
+    for error, publishers in (("no answer", ("/driver",)), ("", ())):
+        activity.add(observation(Traffic(10.0, 100.0, 0.0, 0.1)), 100.0)
+        activity.add(observation(has_link=False, publishers=publishers, error=error), 104.0)
+        assert activity.stale() == {"/scan": 4.0}
+    activity.add(observation(Traffic(10.0, 100.0, 0.0, 0.1)), 200.0)
+    activity.add(observation(has_link=False), 204.0)
+    assert activity.stale() == {}
+
+
+def test_a_second_subscriber_keeps_a_topic_active_before_its_interval_is_known() -> None:
+    activity = TopicActivity()
+    activity.add(observation(Traffic(10.0, 100.0, 0.0, 0.1)), 100.0)
+    activity.add(observation(Traffic(10.0, 100.0, 0.0)), 105.0)
+    assert activity.stale() == {}
+
+
+def test_notices_name_what_became_stale_and_came_back() -> None:
+    notices = Notices()
+    notices.note_stale("frame", {"hand": 4.0}, 100.0)
+    notices.note_stale("topic", {"/hand": 3.5}, 100.0)
+    notices.note_stale("frame", {"hand": 14.0}, 110.0)
+    assert notices.stale() == [("topic", "/hand", 96.5), ("frame", "hand", 96.0)]
+    notices.note_stale("frame", {}, 120.0)
+    notices.forget("topic", {"/hand"})
+    found = [(each.what, each.kind, each.name) for each in notices.recent(125.0)]
+    assert found == [("back", "frame", "hand"), ("stale", "topic", "/hand"), ("stale", "frame", "hand")]
+    assert notices.stale() == []
+    assert [each.what for each in notices.recent(170.0)] == ["back"]
+    assert notices.recent(180.0) == []
+
+
+def test_equal_errors_are_counted_and_failing_sources_named_once() -> None:
+    notices = Notices()
+    for when_s in (1.0, 2.0, 3.0):
+        notices.note_error("node", "/arm", "stuck", when_s)
+        notices.note_failing("component", {"motor": "hot"}, when_s)
+    notices.note_failing("component", {}, 4.0)
+    notices.note_failing("component", {"motor": "hot"}, 5.0)
+    found = [(each.name, each.text, each.count, each.when_s) for each in notices.recent(6.0)]
+    assert found == [("motor", "hot", 2, 5.0), ("/arm", "stuck", 3, 3.0)]
+
+
+def test_components_are_stale_without_reports_and_groups_are_left_out() -> None:
+    statuses = Statuses(1_000_000)
+    reports = [
+        DiagnosticStatus(level=level, name=name) for name, level in (("/Motors/left", 2), ("/Motors", 2))
+    ]
+    statuses.add(DiagnosticArray(status=reports), None, 100.0)
+    assert leaves(statuses.levels(101.0)) == {"/Motors/left": (2, 1.0, "")}
+    assert leaves(statuses.levels(105.5)) == {"/Motors/left": (3, 5.5, "")}
