@@ -168,7 +168,9 @@ def _compare_choice(both: BothBases, velocity: tuple[float, float], command: Any
     """Check that the planner chooses the command for genuine's plan and costs, with the same score."""
     plan = both.latest("genuine", "move_base/DWAPlannerROS/global_plan", "nav_msgs/Path")
     tried = both.latest("genuine", "move_base/DWAPlannerROS/trajectory_cloud", "sensor_msgs/PointCloud2")
-    planner = DwaPlanner(DwaSettings.of({**_defaults(), **PARAMETERS["DWAPlannerROS"]}, sim_period=0.1))
+    names = _defaults()
+    given = {name: value for name, value in PARAMETERS["DWAPlannerROS"].items() if name in names}
+    planner = DwaPlanner(DwaSettings.of({**names, **given}, sim_period=0.1))
     points = [(each.pose.position.x, each.pose.position.y) for each in plan.poses]
     planner.look_at(_costmap_of_genuine(both), FOOTPRINT, (0.0, 0.0, 0.0), points)
     choice = planner.choose((0.0, 0.0, 0.0), (velocity[0], 0.0, velocity[1]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Final
+from typing import Any, Final
 
 import cv2
 import numpy as np
@@ -17,6 +17,9 @@ _SMALLEST_SIGMA: Final = 1e-9
 """Replaces smaller standard deviations, to avoid a division by 0. Only an exact reading is then a hit."""
 _LONGEST_M: Final = 10_000.0
 """Rays end here if the laser's longest range is greater, or infinite."""
+
+_EXACT_CELLS: Final = 2800
+_STEPS_AT_ONCE: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +133,7 @@ class BeamModel:
         self._grid, self._settings = grid, settings
         free = np.pad(grid.is_free, 1).astype(np.uint8)
         distances = cv2.distanceTransform(free, cv2.DIST_C, cv2.DIST_MASK_3)
-        self._clear: NDArray[np.int32] = distances.astype(np.int32)
+        self._clear: NDArray[np.uint8] = np.minimum(distances, 255).astype(np.uint8)
 
     def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:  # noqa: ARG002
         """Return the factor for the weight of each particle: 1 + the sum of the cubes."""
@@ -165,24 +168,28 @@ class BeamModel:
         rows, columns = (row1 - row0).ravel(), (column1 - column0).ravel()
         inside = (row0 >= -1) & (row0 < height - 1) & (column0 >= -1) & (column0 < width - 1)
         first = np.where(inside, (row0 + 1) * width + column0 + 1, 0)  # the corner is not free
-        start = np.broadcast_to(first, shape).ravel()
+        is_steep = abs(rows) > abs(columns)
         long, wide = np.maximum(abs(rows), abs(columns)), np.minimum(abs(rows), abs(columns))
         down, across = np.sign(rows) * width, np.sign(columns)
-        is_steep = abs(rows) > abs(columns)
-        along, aside = np.where(is_steep, down, across), np.where(is_steep, across, down)
-        lines = np.stack((start, long, 2 * wide, 2 * np.maximum(long, 1), along, aside))
-        found, clear = np.full(start.size, longest), self._clear.ravel()
-        ray, step = np.arange(start.size), np.zeros(start.size, np.int64)
+        # The quotient of whole numbers must not be rounded up to a whole number, nor the numbers themselves.
+        real = np.float32 if long.max(initial=0) < _EXACT_CELLS else np.float64
+        whole = [np.broadcast_to(first, shape).ravel(), np.where(is_steep, down, across)]
+        whole += [np.where(is_steep, across, down), np.zeros_like(long)]
+        start, along, aside, step = (each.astype(np.int32) for each in whole)
+        lines: Any = (each.astype(real) for each in (long, 2 * wide, 2 * np.maximum(long, 1)))
+        length, rise, run = lines
+        found, clear, ray = np.full(long.size, longest), self._clear.ravel(), np.arange(long.size)
         while ray.size:
-            begin, length, twice_wide, twice_long, along, aside = lines
-            # The quotient of whole numbers below 2^52 is never rounded up to a whole number.
-            beside = ((step * twice_wide + length) / twice_long).astype(np.int64)
-            skipped = clear.take(begin + step * along + beside * aside)
-            stops = skipped == 0
-            found[ray[stops]] = np.hypot(step[stops], beside[stops]) * self._grid.resolution
-            step = step + skipped
-            kept = np.flatnonzero(~stops & (step <= length + 1))
-            ray, step, lines = ray[kept], step[kept], lines[:, kept]
+            for _ in range(_STEPS_AT_ONCE):  # rays that have stopped stay where they are
+                beside = ((step * rise + length) / run).astype(np.int32)
+                skipped = clear.take(start + step * along + beside * aside)
+                step += skipped
+            is_past, stops = step > length + 1, skipped == 0
+            ended = np.flatnonzero(stops & ~is_past)
+            found[ray[ended]] = np.hypot(step[ended], beside[ended]) * self._grid.resolution
+            kept = np.flatnonzero(~stops & ~is_past)
+            ray, start, along, aside, step = (each[kept] for each in (ray, start, along, aside, step))
+            length, rise, run = length[kept], rise[kept], run[kept]
         return found.reshape(shape)
 
 

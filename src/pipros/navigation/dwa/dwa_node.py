@@ -70,7 +70,7 @@ class DwaLocalPlanner:
             settings = DwaSettings.of(values, **self._fixed)
         except InvalidParameter as error:
             self._log.error("the settings of the local planner stay as they are: %s", error)
-            return {**values, **{name: getattr(self._settings, name, False) for name in values}}
+            return {name: getattr(self._settings, name) for name in values}
         self._settings = self._planner.settings = self._rotation.settings = settings
         return values
 

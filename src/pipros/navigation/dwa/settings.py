@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.libraries.reconfiguring.server import Setting
-from pipros.navigation.parameters import InvalidParameter
+from pipros.navigation.parameters import InvalidParameter, settings_of, tunable
 
 MAX_POSES: Final = 2_000_000
 """Maximum number of poses of all ways in a cycle: some 200 MB."""
@@ -24,40 +23,41 @@ class DwaSettings:
         cheat_factor: factor of the squared distance to the goal at which the alignment ends.
     """
 
-    max_vel_trans: float = 0.55
-    min_vel_trans: float = 0.1
-    max_vel_x: float = 0.55
-    min_vel_x: float = 0.0
-    max_vel_y: float = 0.1
-    min_vel_y: float = -0.1
-    max_vel_theta: float = 1.0
-    min_vel_theta: float = 0.4
-    acc_lim_x: float = 2.5
-    acc_lim_y: float = 2.5
-    acc_lim_theta: float = 3.2
-    acc_lim_trans: float = 0.1
-    prune_plan: bool = False
-    xy_goal_tolerance: float = 0.1
-    yaw_goal_tolerance: float = 0.1
-    trans_stopped_vel: float = 0.1
-    theta_stopped_vel: float = 0.1
-    sim_time: float = 1.7
-    sim_granularity: float = 0.025
-    angular_sim_granularity: float = 0.1
-    path_distance_bias: float = 0.6
-    goal_distance_bias: float = 0.8
-    occdist_scale: float = 0.01
-    twirling_scale: float = 0.0
-    stop_time_buffer: float = 0.2
-    oscillation_reset_dist: float = 0.05
-    oscillation_reset_angle: float = 0.2
-    forward_point_distance: float = 0.325
-    scaling_speed: float = 0.25
-    max_scaling_factor: float = 0.2
-    vx_samples: int = 3
-    vy_samples: int = 10
-    vth_samples: int = 20
-    use_dwa: bool = True
+    max_vel_trans: float = tunable(0.55, "Greatest speed, m/s", 0.0)
+    min_vel_trans: float = tunable(0.1, "Least speed, m/s", 0.0)
+    max_vel_x: float = tunable(0.55, "Greatest velocity forwards, m/s")
+    min_vel_x: float = tunable(0.0, "Least velocity forwards, m/s; below 0: backwards")
+    max_vel_y: float = tunable(0.1, "Greatest velocity to the left, m/s")
+    min_vel_y: float = tunable(-0.1, "Least velocity to the left, m/s")
+    max_vel_theta: float = tunable(1.0, "Greatest rate of turning, rad/s", 0.0)
+    min_vel_theta: float = tunable(0.4, "Least rate of turning, rad/s", 0.0)
+    acc_lim_x: float = tunable(2.5, "Acceleration forwards, m/s2", 0.0, 20.0)
+    acc_lim_y: float = tunable(2.5, "Acceleration to the left, m/s2", 0.0, 20.0)
+    acc_lim_theta: float = tunable(3.2, "Acceleration of turns, rad/s2", 0.0, 20.0)
+    acc_lim_trans: float = tunable(0.1, "Without effect", 0.0)
+    prune_plan: bool = tunable(False, "Whether to drop the part of the plan that was driven")
+    xy_goal_tolerance: float = tunable(0.1, "Distance at which the goal is reached, m")
+    yaw_goal_tolerance: float = tunable(0.1, "Angle at which the goal is reached, rad")
+    trans_stopped_vel: float = tunable(0.1, "Speed below which the robot stands, m/s")
+    theta_stopped_vel: float = tunable(0.1, "Rate of turning below which the robot stands, rad/s")
+    sim_time: float = tunable(1.7, "Simulated time, s", 0.0)
+    sim_granularity: float = tunable(0.025, "Distance between two poses, m", 0.0)
+    angular_sim_granularity: float = tunable(0.1, "Angle between two poses, rad", 0.0)
+    path_distance_bias: float = tunable(0.6, "Weight of the distance to the plan", 0.0)
+    goal_distance_bias: float = tunable(0.8, "Weight of the distance to the local goal", 0.0)
+    occdist_scale: float = tunable(0.01, "Weight of costs", 0.0)
+    twirling_scale: float = tunable(0.0, "Weight of turning", 0.0)
+    stop_time_buffer: float = tunable(0.2, "Without effect", 0.0)
+    oscillation_reset_dist: float = tunable(0.05, "Distance after which a direction is allowed again, m", 0.0)
+    oscillation_reset_angle: float = tunable(0.2, "Angle after which a direction is allowed again, rad", 0.0)
+    forward_point_distance: float = tunable(0.325, "Distance of the point ahead that follows the plan, m")
+    scaling_speed: float = tunable(0.25, "Speed above which the footprint grows, m/s", 0.0)
+    max_scaling_factor: float = tunable(0.2, "Growth of the footprint at full speed", 0.0)
+    vx_samples: int = tunable(3, "Velocities along x", 1)
+    vy_samples: int = tunable(10, "Velocities along y", 1)
+    vth_samples: int = tunable(20, "Rates of turning", 1)
+    use_dwa: bool = tunable(True, "Whether only velocities of the next period are tried")
+    restore_defaults: bool = tunable(False, "Return to the settings of the start")
     sim_period: float = 0.05
     sum_scores: bool = False
     cheat_factor: float = 1.0
@@ -72,13 +72,12 @@ class DwaSettings:
 
     @classmethod
     def of(cls, values: Mapping[str, Any], **fixed: Any) -> DwaSettings:
-        """Return the settings with these values; names that are not settings are ignored.
+        """Return the settings with these values.
 
         Raises:
             InvalidParameter: a divisor is 0, or a cycle would need too much memory.
         """
-        known = {each.name for each in fields(cls)}
-        settings = cls(**{name: value for name, value in values.items() if name in known}, **fixed)
+        settings = cls(**values, **fixed)
         for name in ("sim_time", "sim_granularity", "angular_sim_granularity"):
             if not 0 < getattr(settings, name) < math.inf:
                 raise InvalidParameter(f"{name} must be > 0 and finite, got {getattr(settings, name)}")
@@ -93,31 +92,5 @@ class DwaSettings:
         return settings
 
 
-_WITHOUT_RANGE: Final = (
-    "max_vel_x", "min_vel_x", "max_vel_y", "min_vel_y", "xy_goal_tolerance", "yaw_goal_tolerance",
-    "trans_stopped_vel", "theta_stopped_vel", "forward_point_distance",
-)  # fmt: skip
-_FIXED: Final = ("sim_period", "sum_scores", "cheat_factor")
-_UNITS: Final = {
-    "vel": "m/s or rad/s", "lim": "m/s2 or rad/s2", "tolerance": "m or rad", "time": "s",
-    "granularity": "m or rad", "dist": "m", "distance": "m", "angle": "rad", "speed": "m/s",
-}  # fmt: skip
-
-
-def _settings() -> Iterator[Setting]:
-    for each in fields(DwaSettings):
-        value: Any = each.default
-        if each.name in _FIXED:
-            continue
-        low: float | None = None
-        if not isinstance(value, bool) and each.name not in _WITHOUT_RANGE:
-            low = 1 if isinstance(value, int) else 0.0
-        high = 20.0 if each.name in ("acc_lim_x", "acc_lim_y", "acc_lim_theta") else None
-        text = each.name.replace("_", " ")
-        unit = next((unit for word, unit in _UNITS.items() if word in each.name.split("_")), "")
-        yield Setting(each.name, value, low, high, f"{text}, {unit}" if unit else text)
-    yield Setting("restore_defaults", False, description="return to the settings of the start")
-
-
-SETTINGS: Final = tuple(_settings())
+SETTINGS: Final = settings_of(DwaSettings)
 """The reconfigurable parameters, in the order of genuine's description."""

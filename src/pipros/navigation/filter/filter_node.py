@@ -13,9 +13,9 @@ import numpy as np
 from pipros.libraries.transforms.messages import in_ns, pose_of, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose
 from pipros.msg import load_message_class
-from pipros.navigation.filter.control import Control
 from pipros.navigation.filter.estimates import Estimates
 from pipros.navigation.filter.health import Health
+from pipros.navigation.filter.kalman import Control
 from pipros.navigation.filter.measurements import Input, Readings, seconds
 from pipros.navigation.filter.settings import KINDS, Topic, make_timeline, read_settings
 from pipros.navigation.filter.state import POSE, RATES, SIZE, Array, Command, Measurement

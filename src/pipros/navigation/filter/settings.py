@@ -9,8 +9,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.navigation.filter.control import Control
-from pipros.navigation.filter.kalman import DEFAULT_COVARIANCE, DEFAULT_PROCESS_NOISE, ExtendedKalmanFilter
+from pipros.navigation.filter.kalman import (
+    DEFAULT_COVARIANCE,
+    DEFAULT_PROCESS_NOISE,
+    Control,
+    ExtendedKalmanFilter,
+)
 from pipros.navigation.filter.measurements import Input
 from pipros.navigation.filter.state import ACCELERATION, ANGLES, POSE, RATES, SIZE, TWIST, Array
 from pipros.navigation.filter.timeline import Timeline

@@ -10,12 +10,12 @@ Source: http://wiki.ros.org/move_base, and the behaviour of the genuine node.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol
+from typing import Protocol
 
 from pipros.libraries.actions.server_goal import Event
+from pipros.navigation.move_base.settings import Settings
 from pipros.navigation.plane import Poses, Triple
 
 STILL: Triple = (0.0, 0.0, 0.0)
@@ -43,24 +43,6 @@ class End:
 
     event: Event
     text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Patience:
-    """The parameters of move_base that decide when something has taken too long; see docs/navigation.md."""
-
-    planner_frequency: float = 0.0
-    planner_patience: float = 5.0
-    controller_patience: float = 15.0
-    max_planning_retries: int = -1
-    recovery_behavior_enabled: bool = True
-    oscillation_timeout: float = 0.0
-    oscillation_distance: float = 0.5
-
-    @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Patience:
-        """Return those of the parameters that belong here."""
-        return cls(**{each.name: values[each.name] for each in fields(cls)})
 
 
 class Base(Protocol):
@@ -97,11 +79,11 @@ class Machine:
     Attributes:
         state: what the robot is doing.
         wants_plan: whether the planner should run; call `planned` with its result.
-        patience: the parameters; may be replaced.
+        settings: the parameters; may be replaced.
     """
 
-    def __init__(self, base: Base, patience: Patience) -> None:
-        self.patience = patience
+    def __init__(self, base: Base, settings: Settings) -> None:
+        self.settings = settings
         self._base = base
         self._plan: Poses | None = None
         self._reset()
@@ -135,11 +117,11 @@ class Machine:
         if plan is not None:
             self._plan, self._plan_s, self._retries = plan, now_s, 0
             self.state = State.CONTROLLING
-            self.wants_plan = self.patience.planner_frequency > 0
+            self.wants_plan = self.settings.planner_frequency > 0
         elif self.state is State.PLANNING:
             self._retries += 1
-            is_over = 0 <= self.patience.max_planning_retries < self._retries
-            if is_over or now_s > self._plan_s + self.patience.planner_patience:
+            is_over = 0 <= self.settings.max_planning_retries < self._retries
+            if is_over or now_s > self._plan_s + self.settings.planner_patience:
                 self.wants_plan = False
                 self._clear(Trigger.PLANNING)
 
@@ -170,7 +152,7 @@ class Machine:
                 self.stop()
                 return End(Event.SUCCEED, "Goal reached.")
             self._control(now_s)
-        elif self.patience.recovery_behavior_enabled and self._base.begin_recovery(
+        elif self.settings.recovery_behavior_enabled and self._base.begin_recovery(
             self._index, self._trigger
         ):
             self.is_recovering = True
@@ -185,13 +167,13 @@ class Machine:
         pose = self._base.pose()
         if pose is None:
             return
-        if math.dist(pose[:2], self._swing) >= self.patience.oscillation_distance:
+        if math.dist(pose[:2], self._swing) >= self.settings.oscillation_distance:
             self._swing, self._swing_s = pose[:2], now_s
             if self._trigger is Trigger.OSCILLATION:
                 self._index = 0
 
     def _control(self, now_s: float) -> None:
-        limit_s = self.patience.oscillation_timeout
+        limit_s = self.settings.oscillation_timeout
         if limit_s > 0 and now_s > self._swing_s + limit_s:
             self._clear(Trigger.OSCILLATION)
         command = self._base.command()
@@ -200,7 +182,7 @@ class Machine:
             self._base.drive(command)
             if self._trigger is Trigger.CONTROLLING:
                 self._index = 0
-        elif now_s > self._control_s + self.patience.controller_patience:
+        elif now_s > self._control_s + self.settings.controller_patience:
             self._clear(Trigger.CONTROLLING)
         else:
             self._base.drive(STILL)

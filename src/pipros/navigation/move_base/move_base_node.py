@@ -6,6 +6,7 @@ import logging
 import math
 import threading
 from collections.abc import Mapping
+from dataclasses import asdict, replace
 from typing import Any
 
 from pipros.libraries.actions.server_goal import Event
@@ -21,10 +22,10 @@ from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros.navigation.frames import Frames
 from pipros.navigation.move_base import plugins
 from pipros.navigation.move_base.goals import GoalServer
-from pipros.navigation.move_base.machine import STILL, End, Machine, Patience, State, Trigger
+from pipros.navigation.move_base.machine import STILL, End, Machine, State, Trigger
 from pipros.navigation.move_base.recovery import Tools
 from pipros.navigation.move_base.services import PlanService
-from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS
+from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS, Settings
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.navigation.plane import Poses, Triple
@@ -69,18 +70,15 @@ class MoveBase:
         self._goal: Any = None
         self._target: Triple | None = None
         self._planned_s = -math.inf
-        self._values: dict[str, Any] = {}
-        self._machine = Machine(self, Patience())
+        self._machine, self._has_settings = Machine(self, Settings()), False
         Reconfigurable(node, "~", SETTINGS, self._apply)
         radius = read_parameters(node, "~local_costmap").number("circumscribed_radius", 0.46)
         PlanService(
             node, log, self._planner, self._maps, given.number("clearing_radius", radius), self._target_of,
-            lambda: self._goals.is_active,
-        ).settings = self._values  # fmt: skip
-        listed, values = (
-            given.values.get("recovery_behaviors"),
-            {**self._values, "circumscribed_radius": radius},
-        )
+            lambda: self._goals.is_active, lambda: self._machine.settings,
+        )  # fmt: skip
+        listed = given.values.get("recovery_behaviors")
+        values = {**asdict(self._machine.settings), "circumscribed_radius": radius}
         tools = Tools(node, log, *self._maps, self.drive)
         self._behaviours = plugins.behaviours(listed, values, tools, is_strict=self._is_strict)
         self._rest(is_resting=True)
@@ -106,28 +104,28 @@ class MoveBase:
 
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
         with self._lock:
-            before = dict(self._values)
-            self._values.update(values)
-            if not before:
-                given = read_parameters(self._node, "~")
-                patience = given.number("controller_patience", INITIAL_PATIENCE)
-                self._machine.patience = Patience.of({**values, "controller_patience": patience})
+            before, settings = self._machine.settings, Settings(**values)
+            if not self._has_settings:
+                self._has_settings = True
+                patience = read_parameters(self._node, "~").number("controller_patience", INITIAL_PATIENCE)
+                self._machine.settings = replace(settings, controller_patience=patience)
                 return values
-            self._machine.patience = Patience.of(values)
-            planners = "base_global_planner", "base_local_planner"
-            if any(values[name] != before[name] for name in planners):
+            planners = settings.base_global_planner, settings.base_local_planner
+            if planners != (before.base_global_planner, before.base_local_planner):
                 try:
-                    self._check_planners(*(values[name] for name in planners))
+                    self._check_planners(*planners)
                 except InvalidParameter as error:
                     self._log.error("%s", error)
-                    self._values.update({name: before[name] for name in planners})
-            if values["controller_frequency"] != before["controller_frequency"]:
+                    names = "base_global_planner", "base_local_planner"
+                    settings = replace(settings, **{name: getattr(before, name) for name in names})
+            self._machine.settings = settings
+            if settings.controller_frequency != before.controller_frequency:
                 self._change_planning(self._period_s())
                 self._change_cycle(self._period_s())
-        return self._values
+        return asdict(settings)
 
     def _period_s(self) -> float:
-        return 1.0 / max(float(self._values["controller_frequency"]), 0.1)
+        return 1.0 / max(self._machine.settings.controller_frequency, 0.1)
 
     # -- goals -------------------------------------------------------------------
 
@@ -197,7 +195,7 @@ class MoveBase:
 
     def _rest(self, *, is_resting: bool) -> None:
         """Stop or start the costmaps between goals, if `shutdown_costmaps` is set."""
-        if self._values["shutdown_costmaps"]:
+        if self._machine.settings.shutdown_costmaps:
             for costmap in self._maps:
                 costmap.stop() if is_resting else costmap.start()
 
@@ -218,7 +216,7 @@ class MoveBase:
     def _plan_if_due(self) -> None:
         with self._lock:
             machine, now_s, target = self._machine, self._node.clock.now_ns() / 1e9, self._target
-            frequency = machine.patience.planner_frequency
+            frequency = machine.settings.planner_frequency
             is_due = machine.state is State.PLANNING or now_s >= self._planned_s + 1 / max(frequency, 1e-6)
             if not (self._goals.is_active and machine.wants_plan and is_due):
                 return

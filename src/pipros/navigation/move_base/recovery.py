@@ -14,7 +14,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from pipros.navigation.costmap.costmap import Costmap
-from pipros.navigation.dwa.footprint_costs import outline_costs
+from pipros.navigation.dwa.grid_costs import outline_costs
 from pipros.navigation.parameters import Parameters, read_parameters
 from pipros.navigation.plane import Triple
 from pipros.node import Node

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import FREE
 from pipros.navigation.costmap.layered import Pose2D
+from pipros.navigation.move_base.settings import Settings
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.plane import Triple
 from pipros.navigation.wiring import now, serve
@@ -21,13 +22,7 @@ from pipros.node.service_server import CallFailed
 
 
 class PlanService:
-    """Serves plans to other nodes, and clears the costmaps at their request.
-
-    Attributes:
-        settings: the reconfigurable parameters of move_base.
-    """
-
-    settings: Mapping[str, Any]
+    """Serves plans to other nodes, and clears the costmaps at their request."""
 
     def __init__(
         self,
@@ -38,6 +33,7 @@ class PlanService:
         clearing_radius: float,
         locate: Callable[[Any], Triple | None],
         is_active: Callable[[], bool],
+        settings: Callable[[], Settings],
     ) -> None:
         """Offer the services.
 
@@ -46,9 +42,11 @@ class PlanService:
             clearing_radius: half the side of the square that is freed around the robot, in metres.
             locate: returns a PoseStamped in the global frame, or None.
             is_active: returns whether move_base has a goal.
+            settings: returns the parameters of move_base.
         """
         self._node, self._log, self._planner, self._maps = node, log, planner, maps
         self._radius, self._locate, self._is_active = clearing_radius, locate, is_active
+        self._settings = settings
         serve(node, "~make_plan", "nav_msgs/GetPlan", self._make_plan)
         serve(node, "~clear_costmaps", "std_srvs/Empty", lambda _: self._clear())
 
@@ -66,14 +64,14 @@ class PlanService:
         if start is None:
             self._log.error("make_plan: the start is unknown")
             raise CallFailed
-        if self.settings["make_plan_clear_costmap"]:
+        if self._settings().make_plan_clear_costmap:
             self._free_surroundings()
         if goal is None:
             return None
         for tried in (goal, *_around(goal, request.tolerance, global_map.grid.resolution)):
             plan = self._planner.make_plan(Pose2D(*start), Pose2D(*tried))
             if plan is not None:
-                if tried != goal and self.settings["make_plan_add_unreachable_goal"]:
+                if tried != goal and self._settings().make_plan_add_unreachable_goal:
                     plan = np.vstack((plan, goal))
                 poses = plane.path(plan, global_map.global_frame, now(self._node)).poses
                 return load_message_class("nav_msgs/Path")(poses=poses)

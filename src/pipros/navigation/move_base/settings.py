@@ -1,30 +1,35 @@
-"""The reconfigurable parameters of move_base, in the order of genuine's description."""
+"""The parameters of move_base that clients can change, in the order of genuine's description."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
-from pipros.libraries.reconfiguring.server import Setting
+from pipros.navigation.parameters import settings_of, tunable
 
-SETTINGS: Final = (
-    Setting("base_global_planner", "navfn/NavfnROS", description="The global planner"),
-    Setting("base_local_planner", "base_local_planner/TrajectoryPlannerROS", description="The local planner"),
-    Setting(
-        "planner_frequency", 0.0, 0, 100, "Plans per second; 0: only for a new goal, or without a command"
-    ),
-    Setting("controller_frequency", 20.0, 0, 100, "Commands per second"),
-    Setting("planner_patience", 5.0, 0, 100, "Seconds without a plan before the recovery"),
-    Setting("controller_patience", 5.0, 0, 100, "Seconds without a legal command before the recovery"),
-    Setting("max_planning_retries", -1, -1, 1000, "Failures to plan before the recovery; negative: no limit"),
-    Setting("conservative_reset_dist", 3.0, 0, 50, "Side of the square that the first recovery keeps, m"),
-    Setting("recovery_behavior_enabled", True, description="Whether there is a recovery"),
-    Setting("clearing_rotation_allowed", True, description="Whether the default recovery turns the robot"),
-    Setting("shutdown_costmaps", False, description="Whether the costmaps rest between goals"),
-    Setting("oscillation_timeout", 0.0, 0, 60, "Seconds without progress before the recovery; 0: no limit"),
-    Setting("oscillation_distance", 0.5, 0, 10, "Distance that counts as progress, m"),
-    Setting("make_plan_clear_costmap", True, description="Whether make_plan frees the robot's surroundings"),
-    Setting("make_plan_add_unreachable_goal", True, description="Whether make_plan appends the goal itself"),
-    Setting("restore_defaults", False, description="Return to the settings of the start"),
-)
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """The parameters, under their names. Lengths are in metres, times in seconds, frequencies in Hz."""
+
+    base_global_planner: str = tunable("navfn/NavfnROS", "The global planner")
+    base_local_planner: str = tunable("base_local_planner/TrajectoryPlannerROS", "The local planner")
+    planner_frequency: float = tunable(0.0, "Plans per second; 0: if goals or commands need one", 0, 100)
+    controller_frequency: float = tunable(20.0, "Commands per second", 0, 100)
+    planner_patience: float = tunable(5.0, "Seconds without a plan before the recovery", 0, 100)
+    controller_patience: float = tunable(5.0, "Seconds without a legal command before the recovery", 0, 100)
+    max_planning_retries: int = tunable(-1, "Failures before the recovery; below 0: no limit", -1, 1000)
+    conservative_reset_dist: float = tunable(3.0, "Side of the square that the first one keeps, m", 0, 50)
+    recovery_behavior_enabled: bool = tunable(True, "Whether there is a recovery")
+    clearing_rotation_allowed: bool = tunable(True, "Whether the default recovery turns the robot")
+    shutdown_costmaps: bool = tunable(False, "Whether the costmaps rest between goals")
+    oscillation_timeout: float = tunable(0.0, "Seconds without progress before it; 0: no limit", 0, 60)
+    oscillation_distance: float = tunable(0.5, "Distance that counts as progress, m", 0, 10)
+    make_plan_clear_costmap: bool = tunable(True, "Whether make_plan frees the robot's surroundings")
+    make_plan_add_unreachable_goal: bool = tunable(True, "Whether make_plan appends the goal itself")
+    restore_defaults: bool = tunable(False, "Return to the settings of the start")
+
+
+SETTINGS: Final = settings_of(Settings)
 INITIAL_PATIENCE: Final = 15.0
 """`controller_patience` until a client first changes a setting, if the parameter is not set."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipros.navigation.filter.control import Control
-from pipros.navigation.filter.kalman import ExtendedKalmanFilter
+from pipros.navigation.filter.kalman import Control, ExtendedKalmanFilter
 from pipros.navigation.filter.state import SIZE, Array, Command, Measurement, jacobian, transition, wrapped
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
 

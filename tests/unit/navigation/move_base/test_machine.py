@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pipros.libraries.actions.server_goal import Event
-from pipros.navigation.move_base.machine import STILL, End, Machine, Patience, State, Trigger
+from pipros.navigation.move_base.machine import STILL, End, Machine, State, Trigger
+from pipros.navigation.move_base.settings import Settings
 from pipros.navigation.plane import Poses, Triple
 
 PLAN: Any = np.zeros((3, 3))
@@ -60,7 +61,7 @@ class Robot:
 
 
 def machine(robot: Robot, **patience: Any) -> Machine:
-    made = Machine(robot, Patience(**{"controller_patience": 3.0, "planner_patience": 5.0, **patience}))
+    made = Machine(robot, Settings(**{"controller_patience": 3.0, "planner_patience": 5.0, **patience}))
     made.begin(100.0, replaces=False)
     return made
 
