@@ -224,11 +224,12 @@ def _from_above(
     draw = ImageDraw.Draw(image)
     if is_line:
         draw.line([((high - y) * scale, (right - x) * scale) for x, y, _ in kept], "white", 2)
+    radius = 2 if len(kept) < 2000 else 1 if len(kept) < 20_000 else 0
     for x, y, z in kept:  # x is up and y is left, as seen from above by someone who looks ahead
         share = int(255 * (z - bottom) / (top - bottom))
-        draw.point(
-            ((high - y) * scale, (right - x) * scale), (share, 255 - abs(2 * share - 255), 255 - share)
-        )
+        across, down = (high - y) * scale, (right - x) * scale
+        colour = (share, 255 - abs(2 * share - 255), 255 - share)
+        draw.rectangle((across - radius, down - radius, across + radius, down + radius), colour)
     place = (high * scale, right * scale)
     draw.ellipse((place[0] - 3, place[1] - 3, place[0] + 3, place[1] + 3), outline="white")
     note = "From above: x points up, y left. The circle is the origin; colours show z from blue to red."

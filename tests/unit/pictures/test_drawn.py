@@ -104,6 +104,8 @@ def test_points_ahead_are_above_the_origin() -> None:
     scan = LaserScan(ranges=[2.0, math.nan, 9.0], range_max=5.0)
     shown = drawn(scan).convert("L")
     assert (shown.getbbox() or (0, 1))[1] == 0
+    left, _, right, low = shown.crop((0, 0, shown.width, 9)).getbbox() or (0, 0, 0, 0)
+    assert (right - left, low) == (5, 3)  # more than a pixel
     cloud = PointCloud(points=[Point32(1e30, 0, 0), Point32(1, 1, 1)])
     assert drawn(cloud).convert("L").getbbox() is not None
 
