@@ -8,14 +8,23 @@ from typing import Any, Final
 
 CELL: Final = 200
 """Maximum number of characters of a cell."""
+_LEFT: Final = 'style="text-align: left"'
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> str:
-    """Return a table. All texts are escaped, and cells are cut at `CELL` characters."""
-    title = f"<caption>{cell(caption)}</caption>" if caption else ""
-    names = "".join(f"<th>{cell(each)}</th>" for each in head)
-    body = "".join(f"<tr>{''.join(f'<td>{cell(each)}</td>' for each in row)}</tr>" for row in rows)
-    return f"<table>{title}<thead><tr>{names}</tr></thead><tbody>{body}</tbody></table>"
+    """Return a table, with the caption and the first column on the left, which notebooks place elsewhere.
+
+    All texts are escaped, and cells are cut at `CELL` characters.
+    """
+    title = f"<caption {_LEFT}>{cell(caption)}</caption>" if caption else ""
+    top = _row("th", head)
+    body = "".join(_row("td", each) for each in rows)
+    return f"<table>{title}<thead>{top}</thead><tbody>{body}</tbody></table>"
+
+
+def _row(kind: str, values: Sequence[Any]) -> str:
+    cells = (f"<{kind}{f' {_LEFT}' * (not at)}>{cell(each)}</{kind}>" for at, each in enumerate(values))
+    return f"<tr>{''.join(cells)}</tr>"
 
 
 def cell(value: object) -> str:

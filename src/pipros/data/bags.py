@@ -87,6 +87,9 @@ class Bags:
         for each in self.readers:
             each.close()
 
+    def __repr__(self) -> str:
+        return f"<Bags of {', '.join(each.name for each in self.readers)}: {len(self.topics())} topics>"
+
     def _repr_html_(self) -> str:
         """Return the topics of each bag, for notebooks."""
         return "".join(info_html(bag_info(each, each.name, with_frequencies=True)) for each in self.readers)

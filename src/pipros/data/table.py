@@ -10,7 +10,7 @@ import numpy as np
 from pipros.basics.html_table import html_table
 from pipros.data.nearest import matches
 from pipros.data.pictures import LAZY_COLUMNS
-from pipros.msg.bulk.columns import Column, blank, joined_columns, taken
+from pipros.msg.bulk.columns import Column, blank, joined_columns, taken, text_of
 
 if TYPE_CHECKING:
     import os
@@ -85,8 +85,7 @@ class Table(Mapping[str, Any]):
     def _shown(self, name: str, row: int) -> object:
         if name in self.gaps and self.gaps[name][row]:
             return "--"
-        value: Any = self.columns[name][row]
-        return f"{len(value)} bytes" if isinstance(value, bytes) else str(value)
+        return text_of(self.columns[name][row]).replace(" ", "\N{NO-BREAK SPACE}")
 
     @property
     def rows(self) -> int:

@@ -85,11 +85,18 @@ def frames_as_html(frames: Frames) -> str:
     while waiting:
         name, depth = waiting.pop()
         row = rows.get(name)
-        facts = ["", "", ""] if row is None else [row[2], f"{row[3]:.1f}", f"{row[4]:.3f}"]
+        facts = ["", "", ""] if row is None else [row[2], *_rate_and_time(frames[name], *row[3:])]
         if name not in shown:
             shown[name] = ["\N{NO-BREAK SPACE}" * 4 * depth + name, *facts]
             waiting += [(each, depth + 1) for each in sorted(below.get(name, ()), reverse=True)]
     return html_table(("frame", "published by", "Hz", "latest (s)"), shown.values(), f"{len(shown)} frames")
+
+
+def _rate_and_time(frame: FrameHistory | None, rate: float, newest: float, oldest: float) -> tuple[str, str]:
+    """Return the rate and the latest time as texts. One transform has no rate, and a static one no time."""
+    if not isinstance(frame, MovingFrame):
+        return "", "static"
+    return f"{rate:.1f}" if newest > oldest else "", f"{newest:.3f}"
 
 
 def edges(frames: Frames) -> list[tuple[str, str, str, float]]:

@@ -200,6 +200,19 @@ def blank(column: Column, count: int) -> Column:
     return found
 
 
+def text_of(cell: Any) -> str:
+    """Return a short text of a cell, on one line."""
+    if isinstance(cell, bytes):
+        return f"{len(cell)} bytes"
+    if isinstance(cell, np.ndarray):
+        how: Any = {"float_kind": "{:.6g}".format}
+        return " ".join(np.array2string(cell, threshold=6, edgeitems=2, formatter=how).split())
+    if isinstance(cell, _Ragged):
+        more = f", … {len(cell)} cells" if len(cell) > 3 else ""
+        return f"[{', '.join(map(text_of, cell[:3]))}{more}]"
+    return f"{len(cell)} messages" if isinstance(cell, RecordColumn) else str(cell)
+
+
 def offsets_of(sizes: NDArray[Any]) -> Offsets:
     """Return the offsets of cells of these sizes."""
     offsets = np.zeros(len(sizes) + 1, np.int64)
