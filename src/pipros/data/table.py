@@ -10,7 +10,7 @@ import numpy as np
 from pipros.basics.html_table import html_table
 from pipros.data.nearest import matches
 from pipros.data.pictures import LAZY_COLUMNS
-from pipros.msg.bulk.columns import Column, blank, joined_columns, taken, text_of
+from pipros.msg.bulk.columns import Column, blank, joined_columns, taken, text_of, without
 
 if TYPE_CHECKING:
     import os
@@ -160,8 +160,8 @@ class Table(Mapping[str, Any]):
         for name, column in other.columns.items():
             is_empty = is_gap
             if other.rows:
-                columns[f"{prefix}{name}"] = taken(column, index)
                 is_empty = is_gap | other.gaps[name][index] if name in other.gaps else is_gap
+                columns[f"{prefix}{name}"] = without(taken(column, index), is_empty)
             else:
                 columns[f"{prefix}{name}"] = blank(column, self.rows)
             gaps[f"{prefix}{name}"] = is_empty

@@ -1,10 +1,12 @@
-"""Bags and tables in notebooks."""
+"""Bags and tables in notebooks, and columns of lists as arrays for plots."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
+import numpy as np
+import pytest
 from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -55,3 +57,25 @@ def test_arrays_and_texts_are_short(tmp_path: Path) -> None:
     assert "<td>[shoulder, elbow]</td><td>[1 2]</td>" in shown["/two"]
     assert "<td>[shoulder, elbow, wrist, … 4 cells]</td><td>[1 2 3 4]</td>" in shown["/four"]
     assert "<td>0 messages</td>" in shown["/tf"]
+
+
+def test_lists_of_one_length_are_arrays_with_nan_in_gaps(tmp_path: Path) -> None:
+    path = tmp_path / "run.bag"
+    texts = [("/text", String(str(n)), n, 0) for n in range(1, 5)]
+    states = [("/joints", joints(n, n + 0.5), n, 0) for n in (2, 3)]
+    path.write_bytes(
+        bag_bytes([*texts, *states, ("/mixed", joints(1), 1, 0), ("/mixed", joints(1, 2), 2, 0)])
+    )
+    with open_bags(path) as bags:
+        assert np.asarray(bags.table("/joints")["position"]).tolist() == [[2, 2.5], [3, 3.5]]
+        joined = bags.asof("/text", "/joints", tolerance=0.5)
+        mixed = bags.table("/mixed")["position"]
+    column = joined["joints.position"]
+    nan = np.nan
+    np.testing.assert_array_equal(np.asarray(column), [[nan, nan], [2, 2.5], [3, 3.5], [nan, nan]])
+    assert [list(cell) for cell in joined["joints.name"]] == [[], *[["shoulder", "elbow"]] * 2, []]
+    assert joined.to_arrow()["joints.position"].to_pylist() == [None, [2, 2.5], [3, 3.5], None]
+    with pytest.raises(ValueError, match="cells must have as many numbers, got 1 to 2"):
+        np.asarray(mixed)
+    with pytest.raises(ValueError, match="must be arrays of numbers, got texts"):
+        np.asarray(joined["joints.name"])

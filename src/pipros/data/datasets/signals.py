@@ -161,16 +161,12 @@ def _field(table: Table, source: SignalSource, field: str) -> NDArray[np.float64
         labels = table.get("name")
         if source.names and isinstance(labels, ListColumn) and isinstance(labels.values, TextColumn):
             return _by_name(column, labels, source)
-        sizes = column.sizes
-        if not len(sizes):
+        if not len(column):
             return np.zeros((0, max(len(source.names), 1)))
-        if (sizes != sizes[0]).any():
-            raise BadSettings(
-                f"{source.place}.fields: messages must have as many numbers in {field}, got {sizes[0]} and "
-                f"{sizes[sizes != sizes[0]][0]}"
-            )
-        begin, end = column.offsets[0], column.offsets[-1]
-        return column.values[begin:end].reshape(len(sizes), -1).astype(np.float64)
+        try:
+            return np.asarray(column, np.float64)
+        except ValueError as error:
+            raise BadSettings(f"{source.place}.fields: {field} of {table.type}: {error}") from None
     if not isinstance(column, np.ndarray) or column.dtype.kind not in "biuf":
         raise BadSettings(f"{source.place}.fields: {field} of {table.type} must be numbers")
     return column.reshape(table.rows, -1).astype(np.float64)

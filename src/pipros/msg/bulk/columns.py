@@ -115,6 +115,9 @@ class TextColumn(OctetColumn):
 class ListColumn(_Ragged):
     """A column of arrays. The cells are parts of `values`: arrays, or columns.
 
+    `numpy.asarray(column)` is an array with a row for each cell, if all that are not empty have as many
+    numbers. Rows of empty cells, such as gaps, are NaN.
+
     Args:
         values: may also have a row for each cell, such as a view of messages with arrays of equal length. It
             is then copied when it is used.
@@ -132,6 +135,21 @@ class ListColumn(_Ragged):
         if isinstance(self._values, np.ndarray) and self._values.ndim == 2:
             self._values = np.ascontiguousarray(self._values).reshape(-1)
         return self._values
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> NDArray[Any]:
+        sizes, values = self.sizes, self.values
+        is_full = sizes > 0
+        width = int(sizes.max(initial=0))
+        if not isinstance(values, np.ndarray):
+            raise ValueError("cells must be arrays of numbers, got texts or messages")
+        if (sizes[is_full] != width).any():
+            raise ValueError(f"cells must have as many numbers, got {sizes[is_full].min()} to {width}")
+        rows = values[self.offsets[0] : self.offsets[-1]].reshape(int(is_full.sum()), width)
+        if len(rows) < len(self):
+            found = np.full((len(self), width), np.nan)
+            found[is_full] = rows
+            rows = found
+        return np.array(rows, dtype) if copy else np.asarray(rows, dtype)
 
     def _cell(self, begin: int, end: int) -> Any:
         return self.values[begin:end]
@@ -197,6 +215,15 @@ def blank(column: Column, count: int) -> Column:
     if isinstance(column, RecordColumn):
         return RecordColumn({name: blank(each, count) for name, each in column.columns.items()}, count)
     found: Column = column._with(np.zeros(count + 1, np.int64))
+    return found
+
+
+def without(column: Column, is_gap: NDArray[np.bool_]) -> Column:
+    """Return a column whose cells that differ in size are empty in gaps. Arrays stay as they are."""
+    if isinstance(column, np.ndarray | RecordColumn) or not is_gap.any():
+        return column
+    kept = column.take(np.flatnonzero(~is_gap))
+    found: Column = kept._with(offsets_of(np.where(is_gap, 0, column.sizes)))
     return found
 
 
