@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.data.extras import library
-from pipros.msg.bulk.columns import Column, ListColumn, Offsets, RecordColumn, TextColumn
+from pipros.msg.bulk.columns import Column, ListColumn, RecordColumn, TextColumn
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,8 +35,7 @@ def _array(pa: Any, column: Column, gaps: NDArray[np.bool_] | None = None) -> An
         return _whole(pa, column)
     if isinstance(column, np.ndarray) and column.ndim == 2:  # pyarrow 22 writes no nulls of fixed size
         column = ListColumn(np.arange(len(gaps) + 1) * column.shape[1], column)
-    whole = _whole(pa, column)
-    return whole.take(pa.array(np.arange(len(gaps)), mask=gaps))
+    return _whole(pa, column).take(pa.array(np.arange(len(gaps)), mask=gaps))
 
 
 def _whole(pa: Any, column: Column) -> Any:
@@ -48,18 +47,12 @@ def _whole(pa: Any, column: Column) -> Any:
         return pa.StructArray.from_arrays([_whole(pa, column[name]) for name in names], names)
     if isinstance(column, TextColumn):
         column = column.valid()
-    offsets, is_large = _offsets(column.offsets)
+    is_large = int(column.offsets[-1]) > _MAX_OFFSET
+    offsets = column.offsets.astype(np.int64 if is_large else np.int32)
     if isinstance(column, ListColumn):
         kind = pa.LargeListArray if is_large else pa.ListArray
         return kind.from_arrays(pa.array(offsets), _whole(pa, column.values))
-    if isinstance(column, TextColumn):
-        text_type = pa.large_string() if is_large else pa.string()
-    else:
-        text_type = pa.large_binary() if is_large else pa.binary()
+    kind = "string" if isinstance(column, TextColumn) else "binary"
+    text_type = getattr(pa, f"large_{kind}" if is_large else kind)()
     data = pa.py_buffer(np.ascontiguousarray(column.data))
     return pa.Array.from_buffers(text_type, len(column), [None, pa.py_buffer(offsets), data])
-
-
-def _offsets(offsets: Offsets) -> tuple[NDArray[Any], bool]:
-    is_large = int(offsets[-1]) > _MAX_OFFSET
-    return offsets.astype(np.int64 if is_large else np.int32), is_large

@@ -84,6 +84,5 @@ def _messages(readers: Sequence[BagReader], topic: str) -> Iterator[BagMessage]:
 
 def _insert(buffer: TransformBuffer, received: Any, *, is_static: bool) -> None:
     for each in received.message.transforms:
-        header = each.header
-        pose = pose_of_transform(each.transform)
-        buffer.insert(header.frame_id, each.child_frame_id, in_ns(header.stamp), pose, "", is_static)
+        names, stamp = (each.header.frame_id, each.child_frame_id), in_ns(each.header.stamp)
+        buffer.insert(*names, stamp, pose_of_transform(each.transform), "", is_static)

@@ -56,8 +56,8 @@ def image_array(row: Mapping[str, Any]) -> Any:
             f"{max(line, step) * height} bytes, got {len(data)}"
         )
     shape = (height, width) if found.channels == 1 else (height, width, found.channels)
-    strides = (step, *_dense(shape[1:], dtype.itemsize))
-    return np.ndarray(shape, dtype, data, 0, strides)
+    strides = (step, found.channels * dtype.itemsize, dtype.itemsize)
+    return np.ndarray(shape, dtype, data, 0, strides[: len(shape)])
 
 
 def picture_array(row: Mapping[str, Any]) -> Any:
@@ -101,17 +101,9 @@ def cloud_array(row: Mapping[str, Any]) -> Any:
     return np.ndarray((height, width), dtype, data, 0, (step, size))
 
 
-def _dense(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
-    return (size,) if len(shape) == 1 else (shape[1] * size, size)
-
-
-def _lazy(decode: Callable[[Mapping[str, Any]], Any]) -> Callable[[Mapping[str, Column]], LazyColumn]:
-    return lambda columns: LazyColumn(columns, decode)
-
-
 LAZY_COLUMNS = {
-    "sensor_msgs/Image": ("_image", _lazy(image_array)),
-    "sensor_msgs/CompressedImage": ("_image", _lazy(picture_array)),
-    "sensor_msgs/PointCloud2": ("_points", _lazy(cloud_array)),
+    "sensor_msgs/Image": ("_image", image_array),
+    "sensor_msgs/CompressedImage": ("_image", picture_array),
+    "sensor_msgs/PointCloud2": ("_points", cloud_array),
 }
-"""The name of the additional column of a type, and the function that makes it from all columns."""
+"""The name of the additional column of a type, and the function that decodes a cell."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipros.basics.html_table import html_table
 from pipros.data.nearest import matches
-from pipros.data.pictures import LAZY_COLUMNS
+from pipros.data.pictures import LAZY_COLUMNS, LazyColumn
 from pipros.msg.bulk.columns import Column, blank, joined_columns, taken, text_of, without
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class Table(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         lazy = LAZY_COLUMNS.get(self.type)
         if lazy is not None and name == lazy[0]:
-            return lazy[1](self.columns)
+            return LazyColumn(self.columns, lazy[1])
         column = self.columns[name]
         if name not in self.gaps or not isinstance(column, np.ndarray):
             return column

@@ -70,9 +70,8 @@ class LiveRobot:
         self._commands = [DriveCommand(self.node, each, end_s) for each in self.config.actions]
         self._sources = wait_for_all(sources, end_s)
         self._signals = [each for each in sources if isinstance(each.source, SignalSource)]
-        self._cameras = {
-            each.source.short_name: each for each in sources if each.source in self.config.cameras
-        }
+        cameras = self.config.cameras
+        self._cameras = {each.source.short_name: each for each in sources if each.source in cameras}
         self.state_names = full_names(self._signals)
         self.action_names = full_names(self._commands)
         self.cameras = {name: each.picture().shape for name, each in self._cameras.items()}
