@@ -239,6 +239,20 @@ def test_the_suggested_description_makes_a_data_set(capsys: pytest.CaptureFixtur
     assert Path("out/videos/camera/episode_000000.mp4").stat().st_size > 0
 
 
+def test_rare_topics_do_not_decide_the_suggested_rate(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [("/level", Float64(n), 100 + n // 20, n % 20 * 50_000_000) for n in range(100)]
+    rows += [("/battery", Float64(n), 100 + n, 0) for n in range(5)]
+    rows += [("/once", Float64(1), 100, 0), ("/text", String("x"), 100, 0)]
+    rows += [("/episode", Bool(n % 2 == 0), 101 + n, 0) for n in range(2)]
+    Path("run.bag").write_bytes(bag_bytes(sorted(rows, key=lambda row: row[2:])))
+    assert dataset(["run.bag", "--suggest"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("rate: 20  #")
+    assert 'episodes: {topic: "/episode"}' in text
+    assert text.endswith("# left out: /once (std_msgs/Float64), /text (std_msgs/String)\n")
+    assert made(config=text)["observations.battery"].to_pylist()[0] == [1]
+
+
 def test_a_picture_with_too_many_pixels_counts_as_damaged() -> None:
     huge = bytearray(jpeg(50))
     at = huge.index(b"\xff\xc0")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pipros.basics.printable import listed
 from pipros.data.datasets.signals import USUAL_FIELDS
 from pipros.data.table import STAMP, Table
 from pipros.msg.bulk.columns import ListColumn, TextColumn
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from pipros.data.bags import Bags
 
 _ACTION = re.compile(r"(^|[/_])(cmd|command|commands|goal|target|setpoint|action)([/_]|$)|cmd_vel|_desired")
+_RARE_HZ = 10
 _CAMERAS = ("sensor_msgs/CompressedImage", "sensor_msgs/Image")
 
 
@@ -24,21 +26,25 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     """Return a first description, for a user to correct.
 
     Topics with usual numeric fields become observations, and those whose names mean commands actions. The
-    rate is that of the slowest camera, or of the slowest observation. Only the first messages are read.
-    Raises `BadSettings` if no topic has a type that is known.
+    rate is that of the slowest camera, or of the slowest observation of at least 10 Hz. Only the first
+    messages are read. Raises `BadSettings` if no topic has a type that is known.
     """
     parts: dict[str, list[str]] = {each: [] for each in ("observations", "cameras", "actions")}
     rates: dict[str, list[float]] = {each: [] for each in parts}
     taken: set[str] = set()
+    left_out, episodes = [], "file  # or {topic: /episode}, with std_msgs/Bool or String"
     for topic in bags.topics():
         kind = bags.connections_of(topic)[0][1].type
         is_camera = kind in _CAMERAS
-        if (not is_camera and kind not in USUAL_FIELDS) or topic.startswith("/rosout"):
+        if kind in ("std_msgs/Bool", "std_msgs/String") and "episode" in topic:
+            episodes = f"{{topic: {json.dumps(topic)}}}  # or file: each bag is an episode"
+            continue
+        is_usual = (is_camera or kind in USUAL_FIELDS) and not topic.startswith("/rosout")
+        if not is_usual or bags.count(topic) < 2:
+            left_out.append(f"{listed(topic)} ({listed(kind)})")
             continue
         group = "cameras" if is_camera else "actions" if _ACTION.search(topic) else "observations"
         table = next(bags.batches(topic)).take(slice(rows))
-        if not table.rows:
-            continue
         steps = np.diff(table.times())
         rate = 1e9 / float(np.median(steps)) if len(steps) and np.median(steps) > 0 else 1.0
         name = _name(topic, taken)
@@ -50,23 +56,24 @@ def suggest(bags: Bags, rows: int = 200) -> str:
             lines.append("    store: video  # or jpeg, which keeps the pictures as they are")
         if STAMP not in table or not table[STAMP].any():
             lines.append("    time: receipt  # there are no stamps")
-        if rate < 10:
+        if rate < _RARE_HZ:
             lines.append(f"    tolerance: {2 / rate:.3g}  # s; the messages are rare")
         parts[group] += lines
         rates[group].append(rate)
     found = rates["cameras"] or rates["observations"] or rates["actions"]
     if not found:
         raise BadSettings(f"no topic has usual numbers or pictures, got {', '.join(bags.topics()) or 'none'}")
+    rate = min([each for each in found if each >= _RARE_HZ] or found)
     head = [
-        f"rate: {max(1, min(50, round(min(found))))}  # rows a second",
+        f"rate: {max(1, min(50, round(rate)))}  # rows a second",
         "tolerance: 0.1  # s; older messages are gaps",
         "gaps: skip  # episodes with gaps; or hold (the last message), or keep (null)",
-        "episodes: file  # or {topic: /episode}, with std_msgs/Bool or String",
+        f"episodes: {episodes}",
         'task: ""  # what the robot does, in words',
     ]
     for group, lines in parts.items():
         head += [f"{group}:" if lines else f"{group}: {{}}", *lines]
-    return "\n".join(head) + "\n"
+    return "\n".join([*head, f"# left out: {', '.join(left_out) or 'nothing'}"]) + "\n"
 
 
 def _name(topic: str, taken: set[str]) -> str:
