@@ -22,7 +22,7 @@ def main() -> int:
         with (
             open_bags(request["bag"]) as bags,
             TemporaryDirectory(prefix="tables-") as folder,
-            Database(folder) as database,
+            Database(folder, bags.topics()) as database,
         ):
             for topic, alias in tables_in(sql, bags.topics()).items():
                 database.add(topic, bags.batches(topic), alias=alias)

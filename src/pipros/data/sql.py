@@ -10,10 +10,10 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import listed
 from pipros.data.extras import library
 from pipros.data.table import Table
 
@@ -39,13 +39,15 @@ class Database:
 
     Args:
         folder: an empty folder for its files.
+        topics: those that errors about unknown names list.
         memory: the memory that DuckDB may use.
 
     Raises:
         MissingExtra: duckdb or pyarrow is not installed.
     """
 
-    def __init__(self, folder: str, *, memory: str = "512MB") -> None:
+    def __init__(self, folder: str, topics: Sequence[str] = (), *, memory: str = "512MB") -> None:
+        self._topics = topics
         self._arrow = library("pyarrow", "a query")
         self._duckdb = library("duckdb", "a query")
         self._connection = self._duckdb.connect(
@@ -62,9 +64,7 @@ class Database:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._connection.close()
 
     def add(self, topic: str, tables: Iterable[Table], *, alias: str = "") -> None:
@@ -103,6 +103,9 @@ class Database:
             reader = (getattr(result, "to_arrow_reader", None) or result.fetch_record_batch)(_BATCH_ROWS)
             yield reader.schema.empty_table()
             yield from reader
+        except (self._duckdb.CatalogException, self._duckdb.BinderException) as error:
+            hint = "Columns with dots need double quotes. Tables are named as topics:"
+            raise QueryError(f"{error}\n{hint} {', '.join(map(listed, self._topics))}") from None
         except (self._duckdb.Error, self._arrow.ArrowException) as error:
             raise QueryError(str(error)) from None
 

@@ -97,6 +97,8 @@ def test_errors_of_table_are_one_line(capsys: pytest.CaptureFixture[str]) -> Non
     joined = ["table", "run.bag", "/n", "/camera", "-o", "o.csv", "--on"]
     assert "has no header; use on='receipt'" in failure(capsys, *joined, "header")
     assert "on must be receipt or header" in failure(capsys, *joined, "x")
+    outside = failure(capsys, "table", "run.bag", "/n", "-o", "o.csv", "--start", "90")
+    assert "no message was received from 90.0 to inf: the bags have those from " in outside
     Path("copy.parquet").write_bytes(Path("run.bag").read_bytes())
     same = failure(capsys, "table", "copy.parquet", "/n", "-o", "copy.parquet")
     assert "the output must not be a bag that is read" in same
@@ -119,6 +121,11 @@ def test_queries_select_rows_of_topics(capfdbinary: Any) -> None:
         "data": [4, 5],
         "_time": [4 * 10**9, 5 * 10**9],
     }
+
+
+def test_errors_about_names_list_the_topics(capsys: pytest.CaptureFixture[str]) -> None:
+    for sql in ("SELECT 1 FROM nix", "SELECT arm.joints FROM n"):
+        assert "Tables are named as topics: /arm/joints, " in failure(capsys, "query", "run.bag", sql)
 
 
 @pytest.mark.parametrize(

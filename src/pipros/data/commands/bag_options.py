@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.cli.rosbag.other_bags import add_reading_options
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import CommandError
+from pipros.msg.time import NS_PER_S
 
 if TYPE_CHECKING:
     from pipros.data.bags import Bags
@@ -42,13 +44,20 @@ def row_options(options: Any) -> dict[str, Any]:
 
 
 def opened_bags(names: Sequence[str], options: Any) -> Bags:
-    """Open bags. Raise `CommandError` if one does not exist."""
+    """Open bags. Raise `CommandError` if one does not exist, or none has messages at the chosen times."""
     from pipros.data import open_bags
 
     try:
-        return open_bags(*names, msgs=getattr(options, "msgs", ()))
+        bags = open_bags(*names, msgs=getattr(options, "msgs", ()))
     except FileNotFoundError as error:
         raise CommandError(f"no such bag: {error.filename}") from None
+    ends = [time / NS_PER_S for bag in bags.readers if bag.message_count for time in bag.range_ns]
+    start, end = options.start or 0, math.inf if options.end is None else options.end
+    if ends and (start > max(ends) or end < min(ends)):
+        bags.close()
+        known = f"{min(ends):.2f} to {max(ends):.2f}, in seconds since 1970"
+        raise CommandError(f"no message was received from {start} to {end}: the bags have those from {known}")
+    return bags
 
 
 def format_of(path: Path) -> str:

@@ -56,7 +56,7 @@ def _query(bags: Bags, sql: str, folder: str, options: Any) -> list[str]:
     rows = row_options(options)
     output = Path(options.output) if options.output else None
     kind = "csv" if output is None else format_of(output)
-    with Database(folder) as database:
+    with Database(folder, bags.topics()) as database:
         for topic, alias in tables_in(sql, bags.topics()).items():
             database.add(topic, shown_batches(bags, topic, options, rows), alias=alias)
         batches = database.select(sql)
