@@ -30,6 +30,7 @@ MODULES = {
     "panels/layout.js": 97,
     "plot/curve.js": 97,
     "plot/curve_text.js": 97,
+    "bags/marks.js": 97,
     "bags/visible_time.js": 97,
     "place.js": 97,
     "notice_texts.js": 97,

@@ -15,6 +15,10 @@ class PageLimits(NamedTuple):
         page_layout_bytes: a panel layout, stored by a browser or in a file.
         page_topics: topics that all browsers connected to a page watch together.
         page_bags: bags that all browsers connected to a page have opened together.
+        page_rewind_s: the past that a page keeps for its browsers.
+        page_rewind_bytes: the messages of that past.
+        page_rewinds: browsers that look at the past together; each may keep `page_rewind_bytes` alive.
+        page_notes_bytes: the file of a bag's notes.
         page_record_spare_bytes: free disk space below which a page's recording ends.
         page_export_bytes: the messages that a browser exports from a bag.
         page_exports: concurrent exports by all browsers connected to a page; each needs a temporary file.
@@ -26,6 +30,10 @@ class PageLimits(NamedTuple):
     page_layout_bytes: int = 65_536
     page_topics: int = 500
     page_bags: int = 20
+    page_rewind_s: float = 60.0
+    page_rewind_bytes: int = 128 * _MIB
+    page_rewinds: int = 4
+    page_notes_bytes: int = 262_144
     page_record_spare_bytes: int = 1024 * _MIB
     page_export_bytes: int = 512 * _MIB
     page_exports: int = 2

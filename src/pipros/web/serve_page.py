@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
+from pipros.basics.limits import process_limits
 from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
@@ -23,7 +24,9 @@ from pipros.server.token_file import read_tokens
 from pipros.server.view_server import PageServer, Services
 from pipros.web.bags.folder import BagFolder
 from pipros.web.bags.recording import BagRecording
+from pipros.web.bags.rewind import RecentMessages
 from pipros.web.bags.views import ShownBags
+from pipros.web.limits import PageLimits
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import serve_scene_file
 from pipros.web.tabs import BY_POLICY, CHANGING, CONTROLS, OF_MESSAGES, PageContext, services_of_tabs
@@ -49,11 +52,12 @@ class PageOptions:
         certificate, key: PEM files for TLS.
         token_file: file with the accepted tokens; None to create a new token.
         permitted: the views and actions in `CHANGING` that the page may use.
-        saves_layouts: whether browsers may store layouts of panels.
+        saves_layouts: whether browsers may store layouts of panels, and notes beside bags.
         opens_browser: whether to open the page in a browser if there is a display.
         argv: remappings of the page's node.
         scene: the file shown in the Scene tab; if given, the node offers rviz's services.
         bags: the folder whose bags browsers may open.
+        rewind_s: the past that is recorded for browsers (s); None for `PageLimits.page_rewind_s`.
         policy: what browsers may do among `permitted`; None for no policy.
     """
 
@@ -70,6 +74,7 @@ class PageOptions:
     argv: tuple[str, ...] = ()
     scene: SceneFile | None = None
     bags: str | None = None
+    rewind_s: float | None = None
     policy: Policy | None = None
 
 
@@ -94,7 +99,7 @@ def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
         loop.start()
         gate = ActGate(node, options.policy)
         gate.start()
-        system = WatchedSystem(graph, node, gate)
+        system = WatchedSystem(graph, node, gate, recent=_recent(options.rewind_s))
         bags = BagFolder(options.bags) if options.bags is not None else None
         recording = BagRecording(bags) if bags is not None else None
         views = services(
@@ -126,6 +131,12 @@ def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
                 recording.stop()
 
 
+def _recent(rewind_s: float | None) -> RecentMessages | None:
+    limits = process_limits().of(PageLimits)
+    span_s = limits.page_rewind_s if rewind_s is None else rewind_s
+    return RecentMessages(span_s, limits.page_rewind_bytes) if span_s else None
+
+
 class MountedPage:
     """The page on a port of another server, for the room that offers it; see `Room.offers`.
 
@@ -142,7 +153,7 @@ class MountedPage:
         """
         self._closing = contextlib.ExitStack()
         graph = self._closing.enter_context(GraphClient(tool, timeout_s=MASTER_DEADLINE_S))
-        self._system = WatchedSystem(graph, node, gate)
+        self._system = WatchedSystem(graph, node, gate, recent=_recent(None))
         self.server = PageServer(services(self._system, frozenset(CHANGING if has_control else ())), secret)
 
     def start(self) -> None:

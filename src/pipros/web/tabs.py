@@ -50,7 +50,7 @@ class PageContext:
     Attributes:
         system: the running system, or a bag that is played.
         scene_file: the file shown in the Scene tab.
-        saves_layouts: whether browsers may store layouts of panels.
+        saves_layouts: whether browsers may store layouts of panels, and notes beside bags.
         bags: the folder whose bags browsers may open.
         recording: writes to `bags`.
         open_bags: the bags that browsers have opened.
@@ -100,16 +100,24 @@ TABS = (
         controls={"actions": "send_goal"},
     ),
     Tab(
-        lambda context: BagViews(context.system, context.bags, context.open_bags),
+        lambda context: BagViews(
+            context.system, context.bags, context.open_bags, may_note=context.saves_layouts
+        ),
         {
             "bag": BagViews.bag,
             "bag_curve": BagViews.bag_curve,
+            "bag_events": BagViews.bag_events,
             "bag_export": BagViews.bag_export,
             "bag_marks": BagViews.bag_marks,
             "bag_thumbnails": BagViews.bag_thumbnails,
             "bags": BagViews.bags,
+            "rewind": BagViews.rewind,
         },
-        {"bag_control": BagViews.bag_control},
+        {
+            "add_note": BagViews.add_note,
+            "bag_control": BagViews.bag_control,
+            "remove_note": BagViews.remove_note,
+        },
     ),
     Tab(
         lambda context: CallViews(context.system),

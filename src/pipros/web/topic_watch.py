@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +36,8 @@ SHORTEST_S = 0.1
 
 Listener = Callable[[AnyMsg, float], object]
 """Called in the link's thread with each message and the wall time of its arrival (s)."""
+Record = Callable[[str, AnyMsg, float], object]
+"""Called in the link's thread with a topic, each of its messages, and the wall time of its arrival (s)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,7 @@ class TopicWatch:
         queue_size: int = WINDOW,
         limits: Limits | None = None,
         clock: Callable[[], float] = time.monotonic,
+        listeners: Iterable[Listener] = (),
     ) -> None:
         """Create empty statistics. `clock` returns the time (s) used to measure rates."""
         self.topic = topic
@@ -76,7 +80,7 @@ class TopicWatch:
         self._bandwidth = BandwidthWindow(WINDOW)
         self._last_s = 0.0
         self._count = 0
-        self._listeners: list[Listener] = []
+        self._listeners: list[Listener] = list(listeners)
         self._leading: list[tuple[AnyMsg, float]] = []
 
     def note(self, message: AnyMsg, received_s: float | None = None, *, is_leading: bool = False) -> None:
@@ -165,11 +169,13 @@ class TopicWatch:
 class TopicWatches:
     """All watched topics.
 
-    A thread subscribes and unsubscribes, because the master may be slow or unavailable.
+    A thread subscribes and unsubscribes, because the master may be slow or unavailable. `record` receives
+    the messages of all topics.
     """
 
-    def __init__(self, node: Node, limits: Limits | None = None) -> None:
+    def __init__(self, node: Node, limits: Limits | None = None, record: Record | None = None) -> None:
         self._node = node
+        self._record = record
         self._limits = limits or process_limits()
         self._decoder = RawDecoder()
         self._lock = threading.Lock()
@@ -217,7 +223,8 @@ class TopicWatches:
             return list(self._watches.values())
 
     def _new_watch(self, topic: str, queue_size: int) -> TopicWatch:
-        return TopicWatch(topic, self._decoder, queue_size, self._limits)
+        listeners = () if self._record is None else (functools.partial(self._record, topic),)
+        return TopicWatch(topic, self._decoder, queue_size, self._limits, listeners=listeners)
 
     def update(self) -> None:
         """Start a thread that updates the subscriptions to match the watches."""

@@ -19,6 +19,7 @@ from pipros.graph.recent_changes import RecentChanges
 from pipros.node import Node
 from pipros.server.act_gate import ActGate
 from pipros.server.daemon_pool import DaemonPool
+from pipros.web.bags.rewind import RecentMessages
 from pipros.web.service_calls import ServiceCalls
 from pipros.web.shared import Shared
 from pipros.web.stale import TopicActivity
@@ -45,6 +46,7 @@ class WatchedSystem:
         node: the page's own node, which is registered with its first subscription.
         gate: decides about the acts of browsers.
         topics: watched topics.
+        recent: the last minute of all watched topics; None if it is not recorded.
         calls: service calls from browsers.
         questions: threads for calls to the master and to the nodes' APIs.
         computations: threads that decode and draw.
@@ -61,6 +63,7 @@ class WatchedSystem:
         gate: ActGate | None = None,
         *,
         interval_s: float = POLL_INTERVAL_S,
+        recent: RecentMessages | None = None,
     ) -> None:
         """Store the resources. The system is observed at most once per `interval_s`.
 
@@ -70,7 +73,8 @@ class WatchedSystem:
         self._interval_s = interval_s
         self.graph = graph
         self.node = node
-        self.topics = TopicWatches(node)
+        self.recent = recent
+        self.topics = TopicWatches(node, record=None if recent is None else recent.add)
         self.calls = ServiceCalls(lambda: graph.master)
         self.questions = DaemonPool("question", QUESTIONS_AT_ONCE)
         self.computations = DaemonPool("computation", COMPUTATIONS_AT_ONCE)

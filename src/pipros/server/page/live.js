@@ -17,6 +17,7 @@ class Live extends EventTarget {
     this.ofMessages = new Set(); // the views that show messages: of the system, or of a bag
     this.isSmooth = true; // whether scenes are drawn with anti-aliasing
     this.isRestarted = false; // the server rejects a token that it once accepted
+    this.ask = (_name) => null; // called before a request: null, or a promise that is rejected if the user declines
     this.trouble = ""; // the server's reason for closing the connection
     this.connect();
     addEventListener("hashchange", () => {
@@ -102,9 +103,17 @@ class Live extends EventTarget {
   // Subscribes to a view. Returns a function that unsubscribes.
   watch(view, args, onData, onError = (text) => text && console.warn(text)) {
     const request = { message: { id: this.next++, view, args }, onData, onError };
-    this.requests.set(request.message.id, request);
-    this.send(request.message);
+    let isOver = false;
+    const begin = () => {
+      if (isOver) return;
+      this.requests.set(request.message.id, request);
+      this.send(request.message);
+    };
+    const asked = this.ask(view);
+    if (asked) asked.then(begin, (problem) => isOver || onError(problem.message));
+    else begin();
     return () => {
+      isOver = true;
       if (this.requests.delete(request.message.id)) this.send({ id: request.message.id, stop: true });
     };
   }
@@ -124,7 +133,9 @@ class Live extends EventTarget {
   }
 
   // Requests an action. Returns a promise of the answer.
-  act(action, args = {}) {
+  async act(action, args = {}) {
+    const asked = this.ask(action);
+    if (asked) await asked;
     return new Promise((resolve, reject) => {
       const id = this.next++;
       const message = { id, action, args };

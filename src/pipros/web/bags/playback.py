@@ -10,12 +10,13 @@ one chunk at a time.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import functools
 import itertools
 import threading
 import time
 from collections import deque
-from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -30,8 +31,10 @@ from pipros.graph.system_state import SystemState
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
+from pipros.server.view_server import RequestRefused
+from pipros.web.bags.rewind import Recording
 from pipros.web.limits import PageLimits
-from pipros.web.topic_watch import TopicWatch, TopicWatches
+from pipros.web.topic_watch import WINDOW, TopicWatch, TopicWatches
 from pipros.web.watched_system import POLL_INTERVAL_S, WatchedSystem
 
 FIRST_WINDOW_NS: Final = NS_PER_S // 10
@@ -66,6 +69,8 @@ Their total size is limited to `PageLimits.page_view_bytes`.
 """
 LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
 CLOCK_TOPIC: Final = "/clock"
+ALWAYS_WATCHED: Final = (*LEAD_S, CLOCK_TOPIC)
+"""Topics that views watch together with others, and whose absence they show themselves."""
 TICK_S: Final = 0.1
 LOWEST_SPEED: Final = 0.01
 HIGHEST_SPEED: Final = 100.0
@@ -119,14 +124,33 @@ class BagSystem(WatchedSystem):
 class BagTopics(TopicWatches):
     """Watched topics whose messages come from a playback.
 
-    `on_change` is called after a topic has been added or removed."""
+    `on_change` is called after a topic has been added or removed. `recorded` are the topics that can be
+    watched; None for all.
+    """
 
     def __init__(
-        self, live: WatchedSystem, on_change: Callable[[], None], now_s: Callable[[], float]
+        self,
+        live: WatchedSystem,
+        on_change: Callable[[], None],
+        now_s: Callable[[], float],
+        recorded: Collection[str] | None = None,
     ) -> None:
         super().__init__(live.node)
         self._on_change = on_change
         self._now_s = now_s
+        self._recorded = recorded
+
+    @contextlib.contextmanager
+    def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
+        """Watch a topic of the recording.
+
+        Raises:
+            RequestRefused: it was not recorded.
+        """
+        if self._recorded is not None and topic not in self._recorded:
+            raise not_recorded(topic)
+        with super().watch(topic, queue_size=queue_size) as watch:
+            yield watch
 
     def update(self) -> None:
         self._on_change()
@@ -140,7 +164,8 @@ class BagPlayback:
 
     Args:
         live: the running system, whose node and thread pools are used.
-        reader: reader of the bag. It is closed together with the playback.
+        reader: reader of the bag. It is closed together with the playback. The playback of a
+            `Recording` begins at its end, and has its `/clock`, if there is one.
 
     Raises:
         NoMessages: the bag is empty.
@@ -149,11 +174,14 @@ class BagPlayback:
     def __init__(self, live: WatchedSystem, reader: BagReader) -> None:
         self._live = live
         self._reader = reader
+        self.recording = reader if isinstance(reader, Recording) else None
         self.begin_ns, self.end_ns = reader.range_ns
         self._changed = threading.Condition()
         self._version = 0
         self._epoch = 0
-        self._moment_ns = self.begin_ns
+        has_clock = self.recording is not None and self._connections(CLOCK_TOPIC)
+        self._ticked = set[str]() if has_clock else {CLOCK_TOPIC}
+        self._moment_ns = self.begin_ns if self.recording is None else self.end_ns
         self._is_playing = self._is_looping = self._is_closed = False
         self._speed = 1.0
         self._error = ""
@@ -234,7 +262,9 @@ class BagPlayback:
             nodes = publishers.setdefault(each.topic, [])
             if each.callerid and each.callerid not in nodes:
                 nodes.append(each.callerid)
-        system = BagSystem(self._live, BagTopics(self._live, self._note_change, self._now_s), self._now_s)
+        recorded = None if self.recording is None else {*types, *ALWAYS_WATCHED}
+        topics = BagTopics(self._live, self._note_change, self._now_s, recorded)
+        system = BagSystem(self._live, topics, self._now_s)
         system.observation = GraphObservation(state=SystemState(publishers, {}, {}), types=types)
         return system
 
@@ -287,7 +317,7 @@ class BagPlayback:
     def _lead(self, watch: TopicWatch, moment_ns: int, is_over: IsOver) -> None:
         """Deliver the messages that were current at `moment_ns` to a watch of their topic."""
         connections = self._connections(watch.topic)
-        if watch.topic == CLOCK_TOPIC:
+        if watch.topic in self._ticked:
             self._tick([watch], moment_ns)
         elif connections:
             for message in self._current(watch.topic, connections, moment_ns, is_over):
@@ -303,6 +333,8 @@ class BagPlayback:
         If they exceed the limits, return the newest ones, at least one. See `LEAD_S`.
         """
         lead_s = LEAD_S.get(topic, LEAD_OF_TYPE_S.get(connections[0].type, 0.0))
+        if self.recording is not None and topic in LOG_TOPICS:
+            lead_s = None
         found: deque[StoredMessage] = deque()
         if lead_s != 0.0:
             begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
@@ -390,7 +422,7 @@ class BagPlayback:
         """Map each watched topic of the bag to its watches."""
         found: dict[str, list[TopicWatch]] = {}
         for watch in watches:
-            for topic in {each.topic for each in self._connections(watch.topic)} - {CLOCK_TOPIC}:
+            for topic in {each.topic for each in self._connections(watch.topic)} - self._ticked:
                 found.setdefault(topic, []).append(watch)
         return found
 
@@ -406,9 +438,9 @@ class BagPlayback:
             watch.note(message, stored.time_ns / NS_PER_S, is_leading=is_leading)
 
     def _tick(self, watches: Iterable[TopicWatch], moment_ns: int) -> None:
-        """Send the bag's time to the watches of `/clock`."""
+        """Send the bag's time to the watches of `/clock`, unless it is recorded (see `__init__`)."""
         for watch in watches:
-            if watch.topic == CLOCK_TOPIC:
+            if watch.topic in self._ticked:
                 kind = load_message_class("rosgraph_msgs/Clock")
                 seconds, nanoseconds = divmod(moment_ns, NS_PER_S)
                 message = AnyMsg(seconds.to_bytes(4, "little") + nanoseconds.to_bytes(4, "little"))
@@ -418,6 +450,11 @@ class BagPlayback:
                     "message_definition": kind._full_text,
                 }
                 watch.note(message, moment_ns / NS_PER_S)
+
+
+def not_recorded(what: str) -> RequestRefused:
+    """Return the error for a topic that is not in the last minute."""
+    return RequestRefused(f"{what} was not recorded: no view showed it in the last minute")
 
 
 def newest_before(

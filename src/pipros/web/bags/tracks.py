@@ -10,6 +10,7 @@ from typing import Final
 from pipros.bag.mcap_files import McapReader
 from pipros.bag.reader import BagReader
 from pipros.bag.records import parse_entries
+from pipros.web.bags.rewind import Recording
 
 BINS: Final = 240
 EXACT_CHUNKS: Final = 40
@@ -59,7 +60,10 @@ def tracks(reader: BagReader) -> list[Track]:
 
 
 def _spans(reader: BagReader) -> Iterator[_Span]:
-    if isinstance(reader, McapReader):
+    if isinstance(reader, Recording):
+        for message in reader.stored_messages():
+            yield message.time_ns, message.time_ns, {message.connection.id: 1}
+    elif isinstance(reader, McapReader):
         for chunk in reader.chunks:
             yield (
                 chunk.message_start_time,

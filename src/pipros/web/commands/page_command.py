@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ipaddress import ip_address
+from math import inf
 from optparse import OptionParser
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,9 @@ def page_parser(name: str, usage: str) -> OptionParser:
     )
     add_flag(parser, "--read-only", help="do not let the page change the system")
     parser.add_option("--bags", metavar="DIR", help="bag folder that the page may open")
+    parser.add_option(
+        "--rewind", metavar="SECONDS", type="float", help="past that the page records (60); 0 for none"
+    )
     add_flag(parser, "--no-browser", help="only print the address")
     return parser
 
@@ -46,6 +50,8 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
     host, port = bind_address(options.bind)
     if options.bags is not None and not Path(options.bags).is_dir():
         raise CommandError(f"--bags must be a folder, got {options.bags}")
+    if options.rewind is not None and not 0 <= options.rewind < inf:
+        raise CommandError(f"--rewind must be a number of seconds >= 0, got {options.rewind}")
     permitted = frozenset({usual} if usual and _is_loopback(host) else ())
     if options.control:
         permitted = frozenset(CHANGING)
@@ -64,6 +70,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
             saves_layouts=not options.read_only and (_is_loopback(host) or options.control),
             opens_browser=not options.no_browser,
             bags=options.bags,
+            rewind_s=options.rewind,
             policy=policy_of(options),
             **more,
         )

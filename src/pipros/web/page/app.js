@@ -2,7 +2,9 @@
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
+import { askFirst } from "./bags/ask_first.js";
 import { playback } from "./bags/playback.js";
+import { rewindButton, timeBar } from "./bags/time_bar.js";
 import { allViewsMenu, publishersMenu } from "./head_menus.js";
 import { goHome, rememberPlace, robotLink } from "./home.js";
 import { bell } from "./notices.js";
@@ -68,10 +70,10 @@ async function show() {
     if (!isSelected) continue;
     link.href = placeOf(name, argument);
     view.setAttribute("aria-labelledby", link.id);
-    link.hidden = false;
-    link.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
+  toPanels.hidden = name === "panels";
   foldTabs();
+  links.find((link) => link.dataset.tab === tab).scrollIntoView({ block: "nearest", inline: "nearest" });
   rememberPlace();
   linkToPanels(name, argument);
   document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
@@ -102,7 +104,6 @@ function foldTabs() {
 async function linkToPanels(name, argument) {
   const { layoutText, leaf } = await import("./panels/layout.js");
   toPanels.href = placeOf("panels", `+${layoutText(leaf(name, argument))}`);
-  toPanels.hidden = name === "panels";
 }
 
 // Whether a tab may change the system.
@@ -170,6 +171,9 @@ updateMenu = allViewsMenu(tabs, [...TABS, ...OTHER_SECTIONS]);
 document.querySelector("header").prepend(shortcuts());
 publishersMenu();
 bell();
+timeBar(document.getElementById("time"));
+rewindButton(document.getElementById("rewind"));
+askFirst(() => about?.can ?? {});
 tabs.addEventListener("keydown", (event) => {
   const visible = links.filter((link) => !link.hidden);
   const at = visible.findIndex((link) => link === document.activeElement);

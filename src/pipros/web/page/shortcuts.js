@@ -27,7 +27,7 @@ export function keyName({ key, ctrlKey, metaKey, altKey, shiftKey }) {
 // The parts of the page in which a key is looked for, from an element outwards.
 function scopesOf(target) {
   const shown = document.querySelector("#view > .tab:not([hidden])");
-  return [target.closest?.(".panel"), target.closest?.("[popover]"), shown, document.querySelector("header")].filter(Boolean);
+  return [target.closest?.(".panel"), target.closest?.("[popover]"), shown, ...document.querySelectorAll("header, #time")].filter(Boolean);
 }
 
 // Returns the first visible element that matches one of the selectors, of which the first ones are preferred.

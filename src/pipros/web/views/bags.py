@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import dataclasses
+import functools
 import json
 import math
 import tempfile
-from collections.abc import AsyncIterator, Mapping
+import threading
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final
@@ -25,8 +28,11 @@ from pipros.server.view_server import RequestRefused
 from pipros.web.bags.curve import BagSamples, Take
 from pipros.web.bags.export import FORMATS, export
 from pipros.web.bags.folder import BagFolder
+from pipros.web.bags.marks import BagMarks
+from pipros.web.bags.notes import BadNotes, BagNotes, Note
 from pipros.web.bags.open_bags import OpenBags
-from pipros.web.bags.playback import LOG_TOPICS, BagPlayback, newest_before
+from pipros.web.bags.playback import LOG_TOPICS, BagPlayback, newest_before, not_recorded
+from pipros.web.bags.rewind import KEPT_TOPICS, NAME, Recording
 from pipros.web.bags.tracks import BINS, tracks
 from pipros.web.bounded_list import bounded_list
 from pipros.web.curve_samples import find_field, mark_of, sample_of
@@ -42,6 +48,10 @@ LIST_INTERVAL_S: Final = 2.0
 PIECE_BYTES: Final = 1_000_000
 THUMBNAIL_BYTES: Final = 30_000
 MAX_THUMBNAILS: Final = 60
+
+
+Read = Callable[[], BagReader]
+"""Returns a new reader of a bag."""
 
 
 class _Cancelled(BagError):
@@ -67,6 +77,7 @@ class BagViews:
     Args:
         folder: the folder whose bags browsers may open; None if they may open none.
         open_bags: the bags that are open.
+        may_note: whether browsers may write notes beside bags.
         computed_s: maximum processor time for one sample of an expression.
     """
 
@@ -76,13 +87,16 @@ class BagViews:
         folder: BagFolder | None,
         open_bags: OpenBags,
         *,
+        may_note: bool = False,
         computed_s: float = COMPUTED_S,
     ) -> None:
         self._computed_s = computed_s
+        self._may_note = may_note
+        self._noting = threading.Lock()
         self._system = system
         self._folder = folder
         self._open_bags = open_bags
-        self._opening = 0
+        self._opening = self._rewinds = 0
         self._exports = 0
 
     async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -98,8 +112,17 @@ class BagViews:
     async def bag(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Open a bag. Yield the progress, then its tracks, and then each change of the playback's state.
 
-        Until this view is closed, the browser's other views show the bag at its current moment.
+        Until this view is closed, the browser's other views show the bag at its current moment. With the
+        argument `rewind`, the bag is the last minute of the running system.
         """
+        is_rewind = arguments.get("rewind") is True
+        shown = self._shown(NAME if is_rewind else arguments.get("name"), is_rewind=is_rewind)
+        with self._rewinding() if is_rewind else contextlib.nullcontext():
+            async with contextlib.aclosing(shown) as values:
+                async for value in values:
+                    yield value
+
+    async def _shown(self, name: object, *, is_rewind: bool) -> AsyncGenerator[Any, None]:
         for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be closing
             if self._open_bags.playback is None:
                 break
@@ -110,7 +133,7 @@ class BagViews:
         if self._opening + len(self._open_bags) >= limit:
             raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
         opening = _Opening()
-        opened = self._system.computations.start(self._opened, arguments.get("name"), opening)
+        opened = self._system.computations.start(self._opened, name, opening, is_rewind)
         waiting = asyncio.wrap_future(opened)
         self._opening += 1
         try:
@@ -127,7 +150,10 @@ class BagViews:
         except NoMessages as error:
             reader.close()
             raise RequestRefused(str(error)) from None
-        with self._open_bags.showing(playback):
+        with self._open_bags.showing(playback), contextlib.ExitStack() as stack:
+            # Record on, also what only this browser watches, until it shows the running system again.
+            for watch in self._system.topics.watches() if is_rewind else ():
+                stack.enter_context(self._system.topics.watch(watch.topic))
             yield {"bag": description}
             shown: Any = None
             while True:
@@ -136,6 +162,23 @@ class BagViews:
                     shown = state
                     yield {"state": state}
                 await asyncio.sleep(STATE_INTERVAL_S)
+
+    async def rewind(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Watch the `KEPT_TOPICS` that are published. Yield how much of the past is recorded: `seconds` and
+        `bytes`, of at most `span` seconds. If nothing is recorded, yield `{"span": 0}` and end.
+        """
+        recent = self._system.recent
+        if recent is None:
+            yield {"span": 0}
+            return
+        with contextlib.ExitStack() as stack:
+            async for observation in self._system.observations():
+                before = stack.pop_all()
+                for topic in KEPT_TOPICS & observation.state.publishers.keys():
+                    stack.enter_context(self._system.topics.watch(topic))
+                before.close()
+                seconds, size = recent.figures()
+                yield {"span": recent.span_s, "seconds": round(seconds, 1), "bytes": size}
 
     async def bag_control(self, arguments: Mapping[str, Any]) -> Any:
         """Control the playback of this browser's bag: play, pause, step, jump, or change the speed."""
@@ -155,21 +198,23 @@ class BagViews:
 
     async def bag_thumbnails(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield small images from a topic at the given times: a JSON header, a newline, and pixels."""
-        path, topic = self._path(arguments.get("name")), topic_name({"name": arguments.get("topic")})
+        read, topic = self._source(arguments), topic_name({"name": arguments.get("topic")})
         times = arguments.get("times")
         if not isinstance(times, list) or len(times) > MAX_THUMBNAILS:
             raise RequestRefused(f"times must be a list of at most {MAX_THUMBNAILS} numbers")
         moments = [round(_number({"time": each}, "time") * NS_PER_S) for each in times]
-        layout = self._playback().layout
         for moment_ns in moments:
-            found = await self._system.computations.run(_thumbnail, path, layout, topic, moment_ns)
+            found = await self._system.computations.run(_thumbnail, read, topic, moment_ns)
             if found is not None:
                 yield found
 
     async def bag_curve(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield, in pieces, a plotted field's samples from the whole bag that this browser has opened."""
         text, axis = field_text(arguments), axis_of(arguments)
-        field = find_field(text, self._playback().system.observation.types)
+        playback = self._playback()
+        field = find_field(text, playback.system.observation.types)
+        if field is None and playback.recording is not None:
+            raise not_recorded(text)
         if field is None:
             raise RequestRefused(f"the bag does not contain the topic of {text}")
         chosen = field
@@ -193,12 +238,57 @@ class BagViews:
         async for piece in self._samples(arguments, topics, take):
             yield {"marks": piece["samples"], "lost": piece["lost"]}
 
+    async def bag_events(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the `marks` of the bag that this browser has opened, in pieces, then its `notes` after each
+        change; see `BagMarks` and `BagNotes`.
+        """
+        read, work = self._source(arguments), self._system.computations.run
+        reader = await work(read)
+        try:
+            marks = BagMarks(reader)
+            while (found := await work(marks.next_piece)) is not None:
+                yield {"marks": found, "lost": marks.left_out}
+        except (BagError, OSError) as error:
+            yield {"error": str(error)}
+        finally:
+            reader.close()
+        if self._playback().recording is not None:
+            return
+        path, shown = self._path(arguments.get("name")), None
+        while True:
+            values = await self._system.questions.run(_notes, path)
+            if values != shown:
+                shown = values
+                yield {**values, "may_note": self._may_note}
+            await asyncio.sleep(LIST_INTERVAL_S)
+
+    async def add_note(self, arguments: Mapping[str, Any]) -> Any:
+        """Add a note with a `time` and a `text` to the bag `name`. Return all notes."""
+        return await self._note(arguments, BagNotes.add)
+
+    async def remove_note(self, arguments: Mapping[str, Any]) -> Any:
+        """Remove a note; see `add_note`."""
+        return await self._note(arguments, BagNotes.remove)
+
+    async def _note(
+        self, arguments: Mapping[str, Any], change: Callable[[BagNotes, Note], Sequence[Note]]
+    ) -> Any:
+        if not self._may_note:
+            raise RequestRefused("this page may not write notes; start it with --control")
+        note = Note(arguments.get("time"), arguments.get("text"))  # type: ignore[arg-type]
+        notes = BagNotes(self._path(arguments.get("name")))
+
+        def write() -> list[Mapping[str, Any]]:
+            with self._noting:
+                return [dataclasses.asdict(each) for each in change(notes, note)]
+
+        return await self._system.questions.run(write)
+
     async def _samples(
         self, arguments: Mapping[str, Any], topics: set[str], take: Take, limit_s: float = math.inf
     ) -> AsyncIterator[Mapping[str, Any]]:
-        path, layout = self._path(arguments.get("name")), self._playback().layout
-        work = self._system.computations.run
-        reader = await work(_reader, path, layout)
+        read, work = self._source(arguments), self._system.computations.run
+        reader = await work(read)
         try:
             connections = [each for each in reader.connections if each.topic in topics]
             samples = BagSamples(reader, connections, take, limit_s)
@@ -215,16 +305,12 @@ class BagViews:
 
         The file is temporary; at most `page_exports` exist at a time.
         """
-        path, form, topics = (
-            self._path(arguments.get("name")),
-            arguments.get("format"),
-            arguments.get("topics"),
-        )
+        read, form, topics = self._source(arguments), arguments.get("format"), arguments.get("topics")
         if form not in FORMATS or not isinstance(topics, list) or not topics:
             raise RequestRefused(f"format must be one of {', '.join(FORMATS)}, and topics a list of names")
         range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
         wanted = {topic_name({"name": each}) for each in topics}
-        layout, work = self._playback().layout, self._system.computations.run
+        work = self._system.computations.run
         limit = process_limits().of(PageLimits).page_exports
         if self._exports >= limit:
             what = "too many exports are running; try again when one has ended"
@@ -232,7 +318,7 @@ class BagViews:
         self._exports += 1
         try:
             with tempfile.TemporaryFile() as file:
-                await work(_export, path, layout, wanted, (range_ns[0], range_ns[1]), form, file)
+                await work(_export, read, wanted, (range_ns[0], range_ns[1]), form, file)
                 file.seek(0)
                 while piece := await work(file.read, PIECE_BYTES):
                     yield piece
@@ -248,6 +334,26 @@ class BagViews:
             raise RequestRefused("this browser has not opened a bag")
         return playback
 
+    def _source(self, arguments: Mapping[str, Any]) -> Read:
+        """Return a function that returns another reader of the bag that this browser has opened."""
+        playback = self._playback()
+        if playback.recording is not None:
+            return playback.recording.again
+        return functools.partial(_reader, self._path(arguments.get("name")), playback.layout)
+
+    @contextlib.contextmanager
+    def _rewinding(self) -> Iterator[None]:
+        """Count a browser that looks at the past. Raise `RequestRefused` if there are too many."""
+        limit = process_limits().of(PageLimits).page_rewinds
+        if self._rewinds >= limit:
+            what = "too many browsers look at the past"
+            raise RequestRefused(f"{what}; {limit_text('page_rewinds', limit)}")
+        self._rewinds += 1
+        try:
+            yield
+        finally:
+            self._rewinds -= 1
+
     def _path(self, name: object) -> Path:
         if self._folder is None:
             raise RequestRefused("this page has no bag folder; start it with --bags DIR")
@@ -256,22 +362,18 @@ class BagViews:
         except BagError as error:
             raise RequestRefused(str(error)) from None
 
-    def _opened(self, name: object, opening: _Opening) -> tuple[BagReader, Mapping[str, Any]]:
-        path = self._path(name)
+    def _opened(
+        self, name: object, opening: _Opening, is_rewind: bool
+    ) -> tuple[BagReader, Mapping[str, Any]]:
         try:
-            try:
-                reader = open_bag(path)
-            except NotIndexed:
-                if is_mcap(path):
-                    raise
-                size = max(path.stat().st_size, 1)
-                reader = BagReader(path, rebuild_index=True, progress=lambda at: opening.note(at / size))
+            reader = self._recording() if is_rewind else _indexed(self._path(name), opening)
         except (BagError, OSError) as error:
             raise RequestRefused(f"cannot open {name}: {error}") from None
         try:
             begin_ns, end_ns = reader.range_ns
             description = {
                 "name": name,
+                "rewind": is_rewind,
                 "begin": begin_ns / NS_PER_S,
                 "end": end_ns / NS_PER_S,
                 "size": reader.size,
@@ -286,6 +388,29 @@ class BagViews:
             reader.close()
         return reader, description
 
+    def _recording(self) -> Recording:
+        if self._system.recent is None:
+            raise RequestRefused("the past is not recorded; start the command without --rewind 0")
+        return self._system.recent.recording()
+
+
+def _indexed(path: Path, opening: _Opening) -> BagReader:
+    """Open a bag. If it has no index, read it as a whole."""
+    try:
+        return open_bag(path)
+    except NotIndexed:
+        if is_mcap(path):
+            raise
+        size = max(path.stat().st_size, 1)
+        return BagReader(path, rebuild_index=True, progress=lambda at: opening.note(at / size))
+
+
+def _notes(bag: Path) -> Mapping[str, Any]:
+    try:
+        return {"notes": [dataclasses.asdict(each) for each in BagNotes(bag).read()]}
+    except BadNotes as error:
+        return {"notes": [], "error": str(error)}
+
 
 def _number(arguments: Mapping[str, Any], key: str) -> float:
     value = arguments.get(key)
@@ -298,24 +423,17 @@ def _reader(path: Path, layout: BagLayout | None) -> BagReader:
     return open_bag(path) if layout is None else BagReader(path, layout=layout)
 
 
-def _export(
-    path: Path,
-    layout: BagLayout | None,
-    topics: set[str],
-    range_ns: tuple[int, int],
-    form: str,
-    file: IO[bytes],
-) -> None:
+def _export(read: Read, topics: set[str], range_ns: tuple[int, int], form: str, file: IO[bytes]) -> None:
     try:
-        with _reader(path, layout) as reader:
+        with read() as reader:
             export(reader, topics, range_ns, form, file, process_limits().of(PageLimits).page_export_bytes)
     except PiprosError as error:
         raise RequestRefused(str(error)) from None
 
 
-def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:
+def _thumbnail(read: Read, topic: str, moment_ns: int) -> bytes | None:
     """Return a topic's last image at or before a moment, scaled down, or None if it cannot be shown."""
-    with _reader(path, layout) as reader:
+    with read() as reader:
         connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
         found = newest_before(reader, connections, moment_ns)
         if found is None or len(found.data) > process_limits().of(PageLimits).page_message_bytes:

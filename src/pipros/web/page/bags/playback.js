@@ -1,4 +1,5 @@
-// The bag that this browser has opened. While it is open, all tabs show its moment instead of the running system.
+// The bag that this browser has opened, or the last minute of the running system. While it is open, all tabs show its moment
+// instead of the running system.
 
 import { h, replace } from "../dom.js";
 import { live } from "../live.js";
@@ -8,17 +9,37 @@ class Playback extends EventTarget {
   constructor() {
     super();
     this.name = "";
-    this.bag = null; // {begin, end, tracks, …}, once it is open
+    this.isRewind = false; // whether it is the last minute
+    this.bag = null; // {begin, end, tracks, rewind, …}, once it is open
     this.state = null; // {epoch, moment, playing, speed, loop, error}
     this.opening = null; // while a bag without an index is being read: the part that has been read, from 0 to 1
     this.error = "";
+    this.span = 0; // seconds of the past that the server records
+    this.wanted = null; // the moment to go to when the past is there
+    this.goal = null; // the moment of the next jump
+    this.jumping = null; // promise of the end of the running jumps
     this.stop = () => {};
   }
 
+  // The shown moment, or the one to which a jump leads; undefined before the first state.
+  get moment() {
+    return this.goal ?? this.state?.moment;
+  }
+
   open(name) {
+    this.begin(name, { name });
+  }
+
+  // Holds all tabs, and shows the last minute.
+  rewind() {
+    this.begin("the last minute", { rewind: true });
+  }
+
+  begin(name, args) {
     this.end();
     this.name = name;
-    if (name) this.stop = live.watch("bag", { name }, (data) => this.take(data), (error) => this.fail(error));
+    this.isRewind = Boolean(args.rewind);
+    if (name) this.stop = live.watch("bag", args, (data) => this.take(data), (error) => this.fail(error));
     this.tell();
   }
 
@@ -26,7 +47,7 @@ class Playback extends EventTarget {
     this.stop();
     this.stop = () => {};
     const wasOpen = this.bag !== null;
-    Object.assign(this, { name: "", bag: null, state: null, opening: null, error: "" });
+    Object.assign(this, { name: "", isRewind: false, bag: null, state: null, opening: null, error: "", goal: null, wanted: null });
     if (wasOpen) live.restart();
   }
 
@@ -44,12 +65,18 @@ class Playback extends EventTarget {
       if (isElsewhere) live.restart();
     }
     this.tell();
+    if (data.state && this.wanted !== null) {
+      const { wanted } = this;
+      this.wanted = null;
+      this.jump(wanted);
+    }
   }
 
   fail(error) {
     if (!error) return;
+    const { isRewind } = this;
     this.end();
-    this.error = error;
+    Object.assign(this, { error, isRewind });
     this.tell();
   }
 
@@ -62,14 +89,35 @@ class Playback extends EventTarget {
     }
   }
 
-  // Whether the tabs can show a moment.
+  // Whether the tabs can show a moment: of the bag, or of the recorded past.
   canShow(time) {
-    return this.bag !== null && time >= this.bag.begin && time <= this.bag.end;
+    if (this.bag) return time >= this.bag.begin && time <= this.bag.end;
+    const now = Date.now() / 1000;
+    return time >= now - this.span && time <= now;
   }
 
-  // Shows a moment in all tabs.
+  // Goes to a moment inside the bag; without a bag, to one of the past. While a jump is being executed, only the newest
+  // further goal is kept, because a drag requests many. Returns a promise of the end of all jumps.
   jump(time) {
-    return this.control({ jump: time });
+    if (!this.bag) {
+      this.rewind();
+      this.wanted = time;
+      return null;
+    }
+    this.goal = Math.min(this.bag.end, Math.max(this.bag.begin, time));
+    this.tell();
+    this.jumping ??= this.makeJumps();
+    return this.jumping;
+  }
+
+  async makeJumps() {
+    while (this.goal !== null) {
+      const { goal } = this;
+      await this.control({ jump: goal });
+      if (this.goal === goal) this.goal = null;
+    }
+    this.jumping = null;
+    this.tell();
   }
 
   tell() {
@@ -84,7 +132,8 @@ export function elapsed(seconds) {
   return `${Math.floor(whole / 60)}:${(whole % 60).toFixed(1).padStart(4, "0")}`;
 }
 
-const toggle = h("button", { class: "plain", onclick: () => playback.control({ play: !playback.state?.playing }) });
+const toggle = h("button", { class: "plain", "aria-keyshortcuts": "Space",
+  onclick: () => playback.control({ play: !playback.state?.playing }) });
 const link = h("a", {});
 
 // Shows in the head that the tabs show a bag, with a button to pause it from every tab.
@@ -93,9 +142,10 @@ function showInHead({ name, bag, state }) {
   place.hidden = !bag;
   if (!bag || !state) return;
   if (!toggle.isConnected) replace(place, toggle, link);
-  link.href = placeOf("bags", name);
-  link.title = "All tabs show this bag, not the running system";
-  const text = `${name} ${elapsed(state.moment - bag.begin)}`;
+  link.href = placeOf("bags", bag.rewind ? "" : name);
+  link.title = `All tabs show ${bag.rewind ? "the past" : "this bag"}, not the running system`;
+  const moment = elapsed(bag.rewind ? bag.end - playback.moment : playback.moment - bag.begin);
+  const text = bag.rewind ? `${moment} ago` : `${moment} ${name}`;
   if (link.textContent !== text) link.textContent = text;
   const action = state.playing ? "Pause the bag" : "Play the bag";
   if (toggle.getAttribute("aria-label") === action) return;

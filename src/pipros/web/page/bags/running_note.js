@@ -8,7 +8,8 @@ export function runningNote(signal) {
   const element = h("div", { class: "running-note", role: "note", hidden: true });
   const show = () => {
     element.hidden = !playback.name;
-    replace(element, `This view acts on the running system, not on the open bag ${playback.name}.`);
+    const shown = playback.isRewind ? "the past that other tabs show" : `the open bag ${playback.name}`;
+    replace(element, `This view acts on the running system, not on ${shown}.`);
   };
   playback.addEventListener("change", show, { signal });
   show();

@@ -104,24 +104,12 @@ export function open(view, argument, context) {
     }, (problem) => problem && finish(problem), { always: true });
   }
 
-  // While a jump is being executed, only the newest further goal is kept, because a drag requests many jumps.
-  let isJumping = false;
-  let next = null;
   async function jump(time) {
     if (!playback.bag) return;
-    next = time;
     wanted = time - playback.bag.begin;
     tracks.setMoment(time);
-    if (isJumping) return;
-    isJumping = true;
-    while (next !== null) {
-      const goalTime = next;
-      next = null;
-      await playback.control({ jump: goalTime });
-    }
-    isJumping = false;
+    await playback.jump(time);
     if (!playback.error) wanted = null;
-    show();
   }
 
   function jumpToText(text) {
@@ -141,7 +129,7 @@ export function open(view, argument, context) {
     list.hidden = Boolean(name);
     closing.hidden = !name;
     replace(hint, hintText(name));
-    choice.value = name;
+    choice.value = playback.isRewind ? "" : name;
     if (!bag) shown = null;
     if (bag && state) showBag(bag, state);
     else replace(figures);
@@ -163,8 +151,8 @@ export function open(view, argument, context) {
       replace(figures, `${bytes(bag.size)}, ${elapsed(bag.end - bag.begin)}, from ` +
         `${new Date(bag.begin * 1000).toLocaleString("en-GB")}${bag.damage.length ? `; damaged: ${bag.damage[0]}` : ""}`);
     }
-    if (next === null) tracks.setMoment(state.moment);
-    if (!isJumping && !state.playing) noteMoment(state.moment - bag.begin);
+    tracks.setMoment(playback.moment);
+    if (!playback.jumping && !state.playing && !bag.rewind) noteMoment(state.moment - bag.begin);
     moment.textContent = `${elapsed(state.moment - bag.begin)} / ${elapsed(bag.end - bag.begin)}`;
     speed.value = String(state.speed);
     loop.checked = state.loop;
@@ -203,6 +191,7 @@ export function open(view, argument, context) {
     clearTimeout(noting);
     noted = text;
     wanted = seconds === undefined ? null : Number(seconds);
+    if (playback.isRewind && !name) return; // the tab shows its tracks
     if (name !== playback.name) playback.open(name);
     else if (wanted !== null && playback.bag) jump(playback.bag.begin + wanted);
   }

@@ -20,6 +20,9 @@ const HINT = "Type a topic and a field, such as /battery_topic or /imu/angular_v
   + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double click to follow again; or use +, -, the arrow " +
     "keys and 0.";
 
+// The moment of the past that all tabs show; null for the running system, a bag, and other axes.
+const rewoundTo = (set) => (playback.isRewind && !set.isXy && set.axis !== "stamp" ? playback.moment ?? null : null);
+
 export function open(view, argument, context) {
   const set = new CurveSet(context, { change: () => { needsDraw = true; },
     fields: (curve, names) => { set.drop(curve.text); changed(); offered.show(curve.field, names); } });
@@ -87,12 +90,13 @@ export function open(view, argument, context) {
 
   // Requests everything again, with the settings of the controls.
   let source = null; // the bag whose whole curves are shown
-  const wantedSource = () => (set.isWhole ? playback.bag : null);
+  const wantsWhole = () => isWhole.checked || Boolean(playback.bag?.rewind);
+  const wantedSource = () => (wantsWhole() ? playback.bag : null);
   function again() {
     const before = `${set.isWhole} ${set.times}`;
-    const isSame = source === (isWhole.checked ? playback.bag : null);
+    const isSame = source === wantedSource();
     set.axis = axis.value;
-    set.wantsWhole = isWhole.checked;
+    set.wantsWhole = wantsWhole();
     source = wantedSource();
     if (!isSame || `${set.isWhole} ${set.times}` !== before) set.restart(); // otherwise the samples are the same
     isZoomed = false;
@@ -232,11 +236,11 @@ export function open(view, argument, context) {
     const sample = left === null || set.isXy ? null : sampleTimeAt(plot, set.all, left);
     const time = left === null || set.isXy ? null : sample ?? plot.posToVal(left, "x");
     const place = cursorText(plot, settings(), { left, time, isSample: sample !== null });
-    legend.draw(set.all, { time, place, isXy: set.isXy, lines: lines.values() });
+    legend.draw(set.all, { time: time ?? rewoundTo(set), place, isXy: set.isXy, lines: lines.values() });
   }
 
   function showSource() {
-    whole.hidden = !playback.bag;
+    whole.hidden = !playback.bag || playback.bag.rewind;
     if (wantedSource() !== source) again();
     needsDraw ||= set.isWhole;
   }

@@ -1,0 +1,118 @@
+"""Notes of users about moments of a bag, in the file `BAG.notes.yaml` beside it.
+
+    notes:
+    - time: 1763980012.5
+      text: the left wheel slips
+
+Times are in seconds since 1970, like those of the messages in the bag.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import yaml
+
+from pipros.bag.rewrite import replaced_file
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text, process_limits
+from pipros.safe.yaml import load
+from pipros.web.limits import PageLimits
+
+ENDING: Final = ".notes.yaml"
+LONGEST_TEXT: Final = 1000
+
+
+class BadNotes(PiprosError, ValueError):
+    """A note or a file of notes is malformed, too large, or cannot be written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A note. `time` is in seconds since 1970.
+
+    Raises:
+        BadNotes: a field is invalid.
+    """
+
+    time: float
+    text: str
+
+    def __post_init__(self) -> None:
+        if isinstance(self.time, bool) or not isinstance(self.time, int | float):
+            raise BadNotes(f"the time of a note must be a number of seconds, got {self.time!r:.100}")
+        if not 0 <= self.time < math.inf:
+            raise BadNotes(f"the time of a note must be >= 0, got {self.time}")
+        if not isinstance(self.text, str) or not self.text.strip() or len(self.text) > LONGEST_TEXT:
+            raise BadNotes(f"a note must have 1 to {LONGEST_TEXT} characters, got {self.text!r:.100}")
+
+
+class BagNotes:
+    """The notes about a bag, sorted by time. All methods block. Not thread-safe.
+
+    A file that is not one of notes is never replaced.
+    """
+
+    def __init__(self, bag: Path) -> None:
+        self.path: Final = bag.with_name(bag.name + ENDING)
+
+    def read(self) -> list[Note]:
+        """Return all notes; none if there is no file. Raise `BadNotes` if the file is not one of notes."""
+        limit = process_limits().of(PageLimits).page_notes_bytes
+        try:
+            if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
+                raise BadNotes(f"{self.path} is not a regular file")
+            with self.path.open("rb") as file:
+                content = file.read(limit + 1)
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise BadNotes(f"cannot read {self.path}: {error.strerror}") from None
+        if len(content) > limit:
+            raise BadNotes(f"{self.path} is too large; {limit_text('page_notes_bytes', limit)}")
+        return _notes_in(content, str(self.path))
+
+    def add(self, note: Note) -> list[Note]:
+        """Add a note, and return all. Raise `BadNotes` if the file cannot be read or written."""
+        return self._write([*self.read(), note])
+
+    def remove(self, note: Note) -> list[Note]:
+        """Remove a note, and return the others. Raise `BadNotes` if it does not exist; see also `add`."""
+        notes = self.read()
+        if note not in notes:
+            raise BadNotes(f"there is no such note in {self.path}")
+        notes.remove(note)
+        return self._write(notes)
+
+    def _write(self, notes: Sequence[Note]) -> list[Note]:
+        ordered = sorted(notes, key=lambda each: each.time)
+        rows = [asdict(each) for each in ordered]
+        content = yaml.safe_dump({"notes": rows}, sort_keys=False, allow_unicode=True).encode()
+        limit = process_limits().of(PageLimits).page_notes_bytes
+        if len(content) > limit:
+            raise BadNotes(f"{self.path} would be too large; {limit_text('page_notes_bytes', limit)}")
+        try:
+            with replaced_file(self.path) as file:
+                file.write(content)
+        except OSError as error:
+            raise BadNotes(f"cannot write {self.path}: {error.strerror}") from None
+        return ordered
+
+
+def _notes_in(content: bytes, name: str) -> list[Note]:
+    try:
+        values: Any = load(content, name)
+        if (
+            not isinstance(values, dict)
+            or values.keys() != {"notes"}
+            or not isinstance(values["notes"], list)
+        ):
+            raise BadNotes("it must have a list named notes, and nothing else")
+        notes = [Note(**each) for each in values["notes"]]
+    except (PiprosError, TypeError) as error:
+        raise BadNotes(f"{name} is not a file of notes: {error}. Correct or move it") from None
+    return sorted(notes, key=lambda each: each.time)

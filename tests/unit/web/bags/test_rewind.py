@@ -1,0 +1,248 @@
+"""The last minute of the running system, which browsers open like a bag."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import io
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64, String
+
+from pipros.bag import BagReader
+from pipros.bag.errors import NoMessages
+from pipros.basics.limits import process_limits
+from pipros.graph.client import GraphClient
+from pipros.msg.base import Message
+from pipros.msg.time import NS_PER_S
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from pipros.server.browser_share import set_current_browser
+from pipros.server.view_server import RequestRefused
+from pipros.web.bags.export import export
+from pipros.web.bags.open_bags import OpenBags
+from pipros.web.bags.playback import BagPlayback
+from pipros.web.bags.rewind import OVERHEAD_BYTES, RecentMessages, Recording
+from pipros.web.limits import PageLimits
+from pipros.web.views.bags import BagViews
+from pipros.web.watched_system import WatchedSystem
+from tests.support.waiting import wait_until
+
+BYTES = 1_000_000
+
+
+def raw(message: Message, **header: str) -> AnyMsg:
+    """Return a message as it arrives from a publisher."""
+    body = io.BytesIO()
+    message.serialize(body)
+    found = AnyMsg(body.getvalue())
+    kind = {"type": message._type, "md5sum": message._md5sum, "message_definition": message._full_text}
+    found._connection_header = {"callerid": "/a", **kind, **header}
+    return found
+
+
+def values(recording: Recording) -> list[tuple[str, float]]:
+    """Return the topics and the numbers or texts of all messages, in the order of time."""
+    return [(topic, message.data) for topic, message, _, _ in recording.messages()]
+
+
+def test_the_recording_has_the_messages_in_the_order_of_time_and_ends_now() -> None:
+    recent, now = RecentMessages(60, BYTES), time.time()
+    recent.add("/b", raw(Float64(2)), now - 1)
+    recent.add("/a", raw(Float64(1)), now - 2)
+    recording = recent.recording()
+    assert values(recording) == [("/a", 1.0), ("/b", 2.0)]
+    assert recording.message_count == 2
+    assert recording.size == 16
+    assert recording.range_ns[0] == round((now - 2) * NS_PER_S)
+    assert recording.range_ns[1] >= round(now * NS_PER_S)
+    assert sorted(recording.count_by_connection().values()) == [1, 1]
+    assert sorted(map(len, recording.times_ns().values())) == [1, 1]
+    a = recording.connections_of("/a")
+    assert [each.time_ns for each in recording.again().stored_messages(a)] == [recording.range_ns[0]]
+    assert list(recording.stored_messages(a, recording.range_ns[0] + 1)) == []
+
+
+def test_messages_are_dropped_when_they_are_too_old() -> None:
+    recent, now = RecentMessages(10, BYTES), time.time()
+    recent.add("/a", raw(Float64(1)), now - 11)
+    recent.add("/a", raw(Float64(2)), now - 5)
+    assert values(recent.recording()) == [("/a", 2.0)]
+    assert recent.figures()[0] == pytest.approx(5, abs=2)
+
+
+def test_the_oldest_messages_are_dropped_at_the_limit_of_bytes_and_all_memory_is_counted() -> None:
+    size = 1000
+    recent, now = RecentMessages(60, 10 * size), time.time()
+    for number in range(100):
+        recent.add(
+            "/a", raw(String(f"{number:03d}".ljust(size - OVERHEAD_BYTES - 4)), callerid=f"/n{number}"), now
+        )
+        assert recent.figures()[1] <= 10 * size
+    kept = [int(text) for _, text in values(recent.recording())]
+    assert kept == list(range(100 - len(kept), 100))
+    assert len(kept) >= 5
+
+
+def test_a_message_above_the_limit_does_not_remove_the_others() -> None:
+    recent, now = RecentMessages(60, 10_000), time.time()
+    recent.add("/a", raw(Float64(1)), now)
+    recent.add("/a", raw(String("x" * 10_000)), now)
+    assert values(recent.recording()) == [("/a", 1.0)]
+
+
+def test_the_last_latched_message_of_each_publisher_stays_from_the_beginning_on() -> None:
+    recent, now = RecentMessages(10, BYTES), time.time()
+    for number, publisher in enumerate(("/a", "/a", "/b")):
+        recent.add("/map", raw(Float64(number), callerid=publisher, latching="1"), now - 100 + number)
+    recent.add("/other", raw(Float64(9)), now - 3)
+    recording = recent.recording()
+    assert values(recording) == [("/map", 1.0), ("/map", 2.0), ("/other", 9.0)]
+    assert recording.range_ns[0] == round((now - 3) * NS_PER_S)
+    assert [each.time_ns for each in recording.stored_messages()] == [recording.range_ns[0]] * 3
+
+
+def test_latched_messages_do_not_exceed_the_limit_either() -> None:
+    recent = RecentMessages(10, 10_000)
+    for number in range(100):
+        recent.add(
+            "/map", raw(String("x" * 1000), callerid=f"/n{number}", latching="1"), 1000.0 + 20 * number
+        )
+        assert recent.figures()[1] <= 10_000
+
+
+def test_nothing_received_is_no_recording() -> None:
+    with pytest.raises(NoMessages, match="no message has been received yet"):
+        RecentMessages(60, BYTES).recording()
+
+
+def test_a_recording_is_exported_as_a_bag() -> None:
+    recent, file = RecentMessages(60, BYTES), io.BytesIO()
+    recent.add("/a", raw(Float64(1)), time.time())
+    recording = recent.recording()
+    export(recording, {"/a"}, recording.range_ns, "bag", file, BYTES)
+    with BagReader(file) as bag:
+        assert [(topic, message.data) for topic, message, _, _ in bag.messages()] == [("/a", 1.0)]
+
+
+class Rewound:
+    """A system with a minute of the topic `/number`, on whose page a browser can look back."""
+
+    def __init__(self) -> None:
+        self.recent = RecentMessages(60, BYTES)
+        self.system = WatchedSystem(GraphClient("test"), Node("test"), recent=self.recent)
+        self.now = time.time()
+        for second in range(60, 0, -1):
+            self.recent.add("/number", raw(Float64(-second)), self.now - second)
+
+
+@pytest.fixture
+def rewound() -> Rewound:
+    return Rewound()
+
+
+@pytest.fixture
+def playback(rewound: Rewound) -> Iterator[BagPlayback]:
+    found = BagPlayback(rewound.system, rewound.recent.recording())
+    yield found
+    found.close()
+
+
+def test_the_playback_begins_at_the_end_and_jumps_back(rewound: Rewound, playback: BagPlayback) -> None:
+    for jump, shown in ((0, -1.0), (10.5, -11.0)):
+        playback.jump(round((rewound.now - jump) * NS_PER_S) if jump else playback.end_ns)
+        with playback.system.topics.watch("/number") as watch:
+            wait_until(lambda: watch.newest is not None)
+            assert watch.newest is not None
+            assert watch.decode(watch.newest.message).data == shown  # type: ignore[attr-defined]
+
+
+def test_a_topic_that_was_not_recorded_says_so(playback: BagPlayback) -> None:
+    with contextlib.ExitStack() as stack:
+        what = "/scan was not recorded: no view showed it in the last minute"
+        with pytest.raises(RequestRefused, match=what):
+            stack.enter_context(playback.system.topics.watch("/scan"))
+    with playback.system.topics.watch("/tf"):  # tabs say themselves that there are no frames
+        pass
+
+
+@pytest.mark.parametrize(("recorded", "shown"), [([], -10), ([5], 5)])
+def test_the_clock_is_the_recorded_one_or_else_the_moment(
+    rewound: Rewound, recorded: list[int], shown: int
+) -> None:
+    for second in recorded:
+        clock = Clock()
+        clock.clock.secs = second
+        rewound.recent.add("/clock", raw(clock), rewound.now - 20)
+    playback = BagPlayback(rewound.system, rewound.recent.recording())
+    playback.jump(round((rewound.now - 10) * NS_PER_S))
+    with playback.system.topics.watch("/clock") as watch:
+        wait_until(lambda: watch.newest is not None)
+        assert watch.newest is not None
+        time_s = watch.decode_as(watch.newest.message, Clock).clock.to_sec()
+        assert time_s == pytest.approx(shown if shown > 0 else rewound.now + shown, abs=0.01)
+    playback.close()
+
+
+def views_of(system: WatchedSystem) -> BagViews:
+    return BagViews(system, None, OpenBags())
+
+
+async def opened(views: BagViews, stack: contextlib.AsyncExitStack) -> Any:
+    """Look back within the context. Return the description."""
+    view = await stack.enter_async_context(contextlib.aclosing(views.bag({"rewind": True})))  # type: ignore[type-var]
+    while "bag" not in (value := await anext(view)):
+        pass
+    return value["bag"]
+
+
+def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(
+    rewound: Rewound, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rewound.system.topics, "update", lambda: None)  # there is no master
+    views, limit = views_of(rewound.system), process_limits().of(PageLimits).page_rewinds
+
+    async def look_back(others: contextlib.AsyncExitStack) -> Any:
+        set_current_browser()
+        return await opened(views, others)
+
+    async def check() -> None:
+        set_current_browser()
+        async with contextlib.AsyncExitStack() as stack:
+            watching = stack.enter_context(contextlib.ExitStack())
+            watching.enter_context(rewound.system.topics.watch("/scan"))
+            bag = await opened(views, stack)
+            assert bag["rewind"]
+            assert bag["end"] - bag["begin"] == pytest.approx(60, abs=5)
+            assert [track["topic"] for track in bag["tracks"]] == ["/number"]
+            watching.close()
+            assert [each.topic for each in rewound.system.topics.watches()] == ["/scan"]
+            curve = views.bag_curve({"field": "/number/data"})
+            samples = [sample async for piece in curve for sample in piece["samples"]]
+            assert [sample[1] for sample in samples][-2:] == [-2.0, -1.0]
+            for _ in range(limit - 1):
+                await asyncio.create_task(look_back(stack))
+            with pytest.raises(
+                RequestRefused, match=f"too many browsers look at the past; the limit is {limit} "
+            ):
+                await asyncio.create_task(look_back(stack))
+        assert rewound.system.topics.watches() == []
+
+    asyncio.run(check())
+
+
+def test_without_a_recording_nothing_can_be_rewound() -> None:
+    views = views_of(WatchedSystem(GraphClient("test"), Node("test")))
+
+    async def check() -> None:
+        set_current_browser()
+        assert [each async for each in views.rewind({})] == [{"span": 0}]
+        async with contextlib.AsyncExitStack() as stack:
+            with pytest.raises(RequestRefused, match="the past is not recorded; start the command without"):
+                await opened(views, stack)
+
+    asyncio.run(check())
