@@ -212,6 +212,7 @@ rostest hztest
 rostest paramtest
 rostest publishtest
 rostest subscribetest
+rplidar_ros rplidarNode
 rqt_robot_steering rqt_robot_steering
 stage_ros stageros simple.world
 stereo_image_proc stereo_image_proc
@@ -264,6 +265,7 @@ turtlesim mimic
 turtlesim turtle_teleop_key
 turtlesim turtlesim_node
 twist_mux twist_mux
+urg_node urg_node
 usb_cam usb_cam_node
 """.strip().splitlines()
 

@@ -44,7 +44,7 @@ LAYERS: list[list[set[str]]] = [
         {"server"},
         {"images"},
         {"clouds"},
-        {"laser"},
+        {"drivers", "laser"},
     ],
     [
         {"testing", "health"},

@@ -17,9 +17,9 @@ _NAMES = """
     image_proc image_publisher image_rotate mavros move_group
     moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant octomap_server
     opencv_apps openni2_camera openni2_launch realsense2_camera
-    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros
+    robot_pose_ekf rosserial_server rotate_recovery rtabmap_ros
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
-    turtlebot3_gazebo urg_node uvc_camera velodyne_driver
+    turtlebot3_gazebo uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server
 """
 

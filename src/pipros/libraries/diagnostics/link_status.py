@@ -35,7 +35,7 @@ class LinkDiagnostics:
 
     def __init__(self, node: Node, hardware: str) -> None:
         """Advertise the topic. Blocks until the master answers."""
-        self._node, self._hardware = node, hardware
+        self._node, self.hardware = node, hardware
         self._array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
         self._status: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
         self._value: Any = load_message_class("diagnostic_msgs/KeyValue")
@@ -52,6 +52,6 @@ class LinkDiagnostics:
         for status in statuses:
             values = [self._value(key, value) for key, value in status.values.items()]
             message.status.append(
-                self._status(int(status.level), status.name, status.message, self._hardware, values)
+                self._status(int(status.level), status.name, status.message, self.hardware, values)
             )
         self._publisher.publish(message)

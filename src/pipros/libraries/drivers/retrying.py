@@ -1,0 +1,91 @@
+"""Keep a node connected to its device: one warning for each outage, and new attempts at growing intervals."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+from pipros.libraries.drivers.streams import DeviceError, Port, Stream
+from pipros.node import Node
+
+FIRST_PAUSE_S: Final = 0.5
+LONGEST_PAUSE_S: Final = 4.0
+END_S: Final = 0.3
+"""How long a node that shuts down waits for the driver, which may have to stop a motor."""
+
+
+class Driver:
+    """Runs sessions with a device in a thread, until the node is shut down.
+
+    No failure of a device ends it. The thread delays the end of the node by at most `END_S`.
+    """
+
+    def __init__(
+        self, node: Node, log: logging.Logger, port: Port, session: Callable[[Stream], None]
+    ) -> None:
+        """Store what to run.
+
+        Args:
+            session: called with the open stream. It returns when `is_ending`, and raises DeviceError if the
+                device does not work. It calls `report_data` when there is data.
+        """
+        self._node, self._log, self._port, self._session = node, log, port, session
+        self._reported: set[type[DeviceError]] = set()
+        self._has_failed = False
+        self._description = ""
+
+    @property
+    def is_ending(self) -> bool:
+        """Whether the node shuts down."""
+        return self._node.is_ending
+
+    def report_data(self) -> None:
+        """Note that the device works, which ends an outage."""
+        if self._reported:
+            self._reported.clear()
+            self._log.info("%s works again", self._port.name)
+
+    def describe(self, text: str) -> None:
+        """Log what the device says about itself, unless it said the same before."""
+        if text != self._description:
+            self._description = text
+            self._log.info("%s: %s", self._port.name, text)
+
+    def run(self) -> int:
+        """Run until the node is shut down, and return the exit code: 1 after an internal error."""
+        thread = threading.Thread(target=self._run, name=f"device {self._port.name}", daemon=True)
+        self._node.on_shutdown(lambda: thread.join(END_S))
+        thread.start()
+        self._node.wait_for_shutdown()
+        return int(self._has_failed)
+
+    def _run(self) -> None:
+        try:
+            self._keep_connected()
+        except Exception:
+            if not self.is_ending:
+                self._has_failed = True
+                self._log.critical("the driver of %s failed", self._port.name, exc_info=True)
+                self._node.shutdown_async("the driver failed")
+
+    def _keep_connected(self) -> None:
+        pause_s = FIRST_PAUSE_S
+        while not self.is_ending:
+            began_s = time.monotonic()
+            try:
+                stream = self._port.open()
+                try:
+                    self._session(stream)
+                finally:
+                    stream.close()
+            except DeviceError as error:
+                if not self.is_ending and type(error) not in self._reported:
+                    self._reported.add(type(error))
+                    self._log.error("%s. Trying again until it works.", error)
+            if time.monotonic() - began_s > LONGEST_PAUSE_S:
+                pause_s = FIRST_PAUSE_S
+            self._node.wait_for_shutdown(pause_s)
+            pause_s = min(2 * pause_s, LONGEST_PAUSE_S)

@@ -1,0 +1,1 @@
+"""The protocol of SLAMTEC's RPLIDARs: requests, samples, and scans of whole turns."""

@@ -1,0 +1,251 @@
+"""An RPLIDAR on a stream: information, scan modes, the motor, and the beginning of a scan.
+
+Source: SLAMTEC, "RPLIDAR Interface Protocol and Application Notes".
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable
+from enum import IntEnum
+from functools import reduce
+from operator import xor
+from typing import Any, Final, NamedTuple
+
+from pipros.libraries.drivers.rplidar.samples import Decoder, decoder_of
+from pipros.libraries.drivers.streams import DeviceError, Stream
+
+ANSWER_S: Final = 1.0
+STOP_S: Final = 0.1
+"""How long a device may send on after it has been stopped."""
+RESET_S: Final = 15.0
+MAX_ANSWER_BYTES: Final = 256
+_MARK: Final = b"\xa5\x5a"
+
+
+class Command(IntEnum):
+    """Requests. Those from 0x80 on have a payload."""
+
+    STOP = 0x25
+    RESET = 0x40
+    SCAN = 0x20
+    GET_INFO = 0x50
+    GET_HEALTH = 0x52
+    GET_SAMPLE_RATE = 0x59
+    EXPRESS_SCAN = 0x82
+    GET_CONFIG = 0x84
+    MOTOR_SPEED = 0xA8
+    MOTOR_POWER = 0xF0
+    GET_BOARD_FLAGS = 0xFF
+
+
+_ANSWERS: Final = {
+    Command.GET_INFO: 0x04,
+    Command.GET_HEALTH: 0x06,
+    Command.GET_SAMPLE_RATE: 0x15,
+    Command.GET_CONFIG: 0x20,
+    Command.GET_BOARD_FLAGS: 0xFF,
+}
+
+
+class Item(IntEnum):
+    """Items of the configuration."""
+
+    DESIRED_SPEED = 0x01
+    MODE_COUNT = 0x70
+    SAMPLE_US = 0x71
+    MAX_DISTANCE = 0x74
+    ANSWER = 0x75
+    TYPICAL_MODE = 0x7C
+    MODE_NAME = 0x7F
+
+
+def request(command: Command, payload: bytes = b"") -> bytes:
+    """Return the bytes of a request."""
+    data = bytes([0xA5, command])
+    if command >= 0x80:
+        data += bytes([len(payload)]) + payload
+        data += bytes([reduce(xor, data)])
+    return data
+
+
+class Info(NamedTuple):
+    """What a device says about itself. The high half of `model` is the series."""
+
+    model: int
+    firmware: tuple[int, int]
+    hardware: int
+    serial: str
+
+
+class Mode(NamedTuple):
+    """A scan mode. `answer` is the type of its samples."""
+
+    number: int
+    name: str
+    sample_us: float
+    max_distance_m: float
+    answer: int
+
+
+class Lidar:
+    """A device on a stream that has just been opened. It must not be shared by threads."""
+
+    def __init__(self, stream: Stream, name: str, is_ending: Callable[[], bool]) -> None:
+        """Stop a running scan, and ask for the information.
+
+        Args:
+            name: names the device in errors.
+            is_ending: makes all waits raise DeviceError.
+
+        Raises:
+            DeviceError: the device does not answer as an RPLIDAR does. All methods raise it.
+        """
+        self._stream, self.name, self._is_ending = stream, name, is_ending
+        self._received = b""
+        self.stop()
+        model, minor, major, hardware, serial = struct.unpack("<BBBB16s", self._ask(Command.GET_INFO, 20))
+        self.info = Info(model, (major, minor), hardware, serial.hex().upper())
+        self._series = model >> 4
+        self._has_config = self._series >= 4 or self.info.firmware >= (1, 24)
+        self._has_power = 2 <= self._series < 6 and self._has_board()
+
+    def reset(self) -> None:
+        """Restart the device, and wait until it answers."""
+        self._stream.write(request(Command.RESET))
+        end_s = time.monotonic() + RESET_S
+        while True:
+            try:
+                self.stop()
+                self._ask(Command.GET_INFO, 20)
+                return
+            except DeviceError:
+                if self._is_ending() or time.monotonic() > end_s:
+                    raise
+
+    def health(self) -> tuple[int, int]:
+        """Return the status (0 good, 1 warning, 2 error) and the code of the error."""
+        status, code = struct.unpack("<BH", self._ask(Command.GET_HEALTH, 3))
+        return status, code
+
+    def modes(self) -> tuple[list[Mode], int]:
+        """Return the scan modes, and the number of the typical one."""
+        if not self._has_config:
+            standard_us, express_us = struct.unpack("<HH", self._ask(Command.GET_SAMPLE_RATE, 4))
+            modes = [Mode(0, "Standard", standard_us, 16.0, 0x81), Mode(1, "Express", express_us, 16.0, 0x82)]
+            return (modes, 1) if self.info.firmware >= (1, 17) else (modes[:1], 0)
+        (count,) = self._config(Item.MODE_COUNT, "<H")
+        modes = []
+        for number in range(min(count, 64)):
+            of = struct.pack("<H", number)
+            (sample_us,), (distance,) = (
+                self._config(item, "<I", of) for item in (Item.SAMPLE_US, Item.MAX_DISTANCE)
+            )
+            (answer,), name = self._config(Item.ANSWER, "<B", of), self._ask_config(Item.MODE_NAME, of)
+            text = name.partition(b"\0")[0].decode("ascii", "replace")
+            modes.append(Mode(number, text, sample_us / 256, distance / 256, answer))
+        return modes, self._config(Item.TYPICAL_MODE, "<H")[0]
+
+    def start(self, mode: Mode) -> Decoder:
+        """Start a scan, and return the decoder for what `read` returns."""
+        decoder: Decoder | None = decoder_of(mode.answer, mode.sample_us)
+        if decoder is None:
+            raise DeviceError(
+                f"{self.name} scans in format {mode.answer:#x} in mode {mode.name}, which is unknown"
+            )
+        if mode.answer == 0x81:
+            self._send(Command.SCAN)
+        else:
+            legacy = not self._has_config
+            self._send(Command.EXPRESS_SCAN, struct.pack("<BHH", 0 if legacy else mode.number, 0, 0))
+        self._wait_for_answer(mode.answer, "the start of a scan")
+        return decoder
+
+    def read(self) -> bytes:
+        """Return what has arrived, waiting for at most a fraction of a second."""
+        data, self._received = self._received, b""
+        return data or self._stream.read()
+
+    def stop(self) -> None:
+        """Stop the scan, and drop what still arrives."""
+        self._stream.write(request(Command.STOP))
+        end_s = time.monotonic() + STOP_S
+        while time.monotonic() < end_s:
+            self._stream.read()
+        self._received = b""
+
+    def turn_motor(self, scan_hz: float) -> None:
+        """Make the head turn; 0 stops it. Only devices of newer series obey the frequency exactly."""
+        if self._series >= 6:
+            self._send(Command.MOTOR_SPEED, struct.pack("<H", min(round(60 * scan_hz), 0xFFFF)))
+        elif self._has_power:
+            desired = self._config(Item.DESIRED_SPEED, "<HH")[1] if self._has_config and scan_hz else 660
+            self._send(Command.MOTOR_POWER, struct.pack("<H", desired if scan_hz else 0))
+        else:
+            self._stream.set_dtr(not scan_hz)
+
+    def _has_board(self) -> bool:
+        """Return whether a board on the cable controls the power of the motor."""
+        (flags,) = struct.unpack("<I", self._ask(Command.GET_BOARD_FLAGS, 4, bytes(4)))
+        return bool(flags & 1)
+
+    def _config(self, item: Item, form: str, of: bytes = b"") -> tuple[Any, ...]:
+        value = self._ask_config(item, of)
+        if len(value) < struct.calcsize(form):
+            raise DeviceError(
+                f"{self.name} returned {len(value)} bytes for item {item:#x} of its configuration"
+            )
+        return struct.unpack_from(form, value)
+
+    def _ask_config(self, item: Item, of: bytes) -> bytes:
+        echo = struct.pack("<I", item)
+        answer = self._ask(Command.GET_CONFIG, None, echo + of)
+        if answer[:4] != echo:
+            raise DeviceError(f"{self.name} answered for another item than {item:#x} of its configuration")
+        return answer[4:]
+
+    def _send(self, command: Command, payload: bytes = b"") -> None:
+        self._stream.write(request(command, payload))
+
+    def _ask(self, command: Command, length: int | None, payload: bytes = b"") -> bytes:
+        self._received = b""
+        self._send(command, payload)
+        what = command.name
+        size = self._wait_for_answer(_ANSWERS[command], what)
+        if size > MAX_ANSWER_BYTES or length not in (None, size):
+            raise DeviceError(
+                f"{self.name} answered {what} with {size} bytes, which should be {length or 'few'}"
+            )
+        self._wait(lambda: len(self._received) >= size, what)
+        answer, self._received = self._received[:size], self._received[size:]
+        return answer
+
+    def _wait_for_answer(self, kind: int, what: str) -> int:
+        """Skip everything before the beginning of an answer, and return the number of bytes that follow."""
+
+        def is_here() -> bool:
+            while True:
+                at = self._received.find(_MARK)
+                self._received = self._received[at:] if at >= 0 else self._received[-1:]
+                if at < 0 or len(self._received) < 7:
+                    return False
+                if self._received[6] == kind:
+                    return True
+                self._received = self._received[2:]
+
+        self._wait(is_here, what)
+        (size,) = struct.unpack_from("<I", self._received, 2)
+        self._received = self._received[7:]
+        return int(size & 0x3FFFFFFF)
+
+    def _wait(self, is_here: Callable[[], bool], what: str) -> None:
+        end_s = time.monotonic() + ANSWER_S
+        while not is_here():
+            if self._is_ending():
+                raise DeviceError("the node shuts down")
+            if time.monotonic() > end_s:
+                raise DeviceError(
+                    f"{self.name} does not answer {what} as an RPLIDAR; the baud rate may be wrong"
+                )
+            self._received += self._stream.read()

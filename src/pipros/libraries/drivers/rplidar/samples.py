@@ -1,0 +1,230 @@
+"""Samples of a scanning RPLIDAR: bytes in, points out.
+
+Source: SLAMTEC, "RPLIDAR Interface Protocol and Application Notes". All numbers are little endian.
+
+A decoder yields segments: whether the first of its points is the first of a turn, and points. Angles are in
+degrees from 0 to 360, clockwise; distances in mm, 0 if nothing was measured; qualities have 6 bits. Angles
+of capsules are computed in whole units of 1/(64 N) degrees, N being the number of their points, so that every
+turn has exactly one beginning.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import reduce
+from operator import xor
+from typing import Any, Final, NamedTuple, Protocol
+
+
+class Point(NamedTuple):
+    """One sample; see the module."""
+
+    angle: float
+    distance_mm: float
+    quality: int
+
+
+Segment = tuple[bool, list[Point]]
+
+VALID_QUALITY: Final = 47
+"""The quality of valid points in formats that have none."""
+FASTEST_HZ: Final = 50
+"""A lidar turns more slowly than this, so a larger angle between two capsules means that some were lost."""
+_TURN: Final = 360 * 64
+
+
+class Decoder(Protocol):
+    """Turns the bytes of one format into segments. Invalid bytes are skipped."""
+
+    def feed(self, data: bytes) -> Iterator[Segment]:
+        """Yield the segments that are complete with `data`."""
+        ...
+
+
+class StandardNodes:
+    """The format of standard scans: five bytes for each point."""
+
+    _NODE: Final = struct.Struct("<BBBH")
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> Iterator[Segment]:
+        """Yield the segments that are complete with `data`."""
+        data = self._rest + data
+        at, is_start = 0, False
+        points: list[Point] = []
+        unpack, end = self._NODE.unpack_from, len(data) - self._NODE.size
+        while at <= end:
+            flags, low, high, quarters = unpack(data, at)
+            if not (flags ^ flags >> 1) & 1 or not low & 1:
+                at += 1  # not the beginning of a node
+                continue
+            if flags & 1:
+                yield is_start, points
+                is_start, points = True, []
+            points.append(Point((high << 7 | low >> 1) / 64, quarters / 4, flags >> 2))
+            at += self._NODE.size
+        self._rest = data[at:]
+        yield is_start, points
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """A format whose points come in capsules.
+
+    Attributes:
+        length: bytes of a capsule.
+        count: points of a capsule.
+        start_at: offset of the word with the angle of the first point; the cabins follow it.
+        points: makes points from the cabins of a capsule and of the next one, and a function that returns
+            the angle of a point by its index.
+    """
+
+    length: int
+    count: int
+    start_at: int
+    points: Callable[[bytes, bytes, Callable[[int], float]], list[Point]]
+
+
+class Capsules:
+    """Decodes each capsule when the next one has arrived, whose angle is the end of the first one."""
+
+    def __init__(self, form: Form, sample_us: float) -> None:
+        self._form = form
+        self._largest = FASTEST_HZ * form.count * sample_us * 1e-6 * _TURN
+        self._buffer = b""
+        self._previous: tuple[int, bytes] | None = None
+        self._end = 0
+        """The angle at which the last points ended: where the next ones begin, unless some were lost."""
+
+    def feed(self, data: bytes) -> Iterator[Segment]:
+        """Yield the segments that are complete with `data`."""
+        buffer, at, length = self._buffer + data, 0, self._form.length
+        while len(buffer) - at >= length:
+            first, second = buffer[at], buffer[at + 1]
+            if first >> 4 == 0xA and second >> 4 == 0x5:
+                capsule = buffer[at : at + length]
+                if reduce(xor, capsule[2:]) == (first & 15 | (second & 15) << 4):
+                    at += length
+                    yield from self._decoded(capsule)
+                    continue
+                self._previous = None
+            at += 1
+        self._buffer = buffer[at:]
+
+    def _decoded(self, capsule: bytes) -> Iterator[Segment]:
+        form, (word,) = self._form, struct.unpack_from("<H", capsule, self._form.start_at)
+        following = (word & 0x7FFF) % _TURN, capsule[form.start_at + 2 :]
+        previous, self._previous = self._previous, following
+        if previous is None or word & 0x8000:  # the device has begun anew
+            return
+        start, turned = previous[0], (following[0] - previous[0]) % _TURN
+        if turned > self._largest:
+            return
+        first, whole = start * form.count, _TURN * form.count
+        points = form.points(
+            previous[1], following[1], lambda index: (first + index * turned) % whole / (64 * form.count)
+        )
+        # the first point from which a step leads across 360 degrees; after lost capsules, also any wrap
+        begins = -((first - whole) // turned) - 1 if turned else form.count
+        if start < self._end and begins >= form.count:
+            begins = 0
+        self._end = following[0]
+        yield False, points[:begins]
+        if begins < form.count:
+            yield True, points[begins:]
+
+
+def _point(angle: float, distance_mm: float) -> Point:
+    return Point(angle % 360, distance_mm, VALID_QUALITY if distance_mm else 0)
+
+
+def _express(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Point]:
+    """Pairs of distances, with the difference of each angle to the regular one in 1/8 degrees."""
+    points = []
+    for index, (one, two, low) in enumerate(struct.iter_unpack("<HHB", cabins)):
+        points.append(_point(angle(2 * index) - ((one & 3) << 4 | low & 15) / 8, one >> 2))
+        points.append(_point(angle(2 * index + 1) - ((two & 3) << 4 | low >> 4) / 8, two >> 2))
+    return points
+
+
+def _dense(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Point]:
+    """Distances in mm."""
+    return [_point(angle(index), each) for index, (each,) in enumerate(struct.iter_unpack("<H", cabins))]
+
+
+_SCALES: Final = ((3328, 16384, 4), (1792, 4096, 3), (1280, 2048, 2), (512, 512, 1), (0, 0, 0))
+"""From which value, the distance there, and the logarithm of the step."""
+_UNUSED: Final = (-512, 511)
+
+
+def _scaled(value: int) -> tuple[int, int]:
+    """Return the distance of a 12-bit value, and the shift of differences to it."""
+    begin, base_mm, shift = next(each for each in _SCALES if value >= each[0])
+    return base_mm + ((value - begin) << shift), shift
+
+
+def _ultra(cabins: bytes, following: bytes, angle: Callable[[int], float]) -> list[Point]:
+    """Triples: a distance with 12 bits, and signed differences to it and to the next one with 10 bits."""
+    words = [word for (word,) in struct.iter_unpack("<I", cabins)]
+    words.append(struct.unpack_from("<I", following)[0])
+    majors = [_scaled(word & 0xFFF) for word in words]
+    points = []
+    for index, (word, own, other) in enumerate(zip(words, majors, majors[1:], strict=False)):
+        points.append(_corrected(angle(3 * index), own[0]))
+        for at, (base_mm, shift) in ((1, own if own[0] or not other[0] else other), (2, other)):
+            raw = word >> (2 + 10 * at) & 0x3FF
+            difference = raw - 1024 if raw & 0x200 else raw
+            distance_mm = 0 if difference in _UNUSED else (difference << shift) + base_mm
+            points.append(_corrected(angle(3 * index + at), max(distance_mm, 0)))
+    return points
+
+
+def _corrected(angle: float, distance_mm: int) -> Point:
+    """Return a point whose angle is corrected for the distance between sender and receiver."""
+    if distance_mm < 50:
+        return _point(angle - 7.5, distance_mm)
+    k = 98361 // (4 * distance_mm)
+    offset = int(math.radians(8) * 65536) - (k << 6) - k**3 // 98304
+    return _point(angle - math.degrees(offset / 65536), distance_mm)
+
+
+_STEPS: Final = ((0x3FF, 2, 0), (0x7FF, 3, 2046), (0xFFF, 4, 8187), (0x1FFF, 5, 24567))
+"""By the scale of a value: the mask of its distance, the step and the smallest distance in mm."""
+
+
+def _ultra_dense(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Point]:
+    """Pairs of values with 20 bits: two of scale, 10 to 13 of distance, and the rest is the quality."""
+    points: list[Point] = []
+    before_mm = 0.0
+    for one, two, high in struct.iter_unpack("<HHB", cabins):
+        for value in (one | (high & 15) << 16, two | (high >> 4) << 16):
+            mask, step, base_mm = _STEPS[value & 3]
+            distance_mm: float = (value >> 2 & mask) * step + base_mm
+            bits = mask.bit_length()
+            quality = value >> 2 + bits << bits - 10
+            if value & 3 == 0 and abs(distance_mm - before_mm) <= 2:
+                distance_mm = (distance_mm + before_mm) / 2
+            points.append(Point(angle(len(points)), distance_mm, quality >> 2))
+            before_mm = distance_mm
+    return points
+
+
+FORMS: Final = {
+    0x82: Form(84, 32, 2, _express),
+    0x84: Form(132, 96, 2, _ultra),
+    0x85: Form(84, 40, 2, _dense),
+    0x86: Form(170, 64, 8, _ultra_dense),
+}
+"""The formats with capsules, by the type of the answer."""
+
+
+def decoder_of(answer: int, sample_us: float) -> Any:
+    """Return the decoder for a type of answer; None if there is none."""
+    if answer == 0x81:
+        return StandardNodes()
+    return Capsules(FORMS[answer], sample_us) if answer in FORMS else None

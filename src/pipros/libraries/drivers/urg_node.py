@@ -1,0 +1,220 @@
+"""`urg_node` of urg_node: scans of Hokuyo's laser scanners."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Any, Final
+
+from pipros.basics.errors import MissingExtra
+from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.drivers.retrying import Driver
+from pipros.libraries.drivers.streams import DeviceError, Port, Stream, network_port, serial_port
+from pipros.libraries.drivers.urg.clock import DeviceClock
+from pipros.libraries.drivers.urg.health import Health
+from pipros.libraries.drivers.urg.scip import Reply, clock_ms, echoes_of, scan_of
+from pipros.libraries.drivers.urg.sensor import Request, Sensor
+from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S, Time
+from pipros.node import Node
+from pipros.node.private_params import private
+from pipros.node.roscpp_program import roscpp_program
+
+SILENCE_S: Final = 2.0
+QUEUE_SIZE: Final = 20
+NAN: Final = math.nan
+_RESTARTS: Final = 1
+"""The level of settings that the stream depends on."""
+
+
+class UrgNode:
+    """Publishes `scan`, or with `~publish_multiecho` `echoes`, `first`, `last` and `most_intense`."""
+
+    def __init__(self, node: Node, log: logging.Logger) -> None:
+        """Read the parameters, and advertise. Blocks until the master answers.
+
+        Raises:
+            MissingExtra: the device is on a serial port, and pyserial is not installed.
+        """
+        self._node, self._log = node, log
+        place, self._port = _port(node)
+        self._driver = Driver(node, log, self._port, self._session)
+        self._has_intensities = private(node, "publish_intensity", True)
+        self._has_echoes = private(node, "publish_multiecho", False)
+        self._measures_latency = private(node, "calibrate_time", False)
+        self._clock = DeviceClock() if private(node, "synchronize_time", False) else None
+        self._error_limit = private(node, "error_limit", 4)
+        self._scan: Any = load_message_class("sensor_msgs/LaserScan")
+        self._echoes: Any = load_message_class("sensor_msgs/MultiEchoLaserScan")
+        self._echo: Any = load_message_class("sensor_msgs/LaserEcho")
+        names = ("first", "last", "most_intense") if self._has_echoes else ("scan",)
+        self._outputs = {name: node.advertise(name, self._scan, queue_size=QUEUE_SIZE) for name in names}
+        if self._has_echoes:
+            self._outputs["echoes"] = node.advertise("echoes", self._echoes, queue_size=QUEUE_SIZE)
+        self._settings: Reconfigurable | None = None
+        self._is_changed = threading.Event()
+        self._latency_s = 0.0
+        self._sensor: Sensor | None = None
+        self._health = Health(node, place, "Laser Echoes" if self._has_echoes else "Laser Scan")
+
+    def run(self) -> int:
+        """Publish until the node is shut down, and return the exit code."""
+        threading.Thread(target=self._health.run, name="diagnostics", daemon=True).start()
+        return self._driver.run()
+
+    def _session(self, stream: Stream) -> None:
+        try:
+            sensor = Sensor(stream, self._port.name, lambda: self._driver.is_ending, self._node.clock.now_ns)
+            self._configure(sensor)
+            if self._measures_latency:
+                self._latency_s = sensor.latency_s(self._request(sensor))
+            while not self._driver.is_ending:
+                self._is_changed.clear()
+                request = self._started(sensor)
+                self._health.connect(sensor, request)
+                try:
+                    self._publish_scans(sensor, request)
+                finally:
+                    with suppress(DeviceError):
+                        sensor.stop()
+        except DeviceError as error:
+            self._health.disconnect(str(error))
+            raise
+
+    def _configure(self, sensor: Sensor) -> None:
+        """Report the device, and offer the settings when the first one has told its limits."""
+        version = sensor.version
+        self._driver.describe(", ".join(version.get(key, "?") for key in ("PROD", "SERI", "FIRM")))
+        if self._settings is None:
+            known = sensor.parameters
+            low, high = known.angle(known.first), known.angle(known.last)
+            settings = (
+                Setting("angle_min", -math.pi, low, high, "First angle (rad)", _RESTARTS),
+                Setting("angle_max", math.pi, low, high, "Last angle (rad)", _RESTARTS),
+                Setting("cluster", 1, 1, 99, "Steps that are merged into one", _RESTARTS),
+                Setting("skip", 0, 0, 9, "Scans that are left out after each one", _RESTARTS),
+                Setting("frame_id", "laser", description="Frame of the scans"),
+                Setting("tf_prefix", "", description="Prefix of the frame"),
+                Setting("time_offset", 0.0, -10, 10, "Seconds that are added to timestamps"),
+            )
+            self._settings = Reconfigurable(self._node, "~", settings, self._change)
+
+    def _change(self, _: Mapping[str, Value], level: int) -> None:
+        if level & _RESTARTS:
+            self._is_changed.set()
+
+    def _setting(self, name: str) -> Any:
+        return self._settings.values[name] if self._settings else None
+
+    def _request(self, sensor: Sensor) -> Request:
+        first, last = (sensor.parameters.step(self._setting(name)) for name in ("angle_min", "angle_max"))
+        if first > last:
+            self._log.error("~angle_min must be <= ~angle_max, got more: using the whole scan")
+            first, last = sensor.parameters.first, sensor.parameters.last
+        how = self._setting("cluster"), self._setting("skip"), self._has_intensities, self._has_echoes
+        return Request(first, last, *how)
+
+    def _started(self, sensor: Sensor) -> Request:
+        request = self._request(sensor)
+        if sensor.start(request):
+            return request
+        if not self._has_intensities:
+            what = "several echoes" if self._has_echoes else "scans"
+            raise DeviceError(f"{self._port.name} cannot send {what}")
+        self._log.warning("%s has no intensities", self._port.name)
+        self._has_intensities = False
+        return self._started(sensor)
+
+    def _publish_scans(self, sensor: Sensor, request: Request) -> None:
+        """Publish until the settings change, or the node shuts down."""
+        last_s, errors = time.monotonic(), sensor.errors
+        while not self._driver.is_ending and not self._is_changed.is_set():
+            for reply in sensor.scans(request):
+                self._publish(reply, sensor, request)
+                self._driver.report_data()
+                self._health.window.count += 1
+                last_s, errors = time.monotonic(), sensor.errors
+            if sensor.errors - errors > self._error_limit:
+                raise DeviceError(f"{self._port.name} sends too many invalid replies")
+            if time.monotonic() - last_s > SILENCE_S:
+                raise DeviceError(f"{self._port.name} sends no scans")
+
+    def _publish(self, reply: Reply, sensor: Sensor, request: Request) -> None:
+        known, cluster = sensor.parameters, request.cluster
+        fields: dict[str, Any] = {
+            "angle_min": known.angle(request.first),
+            "angle_max": known.angle(request.last),
+            "angle_increment": cluster * math.tau / known.turn,
+            "time_increment": cluster * known.scan_s / known.turn,
+            "scan_time": known.scan_s,
+            "range_min": known.nearest_mm / 1000,
+            "range_max": known.farthest_mm / 1000,
+        }
+        stamp_s = reply.received_ns / NS_PER_S
+        if self._clock is not None:
+            stamp_s = self._clock.host_s(clock_ms(reply.lines[0]), stamp_s)
+        behind_s = known.scan_s * (fields["angle_min"] + math.pi) / math.tau
+        stamp_ns = round((stamp_s + self._latency_s + self._setting("time_offset") + behind_s) * NS_PER_S)
+        data, has = b"".join(reply.lines[1:]), request.has_intensities
+        if request.has_echoes:
+            self._publish_echoes(echoes_of(data, has_intensities=has), fields, stamp_ns, has)
+        else:
+            distances, intensities = scan_of(data, has_intensities=has)
+            ranges = [each / 1000 if each else NAN for each in distances]
+            values = [value if each else 0 for value, each in zip(intensities, distances, strict=False)]
+            self._send("scan", stamp_ns, self._scan(**fields, ranges=ranges, intensities=values))
+
+    def _publish_echoes(
+        self, steps: Sequence[Sequence[tuple[int, int]]], fields: Mapping[str, Any], stamp_ns: int, has: bool
+    ) -> None:
+        """Publish all echoes of each step, and one of them, where there are subscribers."""
+        for name, choose in _CHOICES.items():
+            if self._outputs[name].connection_count and (has or name != "most_intense"):
+                found = [choose(step) if step else (NAN, 0) for step in steps]
+                scan = self._scan(**fields, ranges=[mm / 1000 for mm, _ in found])
+                scan.intensities = [value for _, value in found] if has else []
+                self._send(name, stamp_ns, scan)
+        if self._outputs["echoes"].connection_count:
+            message = self._echoes(**fields)
+            message.ranges = [self._echo([mm / 1000 for mm, _ in step]) for step in steps]
+            message.intensities = [self._echo([value for _, value in step]) for step in steps] if has else []
+            self._send("echoes", stamp_ns, message)
+
+    def _send(self, name: str, stamp_ns: int, message: Any) -> None:
+        prefix, frame = self._setting("tf_prefix").strip("/"), self._setting("frame_id").lstrip("/")
+        message.header.frame_id = f"{prefix}/{frame}" if prefix else frame
+        message.header.stamp = Time(*divmod(max(stamp_ns, 0), NS_PER_S))
+        self._outputs[name].publish(message)
+
+
+_CHOICES: Final[dict[str, Callable[[Sequence[tuple[int, int]]], tuple[float, int]]]] = {
+    "first": lambda step: step[0],
+    "last": lambda step: step[-1],
+    "most_intense": lambda step: max(step, key=lambda echo: echo[1]),
+}
+"""The echoes of the outputs with one echo."""
+
+
+def _port(node: Node) -> tuple[dict[str, str], Port]:
+    """Return the port that the parameters name, and what diagnostics say about it."""
+    host, number = private(node, "ip_address", ""), private(node, "ip_port", 10940)
+    if host:
+        return {"IP Address": host, "IP Port": str(number)}, network_port(host, number)
+    path, baud = private(node, "serial_port", "/dev/ttyACM0"), private(node, "serial_baud", 115200)
+    return {"Serial Port": path, "Serial Baud": str(baud)}, serial_port(path, baud)
+
+
+@exits_after_ctrl_c()
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `urg_node` until the node is shut down."""
+    with roscpp_program("urg_node", "urg_node", argv) as (node, log):
+        try:
+            return UrgNode(node, log).run()
+        except MissingExtra as error:
+            log.critical("%s", error)
+            return 1
