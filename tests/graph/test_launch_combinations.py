@@ -35,7 +35,8 @@ def test_there_are_fifty_different_combinations() -> None:
 def test_every_node_of_a_launch_file_publishes(ros: RosSystem, tmp_path: Path, first: int) -> None:
     write_files(tmp_path)
     (tmp_path / "drive.bag").write_bytes(bag_bytes(rows(seconds=240)))
-    files, expected = [], []
+    files, expected = [tmp_path / "time.launch"], []
+    files[0].write_text('<launch><param name="/use_sim_time" value="true"/></launch>')
     with ExitStack() as stack:
         for number, programs in enumerate(combinations()[first : first + AT_ONCE], first):
             text, outputs = launch_file(f"c{number}", programs, tmp_path)

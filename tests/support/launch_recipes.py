@@ -6,6 +6,7 @@ so that many can run together.
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -55,12 +56,15 @@ _FILTER = Recipe(
 _XYZRGB = (
     "depth_registered/image_rect /bag/camera/depth rgb/image_rect_color /bag/camera/image rgb/camera_info "
 )
+_STEREO = "left/image_rect /bag/camera/left left/image_rect_color /bag/camera/left left/camera_info "
+_STEREO += "/bag/camera/camera_info right/image_rect /bag/camera/left right/camera_info /bag/right_info"
 _COSTMAP = "robot_base_frame: base_link, transform_tolerance: 5.0, resolution: 0.1"
 _NO_MAP = f"{_COSTMAP}, static_map: false, rolling_window: true, width: 4, height: 4"
 
 RECIPES: Mapping[str, Recipe] = {
     "actionlib_tutorials/fibonacci_server": Recipe("fibonacci/status", STATUS),
     "amcl/amcl": Recipe("amcl_pose", "geometry_msgs/PoseWithCovarianceStamped", "scan /bag/scan"),
+    "depth_image_proc/convert_metric": Recipe("image", IMAGE, "image_raw /bag/camera/depth"),
     "depth_image_proc/point_cloud_xyz": Recipe("points", CLOUD, "image_rect /bag/camera/depth"),
     "depth_image_proc/point_cloud_xyzrgb": Recipe(
         "depth_registered/points", CLOUD, _XYZRGB + "/bag/camera/camera_info"
@@ -72,18 +76,26 @@ RECIPES: Mapping[str, Recipe] = {
     "depthimage_to_laserscan/depthimage_to_laserscan": Recipe(
         "scan", SCAN, "image /bag/camera/depth camera_info /bag/camera/camera_info"
     ),
+    "depthimage_to_laserscan/DepthImageToLaserScanNodelet": Recipe(
+        "scan", SCAN, "image /bag/camera/depth camera_info /bag/camera/camera_info"
+    ),
     "diagnostic_aggregator/aggregator_node": Recipe(
         "agg", "diagnostic_msgs/DiagnosticArray", "/diagnostics_agg agg",
         "{analyzers: {all: {type: GenericAnalyzer, path: All, contains: ['']}}}",
     ),
+    "image_proc/debayer": Recipe("image_color", IMAGE, "image_raw /bag/camera/raw"),
     "image_proc/image_proc": Recipe(
         "image_rect_color", IMAGE, "image_raw /bag/camera/raw camera_info /bag/camera/camera_info"
     ),
+    "image_proc/rectify": Recipe("image_rect", IMAGE, "image_mono /bag/camera/image"),
     "image_transport/republish": Recipe(
         "out/compressed", "sensor_msgs/CompressedImage", "in /bag/camera/image", arguments="raw compressed"
     ),
     "joint_state_publisher/joint_state_publisher": Recipe("joint_states", "sensor_msgs/JointState"),
     "joy/joy_node": Recipe("joy", "sensor_msgs/Joy", params="{dev: JOYSTICK, autorepeat_rate: 5.0}"),
+    "laser_filters/scan_to_cloud_filter_chain": Recipe(
+        "cloud_filtered", CLOUD, "scan /bag/scan", "{target_frame: laser}"
+    ),
     "laser_filters/scan_to_scan_filter_chain": Recipe(
         "scan_filtered", SCAN, "scan /bag/scan", "{scan_filter_chain: [{name: range, type: "
         "laser_filters/LaserScanRangeFilter, params: {lower_threshold: 0.3, upper_threshold: 8.0}}]}",
@@ -99,15 +111,31 @@ RECIPES: Mapping[str, Recipe] = {
     "gmapping/slam_gmapping": Recipe(
         "map", "nav_msgs/OccupancyGrid", "scan /bag/scan", "{particles: 3, delta: 0.1}"
     ),
+    "pcl/CropBox": Recipe(
+        "~output", CLOUD, "~input /bag/points ~indices /bag/indices", "{use_indices: true}"
+    ),
+    "pcl/EuclideanClusterExtraction": Recipe(
+        "~output", CLOUD, "~input /bag/points", "{cluster_tolerance: 2.0, spatial_locator: 1}"
+    ),
     "pcl/ExtractIndices": Recipe("~output", CLOUD, "~input /bag/points ~indices /bag/indices"),
     "pcl/PassThrough": Recipe("~output", CLOUD, "~input /bag/points"),
+    "pcl/SACSegmentation": Recipe(
+        "~model", "pcl_msgs/ModelCoefficients", "~input /bag/points",
+        "{model_type: 0, distance_threshold: 0.3}",
+    ),
+    "pcl/StatisticalOutlierRemoval": Recipe(
+        "~output", CLOUD, "~input /bag/points", "{mean_k: 5, stddev: 1.0}"
+    ),
     "pcl/VoxelGrid": Recipe("~output", CLOUD, "~input /bag/points", "{leaf_size: 0.2}"),
     "pcl_ros/pcd_to_pointcloud": Recipe("cloud_pcd", CLOUD, arguments="FOLDER/map.pcd 1"),
+    "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": Recipe("scan", SCAN, "cloud_in /bag/points"),
     "robot_localization/ekf_localization_node": _FILTER,
     "robot_localization/ukf_localization_node": _FILTER,
     "robot_state_publisher/robot_state_publisher": _STATES,
     "robot_state_publisher/state_publisher": _STATES,
     "stage_ros/stageros": Recipe("odom", ODOMETRY, "/clock clock /tf tf", arguments="-g FOLDER/room.world"),
+    "stereo_image_proc/disparity": Recipe("disparity", "stereo_msgs/DisparityImage", _STEREO),
+    "stereo_image_proc/point_cloud2": Recipe("points2", CLOUD, _STEREO + " disparity /bag/disparity"),
     "teleop_twist_joy/teleop_node": Recipe("cmd_vel", TWIST),
     "tf/static_transform_publisher": Recipe("tf", TF, "/tf tf", arguments="0 0 1 0 0 0 base_link mast 100"),
     "tf2_ros/static_transform_publisher": Recipe(
@@ -180,11 +208,10 @@ def launch_file(namespace: str, programs: Sequence[str], folder: Path) -> tuple[
         "\n".join(nodes).replace("FOLDER", str(folder)).replace("JOYSTICK", str(folder / f"{namespace}.js"))
     )
     description = f'<param name="robot_description" textfile="{folder}/arm.urdf"/>'
-    use_time = '<param name="/use_sim_time" value="true"/>'
-    return f'<launch>{use_time}<group ns="{namespace}">{description}\n{text}\n</group></launch>\n', outputs
+    return f'<launch><group ns="{namespace}">{description}\n{text}\n</group></launch>\n', outputs
 
 
-def _moment(tenth: int) -> Iterator[tuple[str, Any]]:
+def moment(tenth: int) -> Iterator[tuple[str, Any]]:
     """Yield the messages of a tenth of a second, all with the same timestamp."""
     stamp = Time(START_S + tenth // 10, tenth % 10 * 10**8)
 
@@ -194,6 +221,12 @@ def _moment(tenth: int) -> Iterator[tuple[str, Any]]:
         for name, value in fields.items():
             setattr(message, name, value)
         return message
+
+    def image_of(array: Any, encoding: str) -> Any:
+        return made(
+            IMAGE, "camera", height=SIZE[0], width=SIZE[1], encoding=encoding,
+            step=array.nbytes // SIZE[0], data=array.tobytes(),
+        )  # fmt: skip
 
     x = 0.3 * math.sin(tenth / 20)
     transforms = []
@@ -220,19 +253,21 @@ def _moment(tenth: int) -> Iterator[tuple[str, Any]]:
     yield "/bag/scan", made(SCAN, "laser", **scan, range_min=0.1, range_max=12.0, ranges=walls.tolist())
     yield "/bag/points", room_cloud(made("geometry_msgs/PointStamped", "laser").header)
     yield "/bag/indices", made("pcl_msgs/PointIndices", "laser", indices=list(range(0, 300, 2)))
-    raw, colors, far = picture(1, SIZE), picture(3, SIZE), depths("16UC1", SIZE)
-    for topic, array, encoding in (
-        ("raw", raw, "bayer_rggb8"),
-        ("image", colors, "bgr8"),
-        ("depth", far, "16UC1"),
-    ):
-        yield f"/bag/camera/{topic}", made(
-            IMAGE, "camera", height=SIZE[0], width=SIZE[1], encoding=encoding,
-            step=array.nbytes // SIZE[0], data=array.tobytes(),
-        )  # fmt: skip
+    pictures = {
+        "raw": (picture(1, SIZE), "bayer_rggb8"), "image": (picture(3, SIZE), "bgr8"),
+        "depth": (depths("16UC1", SIZE), "16UC1"), "left": (picture(1, SIZE), "mono8"),
+    }  # fmt: skip
+    for name, (array, encoding) in pictures.items():
+        yield f"/bag/camera/{name}", image_of(array, encoding)
     info = camera_info(0, size=SIZE)
     info.header.stamp = stamp
     yield "/bag/camera/camera_info", info
+    right = copy.copy(info)
+    right.P = [*info.P[:3], -6.0, *info.P[4:]]
+    yield "/bag/right_info", right
+    disparity: Any = load_message_class("stereo_msgs/DisparityImage")(header=info.header, f=50.0, T=0.1)
+    disparity.image = image_of(np.full(SIZE, 2.0, np.float32), "32FC1")
+    yield "/bag/disparity", disparity
     yield "/bag/joint_states", made("sensor_msgs/JointState", name=["elbow"], position=[0.1])
     status: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")(name="battery", message="full")
     yield "/diagnostics", made("diagnostic_msgs/DiagnosticArray", status=[status])
@@ -268,7 +303,7 @@ def room_cloud(header: Any) -> Any:
 def rows(seconds: int) -> Iterator[Row]:
     """Yield the messages of a bag of this length."""
     for tenth in range(seconds * 10):
-        for topic, message in _moment(tenth):
+        for topic, message in moment(tenth):
             yield topic, message, START_S + tenth // 10, tenth % 10 * 10**8
 
 

@@ -29,11 +29,11 @@ def rows_of(cloud: Any) -> Any:
     """Return the bytes of the points, an array of shape (points, point_step), without copying.
 
     Raises:
-        InvalidCloud: the length of the data is not width * height * point_step.
+        InvalidCloud: the length of the data is not width * height * point_step, or point_step is 0.
     """
     count, step = cloud.width * cloud.height, cloud.point_step
     data = np.frombuffer(cloud.data, np.uint8)
-    if len(data) != count * step:
+    if len(data) != count * step or (count and not step):
         raise InvalidCloud(
             f"data of a cloud must have width * height * point_step = {cloud.width} * {cloud.height} * "
             f"{step} bytes, got {len(data)}"

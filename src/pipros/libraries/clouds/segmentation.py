@@ -83,7 +83,8 @@ def clusters(points: Any, tolerance: float, smallest: int, largest: int) -> list
     """Return the sorted indices of each cluster, the largest cluster first.
 
     Two points are in one cluster if a chain of points joins them in steps of at most `tolerance`. Others than
-    finite points are in none. The time grows with the number of pairs of neighbours, the memory does not.
+    finite points are in none. The time grows with the number of pairs of neighbours at different places, the
+    memory does not.
 
     Args:
         smallest, largest: clusters of other sizes are left out.
@@ -91,10 +92,24 @@ def clusters(points: Any, tolerance: float, smallest: int, largest: int) -> list
     finite = np.flatnonzero(np.isfinite(points).all(1))
     if not len(finite):
         return []
-    labels = _labels(points[finite].astype(np.float64), tolerance)
+    places, place_of = _places(points[finite])
+    labels = _labels(places.astype(np.float64), tolerance)[place_of]
     order = np.argsort(labels, kind="stable")
     groups = np.split(finite[order], np.flatnonzero(np.diff(labels[order])) + 1)
     return sorted((each for each in groups if smallest <= len(each) <= largest), key=lambda each: -len(each))
+
+
+def _places(points: Any) -> tuple[Any, Any]:
+    """Return the different places of points, and the index of each point's place.
+
+    Drivers often put all points that they could not measure at the origin.
+    """
+    order = np.lexsort(points.T)
+    ordered = points[order]
+    is_first = np.concatenate([[True], (ordered[1:] != ordered[:-1]).any(1)])
+    place_of = np.empty(len(points), np.int64)
+    place_of[order] = np.cumsum(is_first) - 1
+    return ordered[is_first], place_of
 
 
 def _labels(points: Any, tolerance: float) -> Any:

@@ -105,9 +105,10 @@ class PointCloudXyzrgb(LazyNode):
                     f"the frame of depths [{depth.header.frame_id}] must be that of colours "
                     f"[{rgb.header.frame_id}]; register the depths"
                 )
+            depths = array_of(depth)  # before memory is used for its size
             pixels, name, pinhole = _fitted(array_of(rgb), rgb, depth, Pinhole.of(info))
             points = empty_points(depth.height, depth.width, has_colors=True)
-            set_points(points, array_of(depth), depth.encoding, pinhole)
+            set_points(points, depths, depth.encoding, pinhole)
             set_colors(points, pixels, name, alpha=255)
         except PiprosError as error:
             self._errors.error("%s", error)
@@ -123,6 +124,8 @@ def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, s
     if (rgb.width, rgb.height) == (depth.width, depth.height):
         return pixels, rgb.encoding, pinhole
     ratio = depth.width / rgb.width
+    if depth.height < ratio:
+        raise BadImage(f"the depths have {depth.height} rows, too few for the size of the colours")
     try:
         pixels = convert(pixels, rgb.encoding, "bgr8")[: int(depth.height / ratio)]
     except ConversionError as error:

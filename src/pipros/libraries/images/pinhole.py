@@ -67,10 +67,10 @@ def check_size(height: int, width: int) -> None:
     """Check the size of a picture.
 
     Raises:
-        Uncalibrated: it has more than `MOST_PIXELS` pixels.
+        Uncalibrated: it has no pixels, or more than `MOST_PIXELS`.
     """
-    if height * width > MOST_PIXELS:
-        raise Uncalibrated(f"a calibration must have at most {MOST_PIXELS} pixels, got {width} x {height}")
+    if not 0 < height * width <= MOST_PIXELS:
+        raise Uncalibrated(f"a calibration must have 1 to {MOST_PIXELS} pixels, got {width} x {height}")
 
 
 def key_of(info: Any) -> tuple[Any, ...]:
@@ -113,6 +113,7 @@ class Rectifier:
         """Return the rectified image. Pixels without a source are 0, or NaN in images of floats.
 
         Raises:
+            Uncalibrated: the binning leaves no pixels.
             cv2.error: the image does not have the size of the calibration.
         """
         cv2 = opencv("rectifying images")
@@ -131,6 +132,7 @@ class Rectifier:
         p = np.array(info.P, float).reshape(3, 4)[:, :3] * scale
         r, d = np.array(info.R, float).reshape(3, 3), np.array(info.D, float)
         size = info.width // bin_x, info.height // bin_y
+        check_size(*size)
         if info.distortion_model == "equidistant":
             maps = cv2.fisheye.initUndistortRectifyMap(k, d[:4], r, p, size, cv2.CV_16SC2)
         else:

@@ -47,6 +47,8 @@ class StereoCloud(LazyNode):
 
     def _on_messages(self, image: Any, left_info: Any, right_info: Any, disparity: Any) -> None:
         try:
+            if disparity.image.encoding != "32FC1":
+                raise BadImage(f"disparities must be 32FC1, got [{printable(disparity.image.encoding)}]")
             disparities = array_of(disparity.image)
             xyz = positions(disparities, Pinhole.of(left_info), Pinhole.of(right_info))
             points = empty_points(*disparities.shape, has_colors=True)

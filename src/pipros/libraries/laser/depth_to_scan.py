@@ -87,7 +87,7 @@ class DepthToScan:
             InvalidDepthImage: its encoding or size is invalid, or it has too few rows.
         """
         half = self.scan_height // 2
-        if half > view.center_y or half > image.height - view.center_y:
+        if not half <= view.center_y <= image.height - half:
             raise InvalidDepthImage(
                 f"scan_height ({self.scan_height} pixels) is too large for the image height ({image.height})"
             )
@@ -127,10 +127,11 @@ def _pixels(image: Any) -> Any:
     """Return the depths of an image, an array of shape (height, width)."""
     kind = np.dtype("u2" if image.encoding == "16UC1" else "f4")
     kind = kind.newbyteorder(">" if image.is_bigendian else "<")
-    if image.step < image.width * kind.itemsize or len(image.data) < image.step * image.height:
+    row = image.width * kind.itemsize
+    if image.step < row or len(image.data) < image.step * image.height or not image.height:
         raise InvalidDepthImage(
             f"an image of {image.width} x {image.height} must have {image.step} * {image.height} bytes, in "
-            f"rows of at least {image.width * kind.itemsize}, got {len(image.data)}"
+            f"rows of at least {row}, got {len(image.data)}"
         )
     rows = np.frombuffer(image.data, np.uint8)[: image.step * image.height].reshape(image.height, image.step)
-    return rows[:, : image.width * kind.itemsize].copy().view(kind)
+    return rows[:, :row].copy().view(kind)

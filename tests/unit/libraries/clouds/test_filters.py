@@ -146,6 +146,21 @@ def test_clusters_by_a_plain_loop() -> None:
     assert clusters(table[:0], 0.1, 1, 9) == []
 
 
+def test_equal_points_are_one_place_in_a_cluster() -> None:
+    origin = np.zeros((100_000, 3), np.float32)  # 10**10 pairs of neighbors
+
+    found = clusters(np.concatenate([origin, origin[:2] + 9]), 0.1, 1, 10**9)
+
+    assert [each.tolist() for each in found] == [list(range(100_000)), [100_000, 100_001]]
+
+
+def test_points_without_bytes_are_refused() -> None:
+    cloud: Any = load_message_class("sensor_msgs/PointCloud2")(width=2**32 - 1, height=2**32 - 1)
+
+    with pytest.raises(InvalidCloud, match=r"4294967295 \* 4294967295 \* 0"):
+        rows_of(cloud)
+
+
 def test_many_neighbors_are_joined_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pipros.libraries.clouds.segmentation._PAIRS", 50)
     table = np.concatenate([np.linspace((at, 0, 0), (at, 1, 0), 40) for at in range(3)])

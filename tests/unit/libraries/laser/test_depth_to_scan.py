@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -66,6 +67,11 @@ def test_what_cannot_become_a_scan_is_an_error() -> None:
     good.encoding, good.data = "32FC1", b""
     with pytest.raises(InvalidDepthImage, match="got 0"):
         DepthToScan().ranges(good, view)
+    good.width, good.height, good.step = 2**29, 0, 2**31
+    with pytest.raises(InvalidDepthImage, match=r"an image of 536870912 x 0"):
+        DepthToScan().ranges(good, replace(view, center_y=0.0))
+    with pytest.raises(InvalidDepthImage, match="too large for the image height"):
+        DepthToScan().ranges(good, replace(view, center_y=math.nan))
     with pytest.raises(InvalidDepthImage, match="not calibrated"):
         view_of(camera(0.0), 5)
     bent = camera()
