@@ -13,6 +13,7 @@ from pipros.msg import load_message_class
 from tests.support.both_costmaps import BothCostmaps, both_costmaps, cloud_message, grid_message, scan_message
 from tests.support.both_navigation import SIDES
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 SCAN = {
     "sensor_frame": "base_link", "data_type": "LaserScan", "topic": "/scan", "marking": True,
@@ -133,6 +134,43 @@ def test_a_rolling_window_with_clouds_and_a_turned_sensor(plain_ros: RosSystem) 
             both.wait_until_equal(lambda cloud=cloud: both.both.publish("points", cloud))  # type: ignore[misc]
             scan = scan_message(ranges(numbers), time.time(), "laser")
             both.wait_until_equal(lambda scan=scan: both.both.publish("scan", scan))  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("is_rolling", [False, True])
+def test_voxels_are_marked_and_cleared_at_their_heights(plain_ros: RosSystem, is_rolling: bool) -> None:
+    """All points are within the map: of rays that leave it, genuine's rounding errors drop some."""
+    parameters = {
+        "rolling_window": is_rolling, "width": 6, "height": 6, "origin_x": -1.5, "origin_y": -1.6,
+        "robot_radius": 0.17, "track_unknown_space": True,
+        "plugins": [{"name": "seen", "type": "costmap_2d::VoxelLayer"}],
+        "seen": {
+            "z_voxels": 8, "z_resolution": 0.15, "origin_z": 0.05, "max_obstacle_height": 1.1,
+            "mark_threshold": 1, "unknown_threshold": 6, "publish_voxel_map": True,
+            "observation_sources": "points",
+            "points": {
+                "topic": "/points", "data_type": "PointCloud2", "clearing": True, "obstacle_range": 1.6,
+                "raytrace_range": 1.9, "max_obstacle_height": 3.0, "min_obstacle_height": -1.0,
+            },
+        },
+    }  # fmt: skip
+    numbers = np.random.default_rng(7)
+    with both_costmaps(plain_ros, parameters, (1.5, 1.5, 0.0), topics=("points",)) as both:
+        both.place(("base_link", "camera", 0.1, 0.05, 0.4, 0.7))
+        grids = both.both.inboxes("costmap_node/costmap/seen/voxel_grid", "costmap_2d/VoxelGrid")
+
+        def columns(side: str) -> Any:
+            message = grids[side].messages[-1]
+            size = message.size_x, message.size_y, message.size_z
+            return (*size, message.origin.z, message.resolutions.z, list(message.data))
+
+        for x, y, yaw in ((1.62, 1.4, 0.4), (1.4, 1.3, -1.0)):
+            both.move_to(x, y, yaw)
+            for spread in (0.3, 1.6):
+                points = numbers.uniform((-spread, -spread, -0.3), (1.6, 1.6, 1.2), (600, 3))
+                cloud = cloud_message(points, time.time(), "camera")
+                cells = both.wait_until_equal(lambda cloud=cloud: both.both.publish("points", cloud))  # type: ignore[misc]
+                wait_until(lambda: columns("pipros") == columns("genuine"), 30, "equal voxels")
+        assert {-1, 0, 100} <= set(cells.ravel().tolist())
 
 
 def test_grey_maps_parts_of_maps_and_settings(plain_ros: RosSystem) -> None:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import logging
-import time
+from collections.abc import Callable
+from functools import partial
 from typing import Final
 
+from pipros.basics.throttle import Throttle
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.pose import Pose
 from pipros.node import Node
 
-_WARNING_S: Final = 2.0
+_MISSING: Final = "no transform from %s to %s: %s"
 
 
 class Frames(TransformListener):
@@ -19,10 +21,9 @@ class Frames(TransformListener):
 
     def __init__(self, node: Node, log: logging.Logger) -> None:
         """Subscribe. Blocks until the master answers."""
-        self._log = log
-        self._warned_s = -_WARNING_S
+        self._log = Throttle(log, 2.0)
         super().__init__(node)
-        self.problems = self._warn
+        self.problems = partial(self._log.warning, "%s")
 
     def find(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose | None:
         """Return the pose of `source` in `target` at a time, or the latest one with a warning, or None.
@@ -32,35 +33,40 @@ class Frames(TransformListener):
         try:
             return self.at(target, source, stamp_ns, timeout_s)
         except TransformException as error:
-            reason = str(error)
-        try:
-            _, pose = self.buffer.lookup(target, source, 0)
-        except TransformException:
-            if target != source:
-                self._warn(f"no transform from {source} to {target}: {reason}")
-            return None
-        self._warn(f"no transform from {source} to {target} at the requested time; using the latest")
-        return pose
+            reason = error
+        latest = self.latest(target, source)
+        if latest is not None:
+            text = "no transform from %s to %s at the requested time; using the latest"
+            self._log.warning(text, source, target)
+        elif target != source:
+            self._log.warning(_MISSING, source, target, reason)
+        return latest
 
     def awaited(self, target: str, source: str, stamp_ns: int, timeout_s: float) -> Pose | None:
         """Return the pose of `source` in `target` at a time, or None with a warning if it is not known.
 
         Wait up to `timeout_s` of the node's time, but not for a time that is older than the known ones.
         """
-        reason: list[str | None] = [None]
 
-        def ask() -> tuple[int, str]:
-            reason[0] = self.buffer.can_transform(target, source, stamp_ns)
-            if reason[0] is None or self._has_passed(target, source, stamp_ns):
-                return 1, ""
-            return 0, reason[0]
+        def reason() -> str | None:
+            found = self.buffer.can_transform(target, source, stamp_ns)
+            return None if found is not None and self._has_passed(target, source, stamp_ns) else found
 
         try:
-            self.buffer.waiter.wait(ask, round(timeout_s * 1e9), lambda: self._node.clock, self._check)
+            self._wait(reason, timeout_s)
             return self.buffer.lookup(target, source, stamp_ns)[1]
         except TransformException as error:
-            self._warn(f"no transform from {source} to {target}: {error}")
+            self._log.warning(_MISSING, source, target, error)
             return None
+
+    def _wait(self, reason: Callable[[], str | None], timeout_s: float) -> None:
+        """Wait until there is no reason any more why a transform is not known."""
+
+        def ask() -> tuple[int, str]:
+            found = reason()
+            return (1, "") if found is None else (0, found)
+
+        self.buffer.waiter.wait(ask, round(timeout_s * 1e9), lambda: self._node.clock, self._check)
 
     def latest(self, target: str, source: str) -> Pose | None:
         """Return the latest pose of `source` in `target`, or None if it is not known."""
@@ -71,14 +77,10 @@ class Frames(TransformListener):
 
     def motion(self, frame: str, fixed: str, since_ns: int, until_ns: int, timeout_s: float) -> Pose | None:
         """Return the pose of a frame relative to its earlier pose, or None if it is not known in time."""
-
-        def ask() -> tuple[int, str]:
-            reason = self.buffer.can_transform_full(frame, since_ns, frame, until_ns, fixed)
-            return (1, "") if reason is None else (0, reason)
-
+        arguments = frame, since_ns, frame, until_ns, fixed
         try:
-            self.buffer.waiter.wait(ask, round(timeout_s * 1e9), lambda: self._node.clock, self._check)
-            return self.buffer.lookup_full(frame, since_ns, frame, until_ns, fixed)[1]
+            self._wait(lambda: self.buffer.can_transform_full(*arguments), timeout_s)
+            return self.buffer.lookup_full(*arguments)[1]
         except TransformException:
             return None
 
@@ -87,8 +89,3 @@ class Frames(TransformListener):
             return self.buffer.latest_common_time(target, source) >= stamp_ns
         except TransformException:
             return False
-
-    def _warn(self, text: str) -> None:
-        if time.monotonic() - self._warned_s >= _WARNING_S:
-            self._warned_s = time.monotonic()
-            self._log.warning("%s", text)

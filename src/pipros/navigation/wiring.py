@@ -42,8 +42,3 @@ def stamped(kind: str, frame: str, stamp: Time | int, **fields: Any) -> Any:
 
 def time_of(stamp_ns: int) -> Time:
     return Time(*divmod(max(0, stamp_ns), NS_PER_S))
-
-
-def now(node: Node) -> Time:
-    """Return the time of the node's clock."""
-    return time_of(node.clock.now_ns())

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from pipros.basics.errors import Interrupted
+from pipros.basics.throttle import Throttle
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.transforms.errors import TransformException
 from pipros.navigation.costmap import footprint
@@ -79,7 +80,7 @@ class Costmap:
         self._unpadded: Points = []
         self._outline: tuple[Value, Value] | None = None
         self._change_period: Callable[[float], None] | None = None
-        self._warned_s: dict[str, float] = {}
+        self._throttle = Throttle(log, 1.0)
         self.wait_until(
             lambda: frames.buffer.can_transform(self.global_frame, self.base_frame, 0) is None,
             f"the transform from {self.base_frame} to {self.global_frame}",
@@ -123,12 +124,9 @@ class Costmap:
                 warned_s = time.monotonic()
                 self.log.warning("%s waits for %s", self.name, what)
 
-    def warn(self, text: str) -> None:
-        """Log a warning, at most one a second with the same beginning."""
-        now_s, key = time.monotonic(), text[:40]
-        if now_s - self._warned_s.get(key, -1.0) >= 1.0:
-            self._warned_s[key] = now_s
-            self.log.warning("%s: %s", self.name, text)
+    def warn(self, text: str, *values: Any) -> None:
+        """Log a warning, at most one a second with the same text, before its values are inserted."""
+        self._throttle.warning(f"{self.name}: {text}", *values)
 
     # -- parameters --------------------------------------------------------------
 
@@ -214,11 +212,12 @@ class Costmap:
             is_known = now_ns and buffer.can_transform(self.global_frame, self.base_frame, now_ns) is None
             stamp_ns, pose = buffer.lookup(self.global_frame, self.base_frame, now_ns if is_known else 0)
         except TransformException as error:
-            self.warn(f"the robot's pose is unknown: {error}")
+            self.warn("the robot's pose is unknown: %s", error)
             return None
         age_s, limit_s = (now_ns - stamp_ns) / 1e9 if stamp_ns else 0.0, self._tolerance_s
         if age_s > limit_s:
-            self.warn(f"the robot's pose is {age_s:.3f} s old, more than transform_tolerance, {limit_s} s")
+            text = "the robot's pose is %.3f s old, more than transform_tolerance, %s s"
+            self.warn(text, age_s, limit_s)
             return None
         return Pose2D(*flat(pose))
 

@@ -144,17 +144,25 @@ def line_cells(
 
     A line is cut off where it is longer than `limit` cells.
     """
-    dx, dy = x1 - x0, y1 - y0
-    lengths = np.hypot(dx, dy)
-    shares = np.minimum(1.0, limit / np.maximum(lengths, 1e-9))
-    is_steep = np.abs(dy) > np.abs(dx)
-    major = np.where(is_steep, np.abs(dy), np.abs(dx))
-    minor = np.where(is_steep, np.abs(dx), np.abs(dy))
-    counts = (shares * major).astype(np.int64) + 1
+    first, last = (np.stack(np.broadcast_arrays(*ends), axis=-1) for ends in ((x0, y0), (x1, y1)))
+    lengths = np.hypot(*(last - first).T)
+    cells = cells_on_lines(first, last, np.minimum(1.0, limit / np.maximum(lengths, 1e-9)))
+    return cells[:, 0], cells[:, 1]
+
+
+def cells_on_lines(first: Numbers, last: Numbers, shares: Numbers) -> Numbers:
+    """Return the cells of lines in any number of dimensions, shape (cells, dimensions).
+
+    Args:
+        first, last: the ends of each line; there may be a single first one for all.
+        shares: the part of each line that is wanted, from its first end on.
+    """
+    delta: Numbers = last - first
+    longest = np.abs(delta).max(axis=1)
+    counts = (shares * longest).astype(np.int64) + 1
     line = np.repeat(np.arange(len(counts)), counts)
     step = np.arange(len(line)) - (np.cumsum(counts) - counts)[line]
-    aside = ((major // 2)[line] + step * minor[line]) // np.maximum(major, 1)[line]
-    steep = is_steep[line]
-    columns = np.broadcast_to(x0, dx.shape)[line] + np.sign(dx)[line] * np.where(steep, aside, step)
-    rows = np.broadcast_to(y0, dy.shape)[line] + np.sign(dy)[line] * np.where(steep, step, aside)
-    return columns, rows
+    along = longest[line, None]
+    aside = (along // 2 + step[:, None] * np.abs(delta)[line]) // np.maximum(along, 1)
+    cells: Numbers = np.broadcast_to(first, delta.shape)[line] + np.sign(delta)[line] * aside
+    return cells

@@ -15,9 +15,11 @@ from pipros.navigation.costmap.observations import Source, SourceSettings
 from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
 from pipros.navigation.costmap.sensor_input import DATA_TYPES, SensorInput
 from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
+from pipros.navigation.costmap.voxel_layer import VoxelLayer
 from pipros.navigation.limits import NavigationLimits
 from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
-from pipros.navigation.wiring import subscribe
+from pipros.navigation.wiring import advertise, stamped, subscribe
+from pipros.node.clock import stamp
 
 if TYPE_CHECKING:
     from pipros.navigation.costmap.costmap import Costmap
@@ -95,7 +97,7 @@ def add_layers(costmap: Costmap) -> None:
 def _listed_layers(costmap: Costmap, given: Parameters) -> list[tuple[str, str]]:
     for name in ("static_map", "map_type"):
         if given.has(name):
-            costmap.warn(f"{name} has no effect, because plugins is set")
+            costmap.warn("%s has no effect, because plugins is set", name)
     layers, listed, plugins = [], given.values["plugins"], f"{costmap.namespace}/plugins"
     for each in listed if isinstance(listed, list) else [listed]:
         if not (isinstance(each, dict) and all(isinstance(each.get(key), str) for key in ("name", "type"))):
@@ -167,7 +169,7 @@ def _add_static(costmap: Costmap, name: str, kind: str) -> None:
         try:
             return costmap.frames.at(frame.lstrip("/"), costmap.global_frame, 0)
         except TransformException as error:
-            costmap.warn(f"the static map is not used: {error}")
+            costmap.warn("the static map is not used: %s", error)
             return None
 
     node, namespace = costmap.node, f"{costmap.namespace}/{name}"
@@ -202,7 +204,12 @@ def _add_obstacles(costmap: Costmap, name: str, kind: str) -> None:
     given = read_parameters(node, namespace)
     tracks_unknown = given.boolean(_TRACK, costmap.layered.tracks_unknown)
     now_ns: Callable[[], int] = lambda: node.clock.now_ns()  # noqa: E731 # the clock may be replaced
-    layer = ObstacleLayer(name, costmap.layered, now_ns, tracks_unknown=tracks_unknown, warn=costmap.warn)
+    layer: ObstacleLayer = (VoxelLayer if kind == VOXEL else ObstacleLayer)(
+        name, costmap.layered, now_ns, tracks_unknown=tracks_unknown, warn=costmap.warn
+    )
+    if isinstance(layer, VoxelLayer) and given.boolean("publish_voxel_map", False):
+        publisher = advertise(node, f"{namespace}/voxel_grid", "costmap_2d/VoxelGrid")
+        layer.after_update = lambda: publisher.publish(_voxel_grid(costmap, layer))
     costmap.layered.layers.append(layer)
     names = given.text("observation_sources", "").split()
     layer.sources += [Source(_source_settings(costmap, f"{namespace}/{each}", each)) for each in names]
@@ -217,9 +224,23 @@ def _add_obstacles(costmap: Costmap, name: str, kind: str) -> None:
         layer.clears_footprint = values["footprint_clearing_enabled"]
         layer.max_height = values["max_obstacle_height"]
         layer.combination = values["combination_method"]
+        if isinstance(layer, VoxelLayer):
+            layer.configure(values)
 
     layer.before_update = receive
     _serve(costmap, kind, layer, apply)
+
+
+def _voxel_grid(costmap: Costmap, layer: VoxelLayer) -> Any:
+    """Return the voxels of a layer as costmap_2d/VoxelGrid."""
+    grid = layer.columns
+    message = stamped("costmap_2d/VoxelGrid", costmap.global_frame, stamp(costmap.node.clock))
+    message.data = grid.costs.ravel().tolist()
+    message.origin.x, message.origin.y, message.origin.z = grid.origin_x, grid.origin_y, layer.origin_z
+    message.resolutions.x = message.resolutions.y = grid.resolution
+    message.resolutions.z = layer.z_resolution
+    message.size_x, message.size_y, message.size_z = grid.width, grid.height, layer.z_voxels
+    return message
 
 
 def _source_settings(costmap: Costmap, namespace: str, name: str) -> SourceSettings:

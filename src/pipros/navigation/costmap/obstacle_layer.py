@@ -12,7 +12,7 @@ from pipros.navigation.costmap.layered import Bounds, CellLayer, LayeredCostmap,
 from pipros.navigation.costmap.observations import Observation, Source, squared_distances
 
 OVERWRITE, MAXIMUM = 0, 1
-_RAYS_AT_ONCE = 4096
+RAYS_AT_ONCE = 4096
 _INSIDE_M = 0.001
 
 
@@ -34,7 +34,7 @@ class ObstacleLayer(CellLayer):
         now_ns: Callable[[], int],
         *,
         tracks_unknown: bool,
-        warn: Callable[[str], None] = lambda _: None,
+        warn: Callable[..., object] = lambda *_: None,
     ) -> None:
         super().__init__(name, costmap, UNKNOWN if tracks_unknown else FREE)
         self.sources: list[Source] = []
@@ -91,7 +91,8 @@ class ObstacleLayer(CellLayer):
         x, y = seen.origin[:2]
         start = grid.world_to_cell(x, y)
         if start is None:
-            self._warn(f"the sensor at ({x:.2f}, {y:.2f}) is outside the costmap, which it cannot clear")
+            text = "the sensor at (%.2f, %.2f) is outside the costmap, which it cannot clear"
+            self._warn(text, x, y)
             return
         bounds.touch(x, y)
         points = seen.points.astype(np.float64)
@@ -99,8 +100,8 @@ class ObstacleLayer(CellLayer):
         columns, rows, inside = grid.world_to_cells(*ends)
         ends = ends[0][inside], ends[1][inside]
         cells = np.unique(rows[inside] * grid.width + columns[inside])
-        for first in range(0, len(cells), _RAYS_AT_ONCE):
-            to_y, to_x = np.divmod(cells[first : first + _RAYS_AT_ONCE], grid.width)
+        for first in range(0, len(cells), RAYS_AT_ONCE):
+            to_y, to_x = np.divmod(cells[first : first + RAYS_AT_ONCE], grid.width)
             ray_x, ray_y = line_cells(*start, to_x, to_y, grid.in_cells(limit))
             grid.costs[ray_y, ray_x] = FREE
         dx, dy = ends[0] - x, ends[1] - y

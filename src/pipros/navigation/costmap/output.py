@@ -8,7 +8,8 @@ from pipros.msg import load_message_class
 from pipros.navigation.costmap.grid import Points
 from pipros.navigation.costmap.layered import Window
 from pipros.navigation.parameters import search_upwards
-from pipros.navigation.wiring import advertise, now, stamped
+from pipros.navigation.wiring import advertise, stamped
+from pipros.node.clock import stamp
 
 if TYPE_CHECKING:
     from pipros.navigation.costmap.costmap import Costmap
@@ -95,4 +96,4 @@ class CostmapOutput:
         self._footprints.publish(message)
 
     def _stamped(self, kind: str, **fields: Any) -> Any:
-        return stamped(kind, self._costmap.global_frame, now(self._costmap.node), **fields)
+        return stamped(kind, self._costmap.global_frame, stamp(self._costmap.node.clock), **fields)

@@ -18,8 +18,9 @@ from pipros.navigation.dwa.planner import Choice, DwaPlanner
 from pipros.navigation.dwa.settings import SETTINGS, DwaSettings
 from pipros.navigation.parameters import InvalidParameter, read_parameters, search_upwards
 from pipros.navigation.plane import Poses, Triple
-from pipros.navigation.wiring import advertise, now, subscribe
+from pipros.navigation.wiring import advertise, subscribe
 from pipros.node import Node
+from pipros.node.clock import stamp
 
 _NEAR_M: Final = 1.0
 """With `prune_plan`, poses at the beginning of the plan that are farther from the robot are dropped."""
@@ -110,7 +111,7 @@ class DwaLocalPlanner:
         if choice.command is not None:
             for publisher, way in ((self._global_plan, local), (self._local_plan, choice.way)):
                 if publisher.connection_count:
-                    publisher.publish(plane.path(way, self._costmap.global_frame, now(self._node)))
+                    publisher.publish(plane.path(way, self._costmap.global_frame, stamp(self._node.clock)))
         return choice.command
 
     def _turn(self, pose: Triple, goal: Triple) -> Triple | None:
@@ -129,7 +130,7 @@ class DwaLocalPlanner:
         try:
             return plane.flat(self._costmap.frames.at(target, self._plan_frame, 0))
         except TransformException as error:
-            self._costmap.warn(f"the plan is not in the frame {target}: {error}")
+            self._costmap.warn("the plan is not in the frame %s: %s", target, error)
             return None
 
     def _goal(self) -> Triple | None:
@@ -169,7 +170,9 @@ class DwaLocalPlanner:
             rows = [tried.x[mask], tried.y[mask], np.zeros(int(mask.sum())), tried.yaw[mask]]
             rows.append(np.broadcast_to(scores[:, None], mask.shape)[mask])
             names = ("x", "y", "z", "theta", "cost")
-            self._tried.publish(plane.cloud(names, np.column_stack(rows), self._cloud_frame, now(self._node)))
+            self._tried.publish(
+                plane.cloud(names, np.column_stack(rows), self._cloud_frame, stamp(self._node.clock))
+            )
         if self._shows_costs and self._costs.connection_count:
             self._costs.publish(self._cost_cloud())
 
@@ -184,4 +187,4 @@ class DwaLocalPlanner:
         total = grid.resolution * total + settings.occdist_scale * costs
         values = np.column_stack((x, y, np.zeros(len(x)), to_path, to_goal, costs, total))
         names = ("x", "y", "z", "path_cost", "goal_cost", "occ_cost", "total_cost")
-        return plane.cloud(names, values, self._costmap.global_frame, now(self._node))
+        return plane.cloud(names, values, self._costmap.global_frame, stamp(self._node.clock))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import logging
-import time
 from math import floor
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
+from pipros.basics.throttle import Throttle
 from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted
 from pipros.msg.time import Time
 from pipros.navigation import plane
@@ -19,16 +19,13 @@ from pipros.navigation.frames import Frames
 from pipros.navigation.wiring import advertise, stamped
 from pipros.node import Node
 
-_ERROR_S: Final = 5.0
-
 
 class Estimates:
     """Publishes `odometry/filtered`, `accel/filtered` and the transform. Not thread-safe."""
 
     def __init__(self, node: Node, log: logging.Logger, settings: Settings, frames: Frames) -> None:
-        self._log, self._settings, self._frames = log, settings, frames
+        self._log, self._settings, self._frames = Throttle(log, 5.0), settings, frames
         self._published_s: float | None = None
-        self._error_s = -_ERROR_S
         self._odometry = advertise(node, "odometry/filtered", "nav_msgs/Odometry", 20)
         self._tf = advertise(node, "/tf", "tf2_msgs/TFMessage", 100) if settings.publish_tf else None
         accel = "geometry_msgs/AccelWithCovarianceStamped"
@@ -47,7 +44,7 @@ class Estimates:
         if is_old and not self._settings.permit_corrected_publication:
             return False
         if not np.isfinite(kalman.state).all() or not np.isfinite(kalman.covariance).all():
-            self._complain("the estimate is not finite: check the covariances of the inputs")
+            self._log.error("the estimate is not finite: check the covariances of the inputs")
             return False
         self._published_s = time_s
         stamp, state, settings = in_time(time_s), kalman.state, self._settings
@@ -83,21 +80,16 @@ class Estimates:
             frames = settings.odom_frame, settings.base_link_frame
             odom = self._frames.find(*frames, stamp_ns, settings.transform_timeout)
             if odom is None:
-                self._complain(f"no transform from {frames[1]} to {frames[0]}: none is sent")
+                self._log.error("no transform from %s to %s: none is sent", *frames[::-1])
                 return
             child, pose = settings.odom_frame, composed(base, inverted(odom))
         elif settings.world_frame != settings.odom_frame:
-            self._complain("world_frame must be map_frame or odom_frame: no transform is sent")
+            self._log.error("world_frame must be map_frame or odom_frame: no transform is sent")
             return
         if settings.invert_tf:
             parent, child, pose = child, parent, inverted(pose)
         stamp = in_time(time_s + settings.transform_time_offset)
         self._tf.publish(plane.transforms(parent, child, pose, stamp))
-
-    def _complain(self, text: str) -> None:
-        if time.monotonic() - self._error_s >= _ERROR_S:
-            self._error_s = time.monotonic()
-            self._log.error("%s", text)
 
 
 def in_time(time_s: float) -> Time:

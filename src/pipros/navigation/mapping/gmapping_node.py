@@ -24,8 +24,9 @@ from pipros.navigation.mapping.survey import Survey
 from pipros.navigation.parameters import read_parameters
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, now, serve, stamped, subscribe
+from pipros.navigation.wiring import advertise, serve, stamped, subscribe
 from pipros.node import Node
+from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed
 
 TRANSFORM_S: Final = 2.0
@@ -163,7 +164,7 @@ class GmappingNode:
             self._entropy.publish(load_message_class("std_msgs/Float64")(entropy))
         self._survey.follow(slam.steps[slam.best])
         values = self._survey.values()
-        message = stamped("nav_msgs/OccupancyGrid", self._settings.map_frame, now(self._node))
+        message = stamped("nav_msgs/OccupancyGrid", self._settings.map_frame, stamp(self._node.clock))
         message.info.map_load_time, message.info.resolution = message.header.stamp, self._settings.delta
         message.info.height, message.info.width = values.shape
         message.info.origin.position.x, message.info.origin.position.y = self._survey.origin

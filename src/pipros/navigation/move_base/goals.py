@@ -18,8 +18,9 @@ from pipros.libraries.actions.status import TERMINAL, Status
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, now, stamped, subscribe
+from pipros.navigation.wiring import advertise, stamped, subscribe
 from pipros.node import Node
+from pipros.node.clock import stamp
 
 REPLACED: Final = "This goal was canceled because another goal was recieved by the simple action server"
 """The text of actionlib in C++; that in Python spells the word right."""
@@ -129,7 +130,7 @@ class GoalServer:
                 stamp_s = self._node.clock.now_ns() / 1e9
                 goal_id.id = f"{self._node.name}-{self._count}-{stamp_s:.9f}"
             if not in_ns(goal_id.stamp):
-                goal_id.stamp = now(self._node)
+                goal_id.stamp = stamp(self._node.clock)
             goal = Goal(message.goal, _status(goal_id, Status.PENDING))
             if not self._goals.add(goal_id.id, goal):
                 self._node.log.warning("a goal is rejected: there are too many, or its ID is too long")
@@ -178,7 +179,7 @@ class GoalServer:
             self._publish(self._statuses, "actionlib_msgs/GoalStatusArray", status_list=listed)
 
     def _publish(self, publisher: Any, kind: str, **fields: Any) -> None:
-        publisher.publish(stamped(kind, "", now(self._node), **fields))
+        publisher.publish(stamped(kind, "", stamp(self._node.clock), **fields))
 
 
 def _status(goal_id: Any, status: Status) -> Any:

@@ -31,8 +31,9 @@ from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.navigation.plane import Poses, Triple
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, now, subscribe
+from pipros.navigation.wiring import advertise, subscribe
 from pipros.node import Node
+from pipros.node.clock import stamp
 
 BAD_QUATERNION = End(Event.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
 KILLED = End(Event.ABORT, "Aborting on the goal because the node has been killed")
@@ -132,7 +133,7 @@ class MoveBase:
     def _forward(self, message: Any) -> None:
         """Send a goal of `move_base_simple/goal` on as one of the action, with an empty ID."""
         goal: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")()
-        goal.header.stamp, goal.goal.target_pose = now(self._node), message
+        goal.header.stamp, goal.goal.target_pose = stamp(self._node.clock), message
         self._forwarded.publish(goal)
 
     def _on_goal(self) -> None:
@@ -185,7 +186,7 @@ class MoveBase:
         try:
             outer = self._frames.at(self._global_map.global_frame, frame, in_ns(goal.header.stamp))
         except TransformException as error:
-            self._global_map.warn(f"the goal cannot be transformed to the global frame: {error}")
+            self._global_map.warn("the goal cannot be transformed to the global frame: %s", error)
             return None
         return plane.flat(composed(outer, pose))
 
@@ -202,7 +203,7 @@ class MoveBase:
     def _publish_feedback(self) -> None:
         pose = self._global_map.robot_pose()
         if pose is not None:
-            stamped = plane.stamped_pose(pose, self._global_map.global_frame, now(self._node))
+            stamped = plane.stamped_pose(pose, self._global_map.global_frame, stamp(self._node.clock))
             self._goals.publish_feedback(load_message_class("move_base_msgs/MoveBaseFeedback")(stamped))
 
     def _on_shutdown(self) -> None:
@@ -261,7 +262,7 @@ class MoveBase:
         self._log.warning("recovery behaviour [%s] runs: no progress while %s", name, trigger.name.lower())
         if self._recoveries.connection_count:
             pose = self._global_map.robot_pose() or STILL
-            stamped = plane.stamped_pose(pose, self._global_map.global_frame, now(self._node))
+            stamped = plane.stamped_pose(pose, self._global_map.global_frame, stamp(self._node.clock))
             status: Any = load_message_class("move_base_msgs/RecoveryStatus")
             self._recoveries.publish(status(stamped, index, len(self._behaviours), name))
         self._behaviour.begin()

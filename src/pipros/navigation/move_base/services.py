@@ -16,8 +16,9 @@ from pipros.navigation.costmap.layered import Pose2D
 from pipros.navigation.move_base.settings import Settings
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.plane import Triple
-from pipros.navigation.wiring import now, serve
+from pipros.navigation.wiring import serve
 from pipros.node import Node
+from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed
 
 
@@ -73,7 +74,7 @@ class PlanService:
             if plan is not None:
                 if tried != goal and self._settings().make_plan_add_unreachable_goal:
                     plan = np.vstack((plan, goal))
-                poses = plane.path(plan, global_map.global_frame, now(self._node)).poses
+                poses = plane.path(plan, global_map.global_frame, stamp(self._node.clock)).poses
                 return load_message_class("nav_msgs/Path")(poses=poses)
         return None
 

@@ -19,8 +19,9 @@ from pipros.navigation.parameters import read_parameters
 from pipros.navigation.plane import Poses
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, now, serve, subscribe
+from pipros.navigation.wiring import advertise, serve, subscribe
 from pipros.node import Node
+from pipros.node.clock import stamp
 
 _POTENTIAL_HEIGHT_M = 20.0
 
@@ -104,7 +105,7 @@ class NavfnPlanner:
 
     def publish_plan(self, poses: Poses) -> None:
         """Publish a path, which may be empty."""
-        self._plans.publish(plane.path(poses, self._costmap.global_frame, now(self._node)))
+        self._plans.publish(plane.path(poses, self._costmap.global_frame, stamp(self._node.clock)))
 
     def _publish_potentials(self, grid: CostGrid, field: Field, goal: Cell) -> None:
         rows, columns = np.nonzero(field.values < UNREACHED)
@@ -114,13 +115,15 @@ class NavfnPlanner:
         height = values / max(field.potential(goal), 1.0) * _POTENTIAL_HEIGHT_M
         points = np.column_stack((x, y, height, values))
         fields = ("x", "y", "z", "pot")
-        self._potentials.publish(plane.cloud(fields, points, self._costmap.global_frame, now(self._node)))
+        self._potentials.publish(
+            plane.cloud(fields, points, self._costmap.global_frame, stamp(self._node.clock))
+        )
 
     # -- service -----------------------------------------------------------------
 
     def _on_make_plan(self, request: Any) -> Any:
         frame = self._costmap.global_frame
-        plan = plane.path((), frame, now(self._node))
+        plan = plane.path((), frame, stamp(self._node.clock))
         for name, pose in (("goal", request.goal), ("start", request.start)):
             given = pose.header.frame_id
             if given.lstrip("/") != frame:
@@ -134,7 +137,7 @@ class NavfnPlanner:
         poses = self.make_plan(*(Pose2D(*plane.flat_message(each.pose)) for each in (start, goal)))
         if poses is None:
             return []
-        made: list[Any] = plane.path(poses, self._costmap.global_frame, now(self._node)).poses
+        made: list[Any] = plane.path(poses, self._costmap.global_frame, stamp(self._node.clock)).poses
         made[-1].pose.orientation = goal.pose.orientation
         return made
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import math
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -14,6 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from pipros.basics.throttle import Throttle
 from pipros.libraries.transforms.messages import in_ns, pose_of, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector, inverted, rotate
 from pipros.msg import load_message_class
@@ -25,12 +25,12 @@ from pipros.navigation.navsat.messages import filtered_fix, position, turned
 from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, now, serve, subscribe
+from pipros.navigation.wiring import advertise, serve, subscribe
 from pipros.node import Node
+from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed
 
 _NO_FIX: Final = -1
-_WARNING_S: Final = 5.0
 _ORIGIN: Final = SimpleNamespace(x=0.0, y=0.0, z=0.0)
 
 
@@ -75,7 +75,7 @@ class NavsatNode:
         self._fix: tuple[int, Vector] | None = None
         self._fix_covariance = self._pose_covariance = np.zeros((3, 3))
         self._pose: tuple[int, Pose] | None = None
-        self._warned_s = -_WARNING_S
+        self._throttle = Throttle(log, 5.0)
         self._frames = Frames(node, log)
         self._static = advertise(node, "/tf_static", "tf2_msgs/TFMessage", 100, latch=True)
         handlers = self._set_datum, self._to_geographic, self._from_geographic, self._set_zone
@@ -176,7 +176,7 @@ class NavsatNode:
                     self._alignment.set_fix(*position)
                 in_plane = self._alignment.in_plane(*position)
             except OutOfRange as error:
-                self._warn(str(error))
+                self._throttle.warning("%s", error)
                 return
             self._fix = in_ns(message.header.stamp), in_plane
             self._is_fix_new = True
@@ -210,11 +210,6 @@ class NavsatNode:
         if not (target and source):
             return None
         return self._frames.find(target, source, stamp_ns, self._settings.transform_timeout)
-
-    def _warn(self, text: str) -> None:
-        if time.monotonic() - self._warned_s >= _WARNING_S:
-            self._warned_s = time.monotonic()
-            self._log.warning("%s", text)
 
     # -- the cycle -------------------------------------------------------------------
 
@@ -250,7 +245,7 @@ class NavsatNode:
         parent, child = self._world_frame, settings.cartesian_frame_id or usual
         if settings.broadcast_cartesian_transform_as_parent_frame:
             parent, child, pose = child, parent, inverted(pose)
-        message = plane.transforms(parent, child, pose, now(self._node))
+        message = plane.transforms(parent, child, pose, stamp(self._node.clock))
         if self._settings.zero_altitude:
             message.transforms[0].transform.translation.z = 0.0
         self._static.publish(message)
@@ -267,7 +262,8 @@ class NavsatNode:
         antenna = self._find(self._base_frame, self._antenna_frame, stamp_ns)
         base = self._find(self._world_frame, self._base_frame, stamp_ns) if antenna is not None else None
         if antenna is None or base is None:
-            self._warn(f"the offset of {self._antenna_frame or 'the receiver'} on the robot is not known")
+            frame = self._antenna_frame or "the receiver"
+            self._throttle.warning("the offset of %s on the robot is not known", frame)
             x = y = z = 0.0
         else:
             dx, dy, dz = rotate(base, antenna[:3])

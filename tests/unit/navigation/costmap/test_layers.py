@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,13 @@ from scipy.ndimage import distance_transform_edt
 from pipros.libraries.transforms.pose import IDENTITY
 from pipros.msg import load_message_class
 from pipros.navigation.costmap.footprint import circle
-from pipros.navigation.costmap.grid import LETHAL
+from pipros.navigation.costmap.grid import LETHAL, UNKNOWN
 from pipros.navigation.costmap.inflation_layer import InflationLayer
 from pipros.navigation.costmap.layered import Bounds, LayeredCostmap, Pose2D, Window
 from pipros.navigation.costmap.observations import Source, SourceSettings
 from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
 from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
+from pipros.navigation.costmap.voxel_layer import VoxelLayer
 
 ROBOT = Pose2D(0.0, 0.0, 0.0)
 OccupancyGrid: Any = load_message_class("nav_msgs/OccupancyGrid")
@@ -199,7 +201,7 @@ def test_rays_are_cut_at_the_edge_of_the_map_and_at_their_range() -> None:
 def test_a_sensor_outside_the_map_does_not_clear() -> None:
     warnings: list[str] = []
     costmap, layer = obstacles(SCANNER)
-    layer._warn = warnings.append
+    layer._warn = lambda text, *values: warnings.append(text % values)
     far = (9.0, 0.0, 0.0, *IDENTITY[3:])
     layer.sources[0].add(np.zeros((1, 3), np.float32), far, far, 1, 1, 10)
     costmap.update(ROBOT)
@@ -343,3 +345,37 @@ def test_the_costs_of_the_documentation() -> None:
     costmap.grid.costs[0, 0] = LETHAL
     inflation.update_costs(Window(0, 0, 31, 1))
     assert [int(costmap.grid.costs[0, at]) for at in (6, 7, 10, 11, 12)] == [253, 196, 43, 26, 0]
+
+
+def test_voxels_are_cleared_at_the_height_of_the_ray_only() -> None:
+    warnings: list[str] = []
+    costmap = LayeredCostmap()
+    costmap.resize(60, 60, 0.1, -3.0, -3.0)
+    layer = VoxelLayer(
+        "voxels", costmap, lambda: 0, tracks_unknown=True, warn=lambda *text: warnings.append(text[0])
+    )
+    layer.configure(
+        {"origin_z": 0.0, "z_resolution": 0.5, "z_voxels": 4, "mark_threshold": 0, "unknown_threshold": 2}
+    )
+    layer.clears_footprint = False
+    layer.sources.append(Source(replace(SCANNER, data_type="PointCloud2", min_obstacle_height=-1.0)))
+    costmap.layers.append(layer)
+
+    def cost(height: float, x: float = 2.05) -> int:
+        """See a point behind the one at x = 1.05; return the layer's cost there."""
+        see(layer, [(x, 0.05, height)])
+        costmap.update(ROBOT)
+        return int(layer.grid.costs[30, 40])
+
+    assert cost(0.2) == UNKNOWN, "3 of 4 voxels are unknown"
+    assert cost(0.2, 1.05) == LETHAL
+    assert layer.columns.costs[30, 40] == 0x1FFFF
+    assert cost(1.9) == LETHAL, "the ray passes above"
+    assert cost(0.1) == 0, "the ray passes the marked voxel; another one is known by now"
+    assert cost(9.0) == 0, "too high to be marked"
+    layer.reset()
+    assert (layer.columns.costs == 0xFFFF).all()
+    low = (0.0, 0.0, -1.0, *IDENTITY[3:])
+    layer.sources[0].add(np.ones((1, 3), np.float32), IDENTITY, low, 1, 1, 10)
+    costmap.update(ROBOT)
+    assert warnings == ["the sensor at (%.2f, %.2f, %.2f) is outside the voxels, which it cannot clear"]

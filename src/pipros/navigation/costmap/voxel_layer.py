@@ -1,0 +1,125 @@
+"""The voxel layer: an obstacle layer that knows at which heights there is something."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+import numpy as np
+
+from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, CostGrid, Numbers, cells_on_lines
+from pipros.navigation.costmap.layered import Bounds, Pose2D
+from pipros.navigation.costmap.observations import Observation, squared_distances
+from pipros.navigation.costmap.obstacle_layer import RAYS_AT_ONCE, ObstacleLayer
+
+_VOXELS: Final = 16
+_NOTHING_KNOWN: Final = 0xFFFF
+_BITS: Final = np.array([bin(number).count("1") for number in range(1 << _VOXELS)], np.uint8)
+_BELOW_TOP_M: Final = 0.01
+
+
+class VoxelLayer(ObstacleLayer):
+    """Costs of columns of up to 16 voxels, each of which is marked, free or unknown.
+
+    Rays clear voxels up to two cells before their points. A column with more marked voxels than a threshold
+    costs 254; of those that rays pass, one with fewer is free, or unknown if too many voxels are unknown.
+
+    Attributes:
+        columns: bits 0 to 15 are voxels that are unknown or marked, bits 16 to 31 marked ones.
+        origin_z, z_resolution, z_voxels: the lowest height, and the size and number of voxels.
+        after_update: called after each update.
+    """
+
+    origin_z, z_resolution, z_voxels = 0.0, 0.2, 10
+    after_update: Callable[[], object] = staticmethod(lambda: None)
+    _most_marked, _most_unknown = 0, 15
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        self.columns = CostGrid(_NOTHING_KNOWN, np.uint32)
+        super().__init__(*arguments, **options)
+
+    def configure(self, values: Mapping[str, Any]) -> None:
+        """Take over the settings; what was measured is forgotten."""
+        self.origin_z, self.z_resolution = values["origin_z"], values["z_resolution"]
+        self.z_voxels, self._most_marked = values["z_voxels"], values["mark_threshold"]
+        self._most_unknown = values["unknown_threshold"] + _VOXELS - self.z_voxels
+        self.match_size()
+
+    def match_size(self) -> None:
+        super().match_size()
+        self.columns.resize(*self.grid.geometry)
+
+    def reset(self) -> None:
+        super().reset()
+        self.columns.costs[...] = _NOTHING_KNOWN
+
+    def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
+        if self.costmap.is_rolling:
+            self.columns.center_on(robot.x, robot.y)
+        super().update_bounds(robot, bounds)
+        self.after_update()
+
+    def _places(self, points: Numbers) -> tuple[Numbers, Numbers]:
+        """Return positions in cells, shape (n, 3), and which are inside."""
+        grid = self.grid
+        low = np.array((grid.origin_x, grid.origin_y, self.origin_z))
+        places: Numbers = (points - low) / (grid.resolution, grid.resolution, max(self.z_resolution, 1e-9))
+        return places, ((places >= 0) & (places < (grid.width, grid.height, self.z_voxels))).all(axis=1)
+
+    def _mark(self, seen: Observation, limit: float, bounds: Bounds) -> None:
+        points = seen.points[seen.points[:, 2] <= self.max_height]
+        points = points[squared_distances(points, seen.origin) < limit * limit].astype(np.float64)
+        places, inside = self._places(
+            np.column_stack((points[:, :2], np.maximum(points[:, 2], self.origin_z)))
+        )
+        column, row, height = places[inside].astype(np.int64).T
+        columns, cells = self.columns.costs.reshape(-1), row * self.grid.width + column
+        np.bitwise_or.at(columns, cells, (0x10001 << height).astype(np.uint32))
+        is_marked = _BITS[columns[cells] >> _VOXELS] > self._most_marked
+        self.grid.costs.reshape(-1)[cells[is_marked]] = LETHAL
+        bounds.touch_all(points[inside, 0], points[inside, 1])
+
+    def _clear(self, seen: Observation, limit: float, bounds: Bounds) -> None:
+        origin = np.array(seen.origin)
+        (start,), (is_inside,) = self._places(origin[None])
+        if not is_inside:
+            text = "the sensor at (%.2f, %.2f, %.2f) is outside the voxels, which it cannot clear"
+            self._warn(text, *seen.origin)
+            return
+        bounds.touch(*seen.origin[:2])
+        ends = self._shortened(origin, seen.points.astype(np.float64))
+        places, inside = self._places(ends)
+        places, reach = places[inside], self.grid.in_cells(limit)
+        shares = np.minimum(1.0, reach / np.maximum(np.linalg.norm(places - start, axis=1), 1e-9))
+        for first in range(0, len(places), RAYS_AT_ONCE):
+            part = slice(first, first + RAYS_AT_ONCE)
+            voxels = cells_on_lines(start.astype(np.int64), places[part].astype(np.int64), shares[part])
+            self._free(*voxels.T)
+        away = ends[inside] - origin
+        far = np.minimum(1.0, limit / np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-9))
+        bounds.touch_all(*(origin[:2] + away[:, :2] * far[:, None]).T)
+
+    def _free(self, column: Numbers, row: Numbers, height: Numbers) -> None:
+        columns, cells = self.columns.costs.reshape(-1), row * self.grid.width + column
+        np.bitwise_and.at(columns, cells, ~(0x10001 << height).astype(np.uint32))
+        passed = np.unique(cells)
+        lower, marked = columns[passed] & 0xFFFF, columns[passed] >> _VOXELS
+        is_free = _BITS[marked] <= self._most_marked
+        is_known = _BITS[lower ^ marked] <= self._most_unknown
+        costs = np.where(is_known, FREE, UNKNOWN)[is_free]
+        self.grid.costs.reshape(-1)[passed[is_free]] = costs
+
+    def _shortened(self, origin: Numbers, points: Numbers) -> Numbers:
+        """Return the ends of rays to points: two cells before them, and within the map and its heights."""
+        grid, away = self.grid, points - origin
+        lengths = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
+        ends: Numbers = np.maximum(0.0, (lengths - 2 * grid.resolution) / lengths)[:, None] * away + origin
+        away = ends - origin
+        low = np.array((grid.origin_x, grid.origin_y, self.origin_z))
+        size = (np.array((grid.width, grid.height)) - 0.5) * grid.resolution
+        high = np.array((*(low[:2] + size), self.max_height))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            to_low, to_high = (low - origin) / away, (high - (0.0, 0.0, _BELOW_TOP_M) - origin) / away
+        parts = np.where(ends < low, to_low, np.where(ends > high, to_high, 1.0))
+        ends = origin + away * np.clip(parts.min(axis=1), 0.0, 1.0)[:, None]
+        return np.maximum(ends, low)  # costmap_2d drops rays that rounding errors end below
