@@ -68,9 +68,88 @@ def on_a_map(**properties: object) -> str:
     return f"{ON_A_MAP}, {display('Map', Topic='/floor', **properties)}"
 
 
+GRID = display("Grid", Offset=OFF_PIXELS)
+SCAN = display(
+    "LaserScan", Topic="/scan", **{"Size (m)": 0.3}, Color_Transformer="FlatColor", Color="255; 0; 0"
+)
+LAYOUTS: Mapping[str, tuple[str, str]] = {
+    # A costmap above a map, a global plan, particles, a footprint, the robot with its scan, and the goal.
+    "navigation": (
+        ORTHO,
+        f"{ROBOT}, {SCAN}, {ON_A_MAP}, {display('Map', Topic='/floor')}, "
+        + display("Map", Topic="/map", Color_Scheme="costmap", Alpha=0.5)
+        + ", "
+        + display("Pose", Topic="/pose", Color="0; 0; 255", Shaft_Radius=0.2, Head_Radius=0.4),
+    ),
+    # A growing map, the scan, the robot and its odometry, seen from the side.
+    "gmapping": (
+        ORBIT,
+        f"{GRID}, {display('Map', Topic='/floor')}, {SCAN}, {ROBOT}, {display('TF', Show_Names='false')}",
+    ),
+    # The map below everything, with the trajectory as markers, and points above it.
+    "cartographer": (
+        ORBIT,
+        f"{display('Map', Topic='/floor', Draw_Behind='true')}, {ROBOT}, {SHAPES}, "
+        + display(
+            "PointCloud2",
+            Topic="/rgb_cloud",
+            **{"Size (m)": 0.5},
+            Color_Transformer="FlatColor",
+            Color="0; 255; 0",
+        ),
+    ),
+    # The robot in its odometry frame with an interactive marker.
+    "husky": (
+        ORBIT.replace("Distance: 12", "Distance: 14"),
+        f"{GRID}, {ROBOT}, {display('Odometry', Topic='/odom', Keep=1, Covariance='{Value: false}')}, "
+        + display("InteractiveMarkers", Update_Topic="/controls/update"),
+    ),
+    # A local plan with poses along it, the polygon of the footprint, and the obstacles as markers.
+    "teb": (
+        ORTHO,
+        f"{GRID}, {display('Path', Topic='/plan', Pose_Style='Arrows', Head_Diameter=0.4)}, "
+        f"{display('PoseArray', Topic='/poses', Arrow_Length=1)}, {display('Polygon', Topic='/polygon')}, "
+        + display("Marker", Marker_Topic="/visualization_marker"),
+    ),
+    # Registered points by height, the trajectory, and the axes of the sensor, on black.
+    "lidar_odometry": (
+        ORBIT,
+        display(
+            "PointCloud2",
+            Topic="/cloud",
+            Style="Points",
+            **{"Size (Pixels)": 12},
+            Color_Transformer="Intensity",
+        )
+        + f", {display('Path', Topic='/plan', Line_Style='Billboards', Line_Width=0.2)}, "
+        + display("Axes", Reference_Frame="turned", Length=2, Radius=0.3),
+    ),
+    # The file of a tutorial: a grid and all frames, which the file does not name.
+    "turtle_tf": (
+        "{Class: rviz/Orbit, Name: Current View, Distance: 14.5, Yaw: 1.57, Pitch: 0.8, "
+        "Focal Point: {X: 1, Y: 1, Z: 0}}",
+        f"{GRID}, {display('TF', Marker_Scale=5, Show_Names='false', Frames='{All Enabled: false}')}",
+    ),
+    # What a camera sees: its depth as points, its frame, and the distance of a sonar.
+    "camera": (
+        ORBIT,
+        "{Class: rviz/DepthCloud, Name: Depth, Enabled: true, Depth Map Topic: /depth/image, "
+        "Color Transformer: FlatColor, Color: 9; 80; 200, Auto Size: {Value: false}, "
+        "Size (Pixels): 20, Style: Points}, "
+        + f"{display('Axes', Reference_Frame='camera', Length=2, Radius=0.3)}, "
+        + f"{display('Range', Topic='/range')}, "
+        + display("WrenchStamped", Topic="/wrench", Arrow_Width=2),
+    ),
+}
+"""Whole files, as the packages have them that are named here, with the displays that these use most."""
+
+
 UNNAMED_OFF = "{All Enabled: false, bare: {Value: false}}"
 """A file in which all frames but one have no value of their own."""
-COLOURED = ("on_map", "on_map_faint", "on_map_orbit", "on_map_orbit_faint", "on_map_see_through")
+COLOURED = (
+    *("on_map", "on_map_faint", "on_map_orbit", "on_map_orbit_faint", "on_map_see_through"),
+    *("layout_navigation", "layout_gmapping", "layout_cartographer"),
+)
 """Scenes whose silhouette consists of the coloured pixels, because a grey map covers the background."""
 SCENES: Mapping[str, tuple[str, str]] = {
     "robot": (ORTHO, ROBOT),
@@ -213,16 +292,16 @@ SCENES: Mapping[str, tuple[str, str]] = {
         "Color Transformer: FlatColor, Color: 9; 80; 200, Auto Size: {Value: false}, Size (Pixels): 30, "
         "Style: Points}",
     ),
-}
+} | {f"layout_{name}": layout for name, layout in LAYOUTS.items()}
 
 
-LEVELS: Mapping[str, int] = {"point": 3, "range": 4}
+LEVELS: Mapping[str, int] = {"point": 3, "range": 4, "layout_camera": 5}
 """Maximum difference of a colour channel in scenes that exceed `USUAL_LEVELS`.
 
 Ogre computes the normals of curved surfaces differently.
 """
 USUAL_LEVELS = 2
-OVERLAPS: Mapping[str, float] = {"xy_orbit": 0.97}
+OVERLAPS: Mapping[str, float] = {"xy_orbit": 0.97, "layout_cartographer": 0.97}
 """Minimum overlap of the silhouettes in scenes that do not reach `USUAL_OVERLAP`.
 
 The Scene tab does not turn squares with their frame.
