@@ -107,6 +107,15 @@ class RecentMessages:
         self._bytes += size
         return source
 
+    def clear(self) -> None:
+        """Drop all messages."""
+        with self._lock:
+            self._messages.clear()
+            self._latched.clear()
+            self._sources.clear()
+            self._by_id.clear()
+            self._bytes = 0
+
     def _trim(self, now_ns: int) -> None:
         oldest_ns = now_ns - round(self.span_s * NS_PER_S)
         while self._messages and (self._bytes > self._limit_bytes or self._messages[0].time_ns < oldest_ns):

@@ -32,7 +32,7 @@ from pipros.web.bags.marks import BagMarks
 from pipros.web.bags.notes import BadNotes, BagNotes, Note
 from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.playback import LOG_TOPICS, BagPlayback, newest_before, not_recorded
-from pipros.web.bags.rewind import KEPT_TOPICS, NAME, Recording
+from pipros.web.bags.rewind import KEPT_TOPICS, NAME, RecentMessages, Recording
 from pipros.web.bags.tracks import BINS, tracks
 from pipros.web.bounded_list import bounded_list
 from pipros.web.curve_samples import find_field, mark_of, sample_of
@@ -96,7 +96,7 @@ class BagViews:
         self._system = system
         self._folder = folder
         self._open_bags = open_bags
-        self._opening = self._rewinds = 0
+        self._opening = self._rewinds = self._recorders = 0
         self._exports = 0
 
     async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -166,19 +166,30 @@ class BagViews:
     async def rewind(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Watch the `KEPT_TOPICS` that are published. Yield how much of the past is recorded: `seconds` and
         `bytes`, of at most `span` seconds. If nothing is recorded, yield `{"span": 0}` and end.
+
+        When the last browser has left, the past is kept as long as before, and then dropped.
         """
         recent = self._system.recent
         if recent is None:
             yield {"span": 0}
             return
-        with contextlib.ExitStack() as stack:
-            async for observation in self._system.observations():
-                before = stack.pop_all()
-                for topic in KEPT_TOPICS & observation.state.publishers.keys():
-                    stack.enter_context(self._system.topics.watch(topic))
-                before.close()
-                seconds, size = recent.figures()
-                yield {"span": recent.span_s, "seconds": round(seconds, 1), "bytes": size}
+        self._recorders += 1
+        try:
+            with contextlib.ExitStack() as stack:
+                async for observation in self._system.observations():
+                    before = stack.pop_all()
+                    for topic in KEPT_TOPICS & observation.state.publishers.keys():
+                        stack.enter_context(self._system.topics.watch(topic))
+                    before.close()
+                    seconds, size = recent.figures()
+                    yield {"span": recent.span_s, "seconds": round(seconds, 1), "bytes": size}
+        finally:
+            self._recorders -= 1
+            asyncio.get_running_loop().call_later(recent.span_s, self._drop, recent)
+
+    def _drop(self, recent: RecentMessages) -> None:
+        if not self._recorders:
+            recent.clear()
 
     async def bag_control(self, arguments: Mapping[str, Any]) -> Any:
         """Control the playback of this browser's bag: play, pause, step, jump, or change the speed."""

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import io
 import time
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
 import pytest
@@ -17,6 +17,8 @@ from pipros.bag import BagReader
 from pipros.bag.errors import NoMessages
 from pipros.basics.limits import process_limits
 from pipros.graph.client import GraphClient
+from pipros.graph.observer import GraphObservation
+from pipros.graph.system_state import SystemState
 from pipros.msg.base import Message
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
@@ -246,3 +248,34 @@ def test_without_a_recording_nothing_can_be_rewound() -> None:
                 await opened(views, stack)
 
     asyncio.run(check())
+
+
+def test_a_connected_browser_keeps_published_topics_recorded_and_the_past_is_dropped_after_the_last(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    span_s = 0.2
+    recent = RecentMessages(span_s, BYTES)
+    system = WatchedSystem(GraphClient("test"), Node("test"), recent=recent)
+    monkeypatch.setattr(system.topics, "update", lambda: None)  # there is no master
+    seen = iter([{"/tf": ["/a"], "/scan": ["/a"]}, {"/rosout_agg": ["/a"]}])
+
+    async def observations() -> AsyncIterator[GraphObservation]:
+        for publishers in seen:
+            yield GraphObservation(state=SystemState(publishers, {}, {}))
+
+    monkeypatch.setattr(system, "observations", observations)
+
+    async def check() -> None:
+        view = views_of(system).rewind({})
+        watched = []
+        for _ in range(2):
+            assert (await anext(view))["span"] == span_s
+            watched.append([each.topic for each in system.topics.watches()])
+        assert watched == [["/tf"], ["/rosout_agg"]]
+        await view.aclose()  # type: ignore[attr-defined]
+        assert system.topics.watches() == []
+        recent.add("/map", raw(Float64(1), latching="1"), time.time())
+        while recent.figures()[1]:  # a latched message does not become too old
+            await asyncio.sleep(0.01)
+
+    asyncio.run(asyncio.wait_for(check(), 30))

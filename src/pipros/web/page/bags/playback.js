@@ -14,7 +14,7 @@ class Playback extends EventTarget {
     this.state = null; // {epoch, moment, playing, speed, loop, error}
     this.opening = null; // while a bag without an index is being read: the part that has been read, from 0 to 1
     this.error = "";
-    this.span = 0; // seconds of the past that the server records
+    this.span = 0; // seconds of the past that the server has recorded
     this.wanted = null; // the moment to go to when the past is there
     this.goal = null; // the moment of the next jump
     this.jumping = null; // promise of the end of the running jumps

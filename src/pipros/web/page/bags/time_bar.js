@@ -84,10 +84,9 @@ export function timeBar(element) {
 // Makes the button in the head go back in time. It is hidden while a bag is open, or if the server records nothing.
 export function rewindButton(button) {
   const show = () => { button.hidden = Boolean(playback.bag) || !playback.span; };
-  live.watch("rewind", {}, ({ span }) => {
-    if (span === playback.span) return;
-    playback.span = span;
-    button.title = `Hold all tabs, and look back at the last ${Math.round(playback.span)} s (r)`;
+  live.watch("rewind", {}, ({ span, seconds }) => {
+    playback.span = span && seconds;
+    button.title = `Hold all tabs, and look back at the last ${Math.round(seconds)} s (r)`;
     show();
   });
   button.addEventListener("click", () => playback.rewind());
