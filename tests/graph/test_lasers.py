@@ -98,7 +98,7 @@ def test_clients_change_the_filters_of_a_running_chain(ros: RosSystem, tmp_path:
         wait_until_connected(node.subscribe("/scan_filtered", type(scan), filtered))
         node.subscribe("/chain/door/polygon", load_message_class("geometry_msgs/PolygonStamped"), shown)
         wait_until_connected(scans)
-        wait_until(lambda: len(ros.subscribers("/scan_filtered")) == 2, what="the assembler")
+        ros.wait_for_links("/scan_filtered", 2)  # also the assembler's
         scans.publish(scan)
         ranges = filtered.wait()[0].ranges
         assert np.array_equal(ranges, [np.nan, 2.5, 100000.0], equal_nan=True)
