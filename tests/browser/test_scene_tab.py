@@ -45,7 +45,7 @@ Window Geometry: {{Hide Left Dock: true}}
 
 @pytest.fixture
 def system(ros: RosSystem) -> RosSystem:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, PROGRAM)
     for topic in ("/map", "/path", "/cloud", "/scan", "/tf_static", "/markers"):
         ros.wait_for_publisher(topic)
@@ -147,7 +147,7 @@ def test_displays_are_switched_added_and_saved(system: RosSystem, open_tab: Open
 def test_anti_aliasing_can_be_disabled(
     ros: RosSystem, open_tab: OpenTab, options: Sequence[str], is_smooth: bool
 ) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     tab = open_tab(Page(ros, *options, command="rviz"), "scene", (1200, 900))
     tab.wait_for_function("() => document.querySelector('.tab-scene')?.scene")
     found = tab.evaluate(

@@ -52,7 +52,7 @@ def middle(images: Iterator[bytes]) -> list[int]:
 
 
 def test_a_program_with_windows_runs_on_a_page(ros: RosSystem, program: str) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     (ros.home / "viewer.py").write_text(program)
     viewer = ros.pipros.start("python3", "viewer.py")
     with Page.of(viewer).connect() as browser:
@@ -88,7 +88,7 @@ def test_a_program_with_windows_runs_on_a_page(ros: RosSystem, program: str) -> 
 
 
 def test_ctrl_c_ends_a_program_that_waits_for_a_key(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     (ros.home / "viewer.py").write_text(
         f"{BEFORE}\nimport numpy\ncv2.imshow('x', numpy.zeros((2, 2)))\nprint('up', flush=True)\n"
         "print(cv2.waitKey())"
@@ -108,7 +108,7 @@ def test_ctrl_c_ends_a_program_that_waits_for_a_key(ros: RosSystem) -> None:
 def test_opencv_is_unchanged_without_a_node_or_if_switched_off(
     ros: RosSystem, start: str, variables: dict[str, str]
 ) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     (ros.home / "viewer.py").write_text(f"{start}\ncv2.namedWindow('x')")
     ended = ros.pipros.run("python3", "viewer.py", **variables)
     assert ended.returncode == 1

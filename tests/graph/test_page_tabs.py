@@ -26,7 +26,18 @@ def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:
 @pytest.fixture
 def robot(ros: RosSystem) -> RosSystem:
     """A master and the node `/robot`."""
+    ros.serve_master()
+    return start_robot(ros)
+
+
+@pytest.fixture
+def logged_robot(ros: RosSystem) -> RosSystem:
+    """`roscore`, with /rosout, and the node `/robot`."""
     ros.pipros.start_master()
+    return start_robot(ros)
+
+
+def start_robot(ros: RosSystem) -> RosSystem:
     ros.pipros.start(sys.executable, ROBOT, "robot")
     ros.wait_for_publisher("/imu")
     return ros
@@ -92,15 +103,15 @@ def test_the_time_axis_of_curves(ros: RosSystem) -> None:
         assert "axis must be one of" in next(browser.watch("plot", field="/point", axis="moon"))["error"]
 
 
-def test_warnings_and_errors_are_marks_of_curves(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_warnings_and_errors_are_marks_of_curves(logged_robot: RosSystem) -> None:
+    with Page(logged_robot).connect() as browser:
         marks = next(browser.watch("log_marks"))["marks"]
         assert all(level >= 4 for _, level, _ in marks)
         assert marks[0][2].startswith("/robot: ")
 
 
-def test_the_log_with_levels_and_places(robot: RosSystem) -> None:
-    with Page(robot).connect() as browser:
+def test_the_log_with_levels_and_places(logged_robot: RosSystem) -> None:
+    with Page(logged_robot).connect() as browser:
         data = first(browser.watch("console"), lambda value: any(row[0] == 4 for row in value["entries"]))
         row = next(row for row in data["entries"] if row[0] == 4)
         _, node, text, stamp, file, line, _ = row

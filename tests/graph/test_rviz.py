@@ -24,7 +24,7 @@ def home(tmp_path: Path) -> Path:
 
 
 def test_a_file_is_shown_and_saved_with_control(ros: RosSystem, home: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     file = home / ".rviz" / "mine.rviz"
     page = Page(ros, "-d", file, "-f", "base_link", "--control", command="rviz")
     assert page.place == "scene"
@@ -38,7 +38,7 @@ def test_a_file_is_shown_and_saved_with_control(ros: RosSystem, home: Path) -> N
 
 
 def test_without_control_nothing_is_saved(ros: RosSystem, home: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, "-d", "mine", command="rviz", HOME=str(home))
     with page.connect() as browser:
         shown = next(browser.watch("scene_config"))
@@ -50,7 +50,7 @@ def test_without_control_nothing_is_saved(ros: RosSystem, home: Path) -> None:
 
 
 def test_services_load_files_of_rviz_only(ros: RosSystem, home: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, "__name:=view", command="rviz", HOME=str(home))
     with page.connect() as browser:
         configs = browser.watch("scene_config")
@@ -69,7 +69,7 @@ def test_a_missing_file_is_an_error(ros: RosSystem) -> None:
 
 
 def test_resources_come_from_packages_only(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, command="rviz")
     with page.connect() as browser:
         for uri in ("file:///etc/passwd", "package://rviz/default.rviz", "package://rviz/../a.stl"):
@@ -77,7 +77,7 @@ def test_resources_come_from_packages_only(ros: RosSystem) -> None:
 
 
 def test_a_robot_is_shown_as_soon_as_it_is_set(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, command="rviz")
     with page.connect() as browser:
         robots = browser.watch("scene_robot", name="robot_description")
@@ -89,7 +89,7 @@ def test_a_robot_is_shown_as_soon_as_it_is_set(ros: RosSystem) -> None:
 
 
 def test_messages_arrive_with_their_layout(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start("rostopic", "pub", "-l", "/point", "geometry_msgs/PointStamped", "{point: {x: 2}}")
     page = Page(ros, command="rviz")
     with page.connect() as browser:
@@ -105,7 +105,7 @@ def test_messages_arrive_with_their_layout(ros: RosSystem) -> None:
 
 
 def test_third_party_files_are_compressed_and_kept_by_browsers(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, command="rviz")
     path = "/vendor/three/three.module.js"
     first = page.get(path, **{"Accept-Encoding": "gzip"})
@@ -119,7 +119,7 @@ def test_third_party_files_are_compressed_and_kept_by_browsers(ros: RosSystem) -
 
 
 def test_large_batches_are_compressed_on_request(ros: RosSystem, tmp_path: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     file = tmp_path / "text.yaml"
     file.write_text(f"data: {'a' * 300_000}\n")
     ros.pipros.start("rostopic", "pub", "-l", "-f", file, "/text", "std_msgs/String")

@@ -34,7 +34,7 @@ ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lo
 @pytest.fixture
 def observed(ros: RosSystem) -> Any:
     """The inboxes of `/joint_states` and `/cmd_vel`."""
-    ros.pipros.start_master()
+    ros.serve_master()
     inboxes = Inbox(), Inbox()
     with Node("observer", environment=Environment(master_uri=ros.master_uri)) as node:
         node.subscribe("/joint_states", JointState, inboxes[0])
@@ -78,7 +78,7 @@ def test_sliders_set_the_positions_of_joints(ros: RosSystem, observed: tuple[Inb
 
 
 def test_a_gui_without_a_robot_says_so(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     gui = ros.pipros.run("rosrun", "joint_state_publisher_gui", "joint_state_publisher_gui")
     assert gui.returncode == 1
     assert "The robot_description parameter is required and not set." in gui.output

@@ -26,7 +26,7 @@ Twist: Any = load_message_class("geometry_msgs/Twist")
 @pytest.fixture
 def commands(ros: RosSystem) -> Iterator[Inbox]:
     """The messages of `/cmd_vel`."""
-    ros.pipros.start_master()
+    ros.serve_master()
     inbox = Inbox()
     with Node("robot", environment=Environment(master_uri=ros.master_uri)) as node:
         node.subscribe("/cmd_vel", Twist, inbox)

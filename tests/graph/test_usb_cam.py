@@ -40,7 +40,7 @@ def video(tmp_path: Path) -> Path:
 
 
 def test_a_video_is_published_with_its_calibration(ros: RosSystem, video: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     images, infos = Inbox(), Inbox()
     with Node("viewer", environment=Environment(master_uri=ros.master_uri)) as node:
         node.subscribe("/usb_cam/image_raw", Image, images)
@@ -64,7 +64,7 @@ def test_a_video_is_published_with_its_calibration(ros: RosSystem, video: Path) 
 
 
 def test_a_missing_camera_and_an_unknown_format_are_errors(ros: RosSystem, video: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     missing = ros.pipros.run("rosrun", "usb_cam", "usb_cam_node", "_video_device:=/dev/none")
     assert missing.returncode == 1
     assert "cannot open the camera /dev/none" in missing.output
@@ -78,7 +78,7 @@ def test_a_missing_camera_and_an_unknown_format_are_errors(ros: RosSystem, video
 
 
 def test_the_node_ends_with_the_video(ros: RosSystem, video: Path) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     camera = ros.pipros.start(
         "rosrun", "usb_cam", "usb_cam_node", f"_video_device:={video}", "_framerate:=1000000"
     )
@@ -87,7 +87,7 @@ def test_the_node_ends_with_the_video(ros: RosSystem, video: Path) -> None:
 
 
 def test_image_view_opens_the_page_at_its_topic(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     for arguments, place in (
         (["image:=/usb_cam/image_raw"], "images/%2Fusb_cam%2Fimage_raw"),
         (

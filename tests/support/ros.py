@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
@@ -14,6 +14,9 @@ from tests.support.environments import genuine_environment, pipros_environment
 from tests.support.processes import Process, Processes
 from tests.support.terminal import BASH, Terminal
 from tests.support.waiting import wait_until
+
+_ASK_EVERY_S = 0.05
+"""How often a master is asked what is registered: each time, it and this process compute for 0.5 ms."""
 
 _FOUND: dict[tuple[str | None, ...], str] = {}
 """The files that genuine `rosrun` found, by the two path variables, the package and the name."""
@@ -136,15 +139,18 @@ class RosSystem:
 
     def wait_for_publisher(self, topic: str, timeout_s: float = 60.0) -> None:
         """Wait until the topic has a registered publisher."""
-        wait_until(lambda: self.publishers(topic), timeout_s, f"a publisher of {topic}")
+        self._wait(lambda: self.publishers(topic), timeout_s, f"a publisher of {topic}")
 
     def wait_for_subscriber(self, topic: str, timeout_s: float = 60.0) -> None:
         """Wait until the topic has a registered subscriber."""
-        wait_until(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
+        self._wait(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
 
     def wait_for_links(self, topic: str, count: int = 1, timeout_s: float = 60.0) -> None:
         """Wait until the publishers of the topic have at least `count` links to subscribers."""
-        wait_until(lambda: self._links(topic) >= count, timeout_s, f"{count} links of {topic}")
+        self._wait(lambda: self._links(topic) >= count, timeout_s, f"{count} links of {topic}")
+
+    def _wait(self, condition: Callable[[], object], timeout_s: float, what: str) -> None:
+        wait_until(condition, timeout_s, what, _ASK_EVERY_S)
 
     def _links(self, topic: str) -> int:
         rows: list[Any] = []
