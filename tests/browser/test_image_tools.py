@@ -97,3 +97,124 @@ def test_a_video_transport_names_republish(ros: RosSystem, open_tab: OpenTab) ->
         "The transport theora is not decoded here. To see it, run: rosrun image_transport republish theora "
         "in:=/cam/image raw out:=/cam/image/republished"
     )
+
+
+STEREO = """
+import rospy
+from geometry_msgs.msg import Point
+from genpy.dynamic import generate_dynamic
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+RULE = "=" * 80
+TEXT = RULE.join((
+    "std_msgs/Header header\\nvision_msgs/Detection2D[] detections\\n",
+    "\\nMSG: std_msgs/Header\\nuint32 seq\\ntime stamp\\nstring frame_id\\n",
+    "\\nMSG: vision_msgs/Detection2D\\nvision_msgs/Result[] results\\nvision_msgs/BoundingBox2D bbox\\n",
+    "\\nMSG: vision_msgs/Result\\nint64 id\\nfloat64 score\\n",
+    "\\nMSG: vision_msgs/BoundingBox2D\\ngeometry_msgs/Pose2D center\\nfloat64 size_x\\nfloat64 size_y\\n",
+    "\\nMSG: geometry_msgs/Pose2D\\nfloat64 x\\nfloat64 y\\nfloat64 theta\\n",
+))
+types = generate_dynamic("vision_msgs/Detection2DArray", TEXT)
+Found = types["vision_msgs/Detection2DArray"]
+rospy.init_node("stereo")
+left = rospy.Publisher("/left/image_raw", Image, queue_size=1)
+right = rospy.Publisher("/right/image_raw", Image, queue_size=1)
+info = rospy.Publisher("/left/camera_info", CameraInfo, queue_size=1)
+found = rospy.Publisher("/found", Found, queue_size=1)
+tags = rospy.Publisher("/tags", MarkerArray, queue_size=1)
+video = rospy.Publisher("/left/video/compressed", CompressedImage, queue_size=1)
+data = bytes(40 + (x + 2 * y) % 60 for y in range(48) for x in range(64) for _ in range(3))
+other = bytes(value + (30 if at // 3 % 64 >= 32 else 0) for at, value in enumerate(data))
+box = types["vision_msgs/Detection2D"]()
+box.bbox.center.x, box.bbox.center.y, box.bbox.size_x, box.bbox.size_y = 20, 24, 16, 12
+best = types["vision_msgs/Result"]()
+best.id, best.score = 7, 0.875
+box.results.append(best)
+tag = Marker(type=Marker.CUBE, ns="tags")
+tag.header.frame_id = "camera"
+tag.scale.x = tag.scale.y = tag.scale.z = 0.5
+tag.color.g = tag.color.a = tag.pose.orientation.w = 1
+tag.pose.position.x, tag.pose.position.z = 0.5, 2
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    now = rospy.Time.now()
+    for out, pixels, after in ((left, data, 0), (right, other, 4_000_000)):
+        header = Header(stamp=now + rospy.Duration(0, after), frame_id="camera")
+        out.publish(Image(header=header, width=64, height=48, step=192, encoding="rgb8", data=pixels))
+    header = Header(stamp=now, frame_id="camera")
+    info.publish(CameraInfo(header=header, width=64, height=48, P=[50, 0, 32, 0, 0, 50, 24, 0, 0, 0, 1, 0]))
+    found.publish(Found(header=header, detections=[box]))
+    tags.publish(MarkerArray([tag]))
+    video.publish(CompressedImage(header=header, format="h264", data=b"0001"))
+    rate.sleep()
+"""
+OVER = """([x, y]) => {
+  const over = document.querySelector(".picture canvas.over");
+  if (!over) return [0, 0, 0, 0];
+  const times = over.width / 64;
+  return [...over.getContext("2d").getImageData(x * times, y * times, 1, 1).data];
+}"""
+AT = """([x, y]) => {
+  const drawing = document.querySelector(".picture canvas").getContext("2d");
+  return [...drawing.getImageData(x, y, 1, 1).data].slice(0, 3);
+}"""
+
+
+def test_two_images_are_paired_and_subtracted(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", STEREO)
+    ros.wait_for_publisher("/left/video/compressed")
+    tab = open_tab(Page(ros), "images//left/image_raw")
+    tab.get_by_label("Pair with").select_option("/right/image_raw")
+    expect(tab.locator(".picture canvas:not(.over):visible")).to_have_count(2)
+    expect(tab.locator(".tab-images .bar")).to_contain_text("4.0 ms apart")
+    keep_screenshots(tab, "image-pair")
+    tab.get_by_label("Show the pair as").select_option("difference")
+    expect(tab.locator(".picture canvas:not(.over):visible")).to_have_count(1)
+    wait_until(lambda: tab.evaluate(AT, [50, 20]) == [30, 30, 30], 30, "the difference")
+    assert tab.evaluate(AT, [10, 20]) == [0, 0, 0]
+    keep_screenshots(tab, "image-difference")
+    tab.reload()
+    expect(tab.get_by_label("Show the pair as")).to_have_value("difference")
+    expect(tab.get_by_label("Pair with")).to_have_value("/right/image_raw")
+
+
+def test_detections_and_markers_are_drawn_over_an_image(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", STEREO)
+    ros.wait_for_publisher("/left/video/compressed")
+    tab = open_tab(Page(ros), "images//left/image_raw")
+    tab.get_by_label("Overlay").select_option("/found")
+    yellow, green, nothing = [0xFF, 0xD8, 0x4A, 255], [0, 255, 0, 255], [0, 0, 0, 0]
+    wait_until(lambda: tab.evaluate(OVER, [12, 26]) == yellow, 30, "the left edge of the box")
+    assert [tab.evaluate(OVER, place) for place in ([20, 30], [20, 25])] == [yellow, nothing]
+    keep_screenshots(tab, "image-detections")
+    tab.get_by_label("Overlay").select_option("/tags")
+    # the near face is 1.75 m away: 50 * (0.5 - 0.25) / 1.75 + 32 = 39.1
+    edge = [39.14, 24]
+    wait_until(lambda: tab.evaluate(OVER, edge) == green, 30, "the left edge of the near face")
+    assert tab.evaluate(OVER, [20, 24]) == nothing
+    point = tab.locator(".pixel").first
+    box: Any = tab.locator(".picture").first.bounding_box()
+    scale = min(box["width"] / 64, box["height"] / 48)
+    left, top = box["x"] + (box["width"] - 64 * scale) / 2, box["y"] + (box["height"] - 48 * scale) / 2
+    tab.mouse.move(left + 39.5 * scale, top + 24.5 * scale)
+    value = 40 + (39 + 2 * 24) % 60
+    expect(point).to_have_text(f"(39, 24): {value}, {value}, {value}")  # of the image, not of the marker
+    keep_screenshots(tab, "image-markers")
+    tab.get_by_label("Overlay").select_option("nothing")
+    wait_until(lambda: tab.evaluate(OVER, edge) == nothing, 30, "the image alone")
+
+
+def test_a_compressed_image_with_video_names_republish(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", STEREO)
+    ros.wait_for_publisher("/left/video/compressed")
+    tab = open_tab(Page(ros), "images//left/video/compressed")
+    expect(tab.locator(".note")).to_have_text(
+        "The transport h264 is not decoded here. To see it, run: rosrun image_transport republish h264 "
+        "in:=/left/video raw out:=/left/video/republished"
+    )
+    expect(tab.locator(".error")).to_have_text("")

@@ -162,8 +162,12 @@ TABS = (
     ),
     Tab(
         lambda context: ImageViews(context.system),
-        {"image": ImageViews.image, "image_pair": ImageViews.image_pair},
-        of_messages=frozenset({"image", "image_pair"}),
+        {
+            "image": ImageViews.image,
+            "image_overlay": ImageViews.image_overlay,
+            "image_pair": ImageViews.image_pair,
+        },
+        of_messages=frozenset({"image", "image_overlay", "image_pair"}),
     ),
     Tab(
         lambda context: LaunchViews(context.system),

@@ -1,5 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
+import { imagesText, isOverlay, parsedImages } from "../page/image_address.js";
 import { COLOUR_MAPS, numberText, paletteOf, unsupportedTransport } from "../page/image_colours.js";
 
 test("colour maps begin and end with their colours", () => {
@@ -18,4 +19,22 @@ test("transports that are not decoded name republish", () => {
   assert.match(unsupportedTransport({ name: "/a/image/theora", type: "theora_image_transport/Packet" }),
     /^The transport theora .* republish theora in:=\/a\/image raw out:=\/a\/image\/republished$/);
   assert.match(unsupportedTransport({ name: "/cam", type: "foxglove_msgs/CompressedVideo" }), /^The transport h264 /);
+});
+
+test("addresses name a pair, how it is shown, and an overlay", () => {
+  const all = { topic: "/left/image", other: "/right/image", isDifference: true, overlay: "/found" };
+  const text = "/left/image;with=/right/image;show=difference;over=/found";
+  assert.equal(imagesText(all), text);
+  assert.deepEqual(parsedImages(text), all);
+  assert.deepEqual(parsedImages("/a;show=difference"), { topic: "/a", other: "", isDifference: false, overlay: "" });
+  assert.equal(imagesText({ topic: "", other: "", isDifference: false, overlay: "" }), "");
+  assert.deepEqual(["vision_msgs/Detection2DArray", "visualization_msgs/Marker", "vision_msgs/Detection3DArray", undefined].map(isOverlay),
+    [true, true, false, false]);
+});
+
+test("the format of a compressed image names its transport", () => {
+  assert.match(unsupportedTransport({ name: "/cam/image/compressed", type: "h264" }),
+    /transport h264 .* republish h264 in:=\/cam\/image raw/);
+  for (const type of ["jpeg", "bgr8; png compressed", "16UC1; compressedDepth", ""])
+    assert.equal(unsupportedTransport({ name: "/a", type }), "");
 });

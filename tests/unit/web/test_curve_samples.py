@@ -5,17 +5,28 @@ from __future__ import annotations
 import math
 import struct
 from pathlib import Path
+from typing import Any
 
 import pytest
-from geometry_msgs.msg import PointStamped, Vector3
+from geometry_msgs.msg import PointStamped, Pose, Quaternion, Vector3
 from rosgraph_msgs.msg import Log
 from std_msgs.msg import Float64, Header
 
 from pipros.bag import BagReader, BagWriter
+from pipros.basics.errors import NotFound
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError
 from pipros.web.bags.curve import MAX_SAMPLES, BagSamples
-from pipros.web.curve_samples import Axis, CurveField, NotANumber, find_field, mark_of, sample_of
+from pipros.web.curve_samples import (
+    Axis,
+    CurveField,
+    NotANumber,
+    find_field,
+    mark_of,
+    number_in,
+    numeric_fields,
+    sample_of,
+)
 
 
 def field_of(text: str) -> CurveField:
@@ -41,6 +52,48 @@ def test_expressions_that_are_not_numbers_are_refused() -> None:
     with pytest.raises(ExpressionError):
         field_of("/vector=m.x +")
     assert find_field("/nothing=m.x", {"/vector": "geometry_msgs/Vector3"}) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "holds", "value"),
+    [
+        ('/point{m.header.frame_id == "map" and m.point.x < 9}/point/y', True, 2.0),
+        ("/point{m.header.frame_id == 'a}='}/point/y", False, 2.0),
+        ("/point{m.point.z}=m.point.x * 10", True, 10.0),
+    ],
+)
+def test_a_condition_selects_messages(text: str, holds: bool, value: float) -> None:
+    field = field_of(text)
+    point = PointStamped(header=Header(frame_id="map"))
+    point.point.x, point.point.y, point.point.z = 1.0, 2.0, 3.0
+    assert (field.topic, field.text, field.holds(point)) == ("/point", text, holds)
+    assert number_in(point, field) == value
+    assert field.has_expression
+
+
+def test_a_malformed_condition_is_refused() -> None:
+    with pytest.raises(ExpressionError):
+        field_of("/point{m.point.x <}/point/y")
+    with pytest.raises(ExpressionError, match=r"no field \[w\]"):
+        field_of("/point{m.w}/point/y").holds(PointStamped())
+    assert find_field("/nothing{m.x}/x", {"/point": "geometry_msgs/PointStamped"}) is None
+
+
+def test_quaternions_have_angles_in_degrees() -> None:
+    topics = {"/pose": "geometry_msgs/Pose", "/vector": "geometry_msgs/Vector3"}
+
+    def number(message: Any, text: str) -> float | None:
+        field = find_field(text, topics)
+        assert field is not None
+        return number_in(message, field)
+
+    turned = Pose(orientation=Quaternion(z=math.sqrt(2), w=math.sqrt(2)))
+    angles = [number(turned, f"/pose/orientation/{name}_deg") for name in ("roll", "pitch", "yaw")]
+    assert angles == pytest.approx([0.0, 0.0, 90.0])
+    assert number(Pose(orientation=Quaternion()), "/pose/orientation/yaw_deg") is None
+    assert "orientation/yaw_deg" in list(numeric_fields(turned))
+    with pytest.raises(NotFound):
+        number(Vector3(), "/vector/yaw_deg")
 
 
 def test_samples_are_on_the_chosen_time_axis() -> None:

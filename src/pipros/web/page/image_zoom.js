@@ -5,8 +5,8 @@ import { h } from "./dom.js";
 const STEP = 1.25;
 const MOST = 64; // times
 
-// Makes a canvas, which is drawn with `object-fit: contain`, zoom by wheel, + and -, and move by dragging and the arrow keys.
-// `onPixel(at)` is called with {x, y} of the pixel under the cursor; with null if there is none. Returns {buttons, fit}.
+// Makes a canvas and its siblings, which are drawn with `object-fit: contain`, zoom by wheel, + and -, and move by dragging and the
+// arrow keys. `onPixel(at)` is called with {x, y} of the pixel under the cursor; with null if there is none. Returns {buttons, fit}.
 export function imageZoom(canvas, onPixel) {
   const area = canvas.parentElement;
   let view = { scale: 1, x: 0, y: 0 }; // the position of the canvas, in pixels of the screen
@@ -17,7 +17,7 @@ export function imageZoom(canvas, onPixel) {
     const scale = Math.min(MOST, Math.max(1, next.scale));
     const inside = (at, size) => Math.min(0, Math.max(size * (1 - scale), at));
     view = { scale, x: inside(next.x, wide), y: inside(next.y, high) };
-    canvas.style.transform = scale === 1 ? "" : `translate(${view.x}px, ${view.y}px) scale(${scale})`;
+    for (const each of area.children) each.style.transform = scale === 1 ? "" : `translate(${view.x}px, ${view.y}px) scale(${scale})`;
     canvas.style.cursor = scale === 1 ? "" : "grab";
   }
 

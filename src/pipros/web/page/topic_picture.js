@@ -1,7 +1,7 @@
 // A small picture of the newest message of a topic: an image, a scan, a map or a path, as the server prepares it.
 
 import { h } from "./dom.js";
-import { drawImage } from "./tabs/images.js";
+import { drawImage } from "./image_drawing.js";
 
 const [WIDTH, HEIGHT, EDGE] = [300, 200, 8];
 const UNKNOWN = 255;

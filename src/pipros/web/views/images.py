@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
+from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
+from pipros.libraries.transforms.errors import TransformException
+from pipros.libraries.transforms.pose import Pose
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
 from pipros.pictures.image_message import IMAGE_TYPES
 from pipros.server.view_server import RequestRefused
+from pipros.web.image_overlays import Camera, Markers, detection_shapes, marker_shapes
 from pipros.web.image_pairs import APART_S, ImagePairs, stamp_ns
 from pipros.web.image_pixels import packed
+from pipros.web.messages.known_topic import KnownTopic
 from pipros.web.topic_watch import TopicWatch
+from pipros.web.views.frames import LONGEST_ERROR, FrameTree, open_frames
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -73,6 +80,99 @@ class ImageViews:
                     yield {"counts": [one.figures()["count"], other.figures()["count"]], "within": APART_S}
                 silent_s += SEND_INTERVAL_S
                 await asyncio.sleep(SEND_INTERVAL_S)
+
+    async def image_overlay(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the shapes that a topic draws over the images of the topic `image`, with an error or "".
+
+        A `Detection2DArray` is in pixels of the image. Markers are projected with the `camera_info` beside
+        the image and with the newest transforms.
+        """
+        image = topic_name({"name": arguments.get("image")})
+        with self._system.topics.watch(topic_name(arguments)) as watch, contextlib.ExitStack() as stack:
+            drawn = _Overlay(self._system, watch, image, stack)
+            shown: Any = None
+            while True:
+                values = await self._system.computations.run(drawn.values)
+                if values != shown:
+                    shown = values
+                    yield values
+                await asyncio.sleep(SEND_INTERVAL_S)
+
+
+class _Overlay:
+    """Draws the newest detections, or the current markers, of a topic.
+
+    One thread at a time calls `values`.
+    """
+
+    def __init__(
+        self, system: WatchedSystem, watch: TopicWatch, image: str, stack: contextlib.ExitStack
+    ) -> None:
+        self._system = system
+        self._watch = watch
+        self._markers = Markers()
+        self._camera: Camera | None = None
+        self._error = ""
+        self._detections: tuple[int, Mapping[str, Any]] = -1, {"shapes": [], "error": ""}
+        self._info = info_topic(image, system.observation.types)
+        self._tree: FrameTree | None = None
+        if not system.observation.types.get(watch.topic, "").endswith("/Detection2DArray"):
+            stack.enter_context(watch.listening(self._take, from_newest=True))
+            info = stack.enter_context(system.topics.watch(self._info))
+            stack.enter_context(KnownTopic(info, "sensor_msgs/CameraInfo", self._locate).listening())
+            self._tree = stack.enter_context(system.shared(open_frames).use())[0]
+
+    def values(self) -> Mapping[str, Any]:
+        """Return the shapes and an error for the browser."""
+        return self._of_detections() if self._tree is None else self._of_markers(self._tree)
+
+    def _of_detections(self) -> Mapping[str, Any]:
+        newest = self._watch.newest
+        if newest is not None and newest.number != self._detections[0]:
+            try:
+                decoded = self._watch.decode(newest.message)
+                values = {"shapes": detection_shapes(decoded), "error": ""}
+            except (PiprosError, AttributeError, TypeError) as error:
+                values = {"shapes": [], "error": f"{self._watch.topic} cannot be drawn: {error}"}
+            self._detections = newest.number, values
+        return self._detections[1]
+
+    def _take(self, message: AnyMsg, wall_s: float) -> None:
+        try:
+            self._markers.add(self._watch.decode(message), wall_s)
+        except (PiprosError, AttributeError) as error:
+            self._error = f"{self._watch.topic} cannot be drawn: {error}"
+
+    def _locate(self, info: Any, _raw: AnyMsg, _wall_s: float) -> None:
+        try:
+            self._camera = Camera(info)
+        except ValueError as error:
+            self._error = f"{self._info}: {error}"
+
+    def _of_markers(self, tree: FrameTree) -> Mapping[str, Any]:
+        camera = self._camera
+        if camera is None:
+            return {"shapes": [], "error": self._error or f"no CameraInfo came on {self._info} yet"}
+        poses: dict[str, Pose] = {}
+
+        def pose_in(frame: str) -> Pose:
+            if frame not in poses:
+                poses[frame] = tree.buffer.lookup(camera.frame, frame, 0)[1]
+            return poses[frame]
+
+        try:
+            shapes = marker_shapes(self._markers.shown(self._system.now_s()), camera, pose_in)
+        except TransformException as error:
+            return {"shapes": [], "error": str(error)[:LONGEST_ERROR]}
+        return {"shapes": shapes, "error": self._error}
+
+
+def info_topic(image: str, types: Mapping[str, str]) -> str:
+    """Return the topic of an image's CameraInfo: beside the image, or, for a transport, beside its base."""
+    parent = image.rpartition("/")[0]
+    base = parent.rpartition("/")[0]
+    names = (f"{parent}/camera_info", f"{base}/camera_info")
+    return next((name for name in names if name in types), names[0])
 
 
 def decoded_image(watch: TopicWatch, message: AnyMsg) -> tuple[Mapping[str, Any], bytes]:

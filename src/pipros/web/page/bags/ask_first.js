@@ -15,7 +15,7 @@ const question = h("p", {});
 const act = h("button", { value: "yes" }, "Act on the robot");
 const dialog = h("dialog", { class: "ask-first", "aria-label": "Act on the robot?" },
   h("form", { method: "dialog" }, h("h2", {}, "The tabs do not show the robot as it is now"), question,
-    h("div", { class: "bar" }, h("button", { value: "no", autofocus: true }, "Cancel"), act)));
+    h("div", { class: "answers" }, h("button", { value: "no", autofocus: true }, "Cancel"), act)));
 
 // Returns a promise that is rejected if the user declines; null if there is nothing to ask. `kinds` are what views and
 // actions can do, such as "send goals".

@@ -2,7 +2,7 @@
 
 import { h } from "../dom.js";
 import { live } from "../live.js";
-import { drawImage } from "../tabs/images.js";
+import { drawImage } from "../image_drawing.js";
 
 const IMAGES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 const THUMBNAIL_WIDTH = 84;

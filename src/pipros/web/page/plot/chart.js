@@ -188,6 +188,7 @@ function drawLines(own, values, scale) {
     drawing.strokeStyle = drawing.fillStyle = colourOf("--ink");
     drawing.lineWidth = devicePixelRatio;
     drawing.setLineDash([6, 4]);
+    Object.assign(drawing, { textAlign: "left", textBaseline: "bottom" });
     drawing.font = `${11 * devicePixelRatio}px system-ui, sans-serif`;
     for (const value of values) {
       const at = Math.round(own.valToPos(value, scale, true)) + 0.5;

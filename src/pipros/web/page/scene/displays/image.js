@@ -1,7 +1,7 @@
 // Images, which are shown beside the scene.
 
 import { h } from "../../dom.js";
-import { drawImage, extremes } from "../../tabs/images.js";
+import { drawImage, extremes } from "../../image_drawing.js";
 import { Display } from "../display.js";
 
 export class Image extends Display {
