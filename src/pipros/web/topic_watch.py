@@ -29,6 +29,8 @@ WINDOW = 200
 QUIET_S = 3.0
 """A topic has no rate if no message has arrived for this time (s) and for three times the mean interval."""
 
+MAX_LATCHED = 1000
+"""Maximum number of latching publishers of a topic whose newest messages are kept for later listeners."""
 REGULAR = 5
 """Number of messages from which a topic can be stale."""
 SHORTEST_S = 0.1
@@ -82,6 +84,7 @@ class TopicWatch:
         self._count = 0
         self._listeners: list[Listener] = list(listeners)
         self._leading: list[tuple[AnyMsg, float]] = []
+        self._latched: dict[str, tuple[AnyMsg, float]] = {}
 
     def note(self, message: AnyMsg, received_s: float | None = None, *, is_leading: bool = False) -> None:
         """Count a message, and pass it to the listeners.
@@ -101,8 +104,20 @@ class TopicWatch:
             listeners = list(self._listeners)
             if is_leading:
                 self._leading.append((message, wall_s))
+            elif message.header.get("latching") == "1":
+                self._keep_latched(message, wall_s)
         for listener in listeners:
             listener(message, wall_s)
+
+    def _keep_latched(self, message: AnyMsg, wall_s: float) -> None:
+        """Keep a publisher's newest message. Beyond `page_message_bytes`, the oldest messages are dropped."""
+        sender = message.header.get("callerid", "")
+        self._latched.pop(sender, None)
+        self._latched[sender] = message, wall_s
+        size = sum(len(kept.body) for kept, _ in self._latched.values())
+        while len(self._latched) > 1 and (size > self._max_bytes or len(self._latched) > MAX_LATCHED):
+            oldest, _ = self._latched.pop(next(iter(self._latched)))
+            size -= len(oldest.body)
 
     def figures(self) -> Mapping[str, float | int | None]:
         """Return the messages and bytes per second, the mean size in bytes, and the total number of messages.
@@ -130,11 +145,14 @@ class TopicWatch:
     def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
         """Call `listener` with each message received within the context.
 
-        If `from_newest` is true, begin with the newest message received so far.
+        If `from_newest` is true, begin with the newest message of each latching publisher and the newest of
+        all received so far.
         """
         with self._lock:
             self._listeners.append(listener)
             first, newest = list(self._leading), self.newest
+            if from_newest:
+                first += self._latched.values()
         if from_newest and newest is not None and not (first and first[-1][0] is newest.message):
             first.append((newest.message, newest.wall_s))
         try:
