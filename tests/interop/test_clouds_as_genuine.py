@@ -57,6 +57,10 @@ EXACT: dict[str, tuple[str, dict[str, Any]]] = {
     "others": ("ExtractIndices", {"negative": True}),
     "outliers": ("StatisticalOutlierRemoval", {"mean_k": 8, "stddev": 1.0}),
     "only_outliers": ("StatisticalOutlierRemoval", {"stddev": 0.5, "negative": True}),
+    "box_indices": ("CropBox", {"min_x": -2.0, "use_indices": True}),
+    "box_indices_organized": ("CropBox", {"min_x": -2.0, "use_indices": True, "keep_organized": True}),
+    "pass_indices": ("PassThrough", {"use_indices": True}),
+    "outlier_indices": ("StatisticalOutlierRemoval", {"mean_k": 8, "stddev": 1.0, "use_indices": True}),
     "no_deviation": ("StatisticalOutlierRemoval", {}),
 }  # fmt: skip
 GRIDS: dict[str, dict[str, Any]] = {
@@ -87,7 +91,7 @@ def random_cloud(both: Twins, numbers: Any, index: int) -> Any:
 def add(both: Twins, name: str, kind: str, parameters: dict[str, Any], outputs: dict[str, str]) -> None:
     """Add a nodelet of pcl_ros of both sides."""
     inputs = {"~input": "/cloud"}
-    if kind == "ExtractIndices":
+    if kind == "ExtractIndices" or parameters.get("use_indices"):
         inputs["~indices"] = "/indices"
     module = filter_nodes if hasattr(filter_nodes, kind) else segmentation_nodes
     made = getattr(module, kind.replace("SAC", "Sac"))
@@ -150,6 +154,9 @@ def test_the_same_planes_and_clusters_are_found(plain_ros: RosSystem, genuine: S
         unrefined = {**planes, "optimize_coefficients": False, "distance_threshold": 0.03}
         add(both, "unrefined", "SACSegmentation", unrefined, {"~model": coefficients})
         clusters = {"cluster_tolerance": 0.3, "spatial_locator": 0, "cluster_min_size": 20}
+        some = {"use_indices": True}
+        add(both, "some_plane", "SACSegmentation", {**planes, **some}, {"~model": coefficients})
+        add(both, "some_points", "EuclideanClusterExtraction", {**clusters, **some}, {"~output": CLOUD})
         add(both, "points", "EuclideanClusterExtraction", clusters, {"~output": CLOUD})
         add(both, "numbers", "EuclideanClusterExtraction", {**clusters, "publish_indices": True},
             {"~output": INDICES})  # fmt: skip
@@ -159,14 +166,17 @@ def test_the_same_planes_and_clusters_are_found(plain_ros: RosSystem, genuine: S
             blobs = [numbers.normal((2 * at, 0, 2), 0.1, (60 * (at + 1), 3)) for at in range(3)]
             points = np.concatenate([floor, *blobs, numbers.uniform((-3, -3, 6), (3, 3, 12), (100, 3))])
             columns = dict(zip("xyz", points.astype(np.float32).T, strict=True))
-            both.publish("/cloud", cloud_of(both.next_header("lidar"), columns, 16))
+            cloud = cloud_of(both.next_header("lidar"), columns, 16)
+            both.publish("/cloud", cloud)
+            both.publish("/indices", indices_class(cloud.header, list(range(0, len(points), 2))))
 
+        indices_class: Any = load_message_class(INDICES)
         for name in ("plane", "points"):
             mine_settings, his_settings = both.settings(name)
             assert mine_settings == his_settings
         both.warm_up(publish)
         publish()
-        for name in ("plane", "unrefined"):
+        for name in ("plane", "unrefined", "some_plane"):
             ours, theirs = (each[0].values for each in both.outputs(name, "~model"))
             cosine = abs(np.dot(ours[:3], theirs[:3]))
             assert math.degrees(math.acos(min(cosine, 1.0))) < 1.0
@@ -174,11 +184,11 @@ def test_the_same_planes_and_clusters_are_found(plain_ros: RosSystem, genuine: S
         one, other = (set(each[0].indices) for each in both.outputs("plane", "~inliers"))
         assert len(one ^ other) <= 15
         assert len(one) >= 1495
-        for name in ("points", "numbers"):
+        for name in ("points", "some_points", "numbers"):
             pairs = list(zip(*both.outputs(name, "~output", 4), strict=True))
             for index, (mine, his) in enumerate(pairs[:4]):
                 assert mine.header.stamp.to_nsec() == both.clock_ns + index * 10**6
-                if name == "points":
+                if name != "numbers":
                     assert sorted(map(tuple, positions(mine, rows_of(mine)))) == sorted(
                         map(tuple, positions(his, rows_of(his)))
                     )

@@ -126,6 +126,14 @@ def test_images_are_rectified_as_by_image_proc(pair: Pair) -> None:
         assert_same_image(*pair.received("image_rect", number), tolerance=1)
 
 
+@pytest.mark.parametrize("interpolation", [0, 2, 3, 4])
+def test_other_interpolations_are_those_of_image_proc(pair: Pair, interpolation: int) -> None:
+    inputs = {"image_mono": IMAGE, "camera_info": INFO}
+    pair.start("image_proc/rectify", inputs, {"image_rect": IMAGE}, interpolation=interpolation)
+    pair.send(image(picture(), "bgr8", 1), camera_info(1))
+    assert_same_image(*pair.received("image_rect", 1), tolerance=1)
+
+
 def test_raw_images_are_converted_as_by_image_proc(pair: Pair) -> None:
     pair.start("image_proc/debayer", {"image_raw": IMAGE}, {"image_mono": IMAGE, "image_color": IMAGE})
     channels = {"rgb8": 3, "bgra8": 4, "bgr16": 3, "mono8": 1, "mono16": 1, "yuv422": 2}

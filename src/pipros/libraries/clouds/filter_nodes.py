@@ -155,9 +155,7 @@ class CropBox(FilterNode):
     )
 
     def filtered(self, cloud: Any, indices: Any) -> Any:
-        if indices is not None:
-            cloud = filters.extract_indices(cloud, indices, {"negative": False})
-        return filters.crop_box(cloud, self.values)
+        return filters.crop_box(cloud, self.values, indices)
 
 
 class ExtractIndices(FilterNode):
@@ -180,6 +178,4 @@ class StatisticalOutlierRemoval(FilterNode):
     )
 
     def filtered(self, cloud: Any, indices: Any) -> Any:
-        if indices is not None:
-            cloud = filters.extract_indices(cloud, indices, {"negative": False})
-        return filters.statistical_outlier_removal(cloud, self.values)
+        return filters.statistical_outlier_removal(cloud, self.values, indices)

@@ -17,6 +17,7 @@ from pipros.libraries.clouds.points import (
     InvalidCloud,
     column,
     has_field,
+    indices_of,
     positions,
     reorganized,
     rows_of,
@@ -64,10 +65,18 @@ def _without(cloud: Any, rows: Any, removed: Any) -> Any:
     return reorganized(cloud, changed, is_dense=False)
 
 
-def crop_box(cloud: Any, values: Values) -> Any:
-    """Return the points inside a box, its faces included, or outside of it. NaN counts as inside."""
+def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
+    """Return the points inside a box, its faces included, or outside of it. NaN counts as inside.
+
+    Args:
+        indices: of the points to filter, by default all.
+
+    Raises:
+        InvalidCloud: an index is not that of a point.
+    """
     rows = rows_of(cloud)
-    points = positions(cloud, rows)
+    chosen = indices_of(indices, len(rows))
+    points = positions(cloud, rows)[chosen]
     low, high = (
         np.array([values[f"{end}_{axis}"] for axis in POSITION], np.float32) for end in ("min", "max")
     )
@@ -75,8 +84,10 @@ def crop_box(cloud: Any, values: Values) -> Any:
         outside = ((points < low) | (points > high)).any(1)
     removed = outside != values["negative"]
     if values["keep_organized"]:
-        return _without(cloud, rows, removed)
-    return with_rows(cloud, rows[~removed], is_dense=cloud.is_dense)
+        is_removed = np.zeros(len(rows), bool)
+        is_removed[chosen] = removed
+        return _without(cloud, rows, is_removed)
+    return with_rows(cloud, rows[chosen[~removed]], is_dense=cloud.is_dense)
 
 
 def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
@@ -86,9 +97,7 @@ def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
         InvalidCloud: an index is not that of a point.
     """
     rows = rows_of(cloud)
-    chosen = np.asarray(indices, np.int64)
-    if len(chosen) and not 0 <= chosen.min() <= chosen.max() < len(rows):
-        raise InvalidCloud(f"indices must be 0 to {len(rows) - 1}, got {chosen.min()} to {chosen.max()}")
+    chosen = indices_of(indices, len(rows))
     is_all, negative = len(chosen) == len(rows), values["negative"]
     if (is_all and not negative) or (not len(chosen) and negative):
         return reorganized(cloud, rows, is_dense=cloud.is_dense)
@@ -109,30 +118,33 @@ def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
     return made
 
 
-def statistical_outlier_removal(cloud: Any, values: Values) -> Any:
+def statistical_outlier_removal(cloud: Any, values: Values, indices: Any = None) -> Any:
     """Return the points whose mean distance to their `mean_k` - 1 nearest others is not extreme.
 
-    The limit is the mean over all points plus `stddev` times the standard deviation. NaN points are kept.
+    The limit is the mean over these points plus `stddev` times the standard deviation. NaN points are kept.
+
+    Args:
+        indices: of the points to filter, by default all; the nearest others are those of the whole cloud.
 
     Raises:
-        InvalidCloud: `stddev` is 0.
+        InvalidCloud: `stddev` is 0, or an index is not that of a point.
     """
     if values["stddev"] == 0.0:
         raise InvalidCloud("stddev must not be 0")
     rows = rows_of(cloud)
     points = positions(cloud, rows)
+    chosen = indices_of(indices, len(rows))
     finite = np.isfinite(points).all(1)
-    count = int(finite.sum())
-    distances = np.zeros(len(rows))
-    near = min(values["mean_k"], count)
+    is_valid, near = finite[chosen], min(values["mean_k"], int(finite.sum()))
+    distances = np.zeros(len(chosen))
     if near > 1:
         tree = tree_of(points[finite], "pcl/StatisticalOutlierRemoval")
-        found, _ = tree.query(points[finite], k=near)
-        distances[finite] = found[:, 1:].sum(1) / (values["mean_k"] - 1)
-    valid = distances[finite]
-    deviation = valid.std(ddof=1) if count > 1 else 0.0
-    is_outlier = distances > (valid.mean() if count else 0.0) + values["stddev"] * deviation
-    return with_rows(cloud, rows[is_outlier == values["negative"]], is_dense=cloud.is_dense)
+        found, _ = tree.query(points[chosen[is_valid]], k=near)
+        distances[is_valid] = found[:, 1:].sum(1) / (values["mean_k"] - 1)
+    valid = distances[is_valid]
+    deviation = valid.std(ddof=1) if len(valid) > 1 else 0.0
+    is_outlier = distances > (valid.mean() if len(valid) else 0.0) + values["stddev"] * deviation
+    return with_rows(cloud, rows[chosen[is_outlier == values["negative"]]], is_dense=cloud.is_dense)
 
 
 def voxel_grid(cloud: Any, values: Values) -> Any:

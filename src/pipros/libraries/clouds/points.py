@@ -41,6 +41,20 @@ def rows_of(cloud: Any) -> Any:
     return data.reshape(count, step)
 
 
+def indices_of(given: Any, count: int) -> Any:
+    """Return the indices of points as an array; those of all points if None is given.
+
+    Raises:
+        InvalidCloud: an index is not that of a point.
+    """
+    if given is None:
+        return np.arange(count)
+    chosen = np.asarray(given, np.int64)
+    if len(chosen) and not 0 <= chosen.min() <= chosen.max() < count:
+        raise InvalidCloud(f"indices must be 0 to {count - 1}, got {chosen.min()} to {chosen.max()}")
+    return chosen
+
+
 def column(cloud: Any, rows: Any, name: str) -> Any:
     """Return the values of a field, an array of shape (points,); writable if `rows` is.
 

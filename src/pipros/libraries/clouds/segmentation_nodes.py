@@ -9,7 +9,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.inputs import CloudInputs
-from pipros.libraries.clouds.points import InvalidCloud, cloud_of, positions, rows_of
+from pipros.libraries.clouds.points import InvalidCloud, cloud_of, indices_of, positions, rows_of
 from pipros.libraries.clouds.segmentation import clusters, plane
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyNode
@@ -46,12 +46,7 @@ class _Segmentation(LazyNode):
     def _on_cloud(self, cloud: Any, indices: Any) -> None:
         try:
             points = positions(cloud, rows_of(cloud))
-            chosen = np.arange(len(points)) if indices is None else np.asarray(indices, np.int64)
-            if len(chosen) and not 0 <= chosen.min() <= chosen.max() < len(points):
-                raise InvalidCloud(
-                    f"indices must be 0 to {len(points) - 1}, got {chosen.min()} to {chosen.max()}"
-                )
-            self.segment(cloud.header, points, chosen)
+            self.segment(cloud.header, points, indices_of(indices, len(points)))
         except InvalidCloud as error:
             self._errors.error("a cloud is dropped: %s", error)
 
