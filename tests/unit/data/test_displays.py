@@ -67,7 +67,7 @@ def test_lists_of_one_length_are_arrays_with_nan_in_gaps(tmp_path: Path) -> None
         bag_bytes([*texts, *states, ("/mixed", joints(1), 1, 0), ("/mixed", joints(1, 2), 2, 0)])
     )
     with open_bags(path) as bags:
-        assert np.asarray(bags.table("/joints")["position"]).tolist() == [[2, 2.5], [3, 3.5]]
+        assert bags.table("/joints")["position"].to_numpy().tolist() == [[2, 2.5], [3, 3.5]]
         joined = bags.asof("/text", "/joints", tolerance=0.5)
         mixed = bags.table("/mixed")["position"]
     column = joined["joints.position"]
@@ -76,6 +76,6 @@ def test_lists_of_one_length_are_arrays_with_nan_in_gaps(tmp_path: Path) -> None
     assert [list(cell) for cell in joined["joints.name"]] == [[], *[["shoulder", "elbow"]] * 2, []]
     assert joined.to_arrow()["joints.position"].to_pylist() == [None, [2, 2.5], [3, 3.5], None]
     with pytest.raises(ValueError, match="cells must have as many numbers, got 1 to 2"):
-        np.asarray(mixed)
+        mixed.to_numpy()
     with pytest.raises(ValueError, match="must be arrays of numbers, got texts"):
         np.asarray(joined["joints.name"])

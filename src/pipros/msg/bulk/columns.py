@@ -115,9 +115,6 @@ class TextColumn(OctetColumn):
 class ListColumn(_Ragged):
     """A column of arrays. The cells are parts of `values`: arrays, or columns.
 
-    `numpy.asarray(column)` is an array with a row for each cell, if all that are not empty have as many
-    numbers. Rows of empty cells, such as gaps, are NaN.
-
     Args:
         values: may also have a row for each cell, such as a view of messages with arrays of equal length. It
             is then copied when it is used.
@@ -136,7 +133,12 @@ class ListColumn(_Ragged):
             self._values = np.ascontiguousarray(self._values).reshape(-1)
         return self._values
 
-    def __array__(self, dtype: Any = None, copy: Any = None) -> NDArray[Any]:
+    def to_numpy(self) -> NDArray[Any]:
+        """Return an array with a row for each cell. Rows of empty cells, such as gaps, are NaN.
+
+        Raises:
+            ValueError: cells that are not empty differ in size, or are not numbers.
+        """
         sizes, values = self.sizes, self.values
         is_full = sizes > 0
         width = int(sizes.max(initial=0))
@@ -149,7 +151,10 @@ class ListColumn(_Ragged):
             found = np.full((len(self), width), np.nan)
             found[is_full] = rows
             rows = found
-        return np.array(rows, dtype) if copy else np.asarray(rows, dtype)
+        return np.asarray(rows)
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> NDArray[Any]:
+        return np.array(self.to_numpy(), dtype) if copy else np.asarray(self.to_numpy(), dtype)
 
     def _cell(self, begin: int, end: int) -> Any:
         return self.values[begin:end]
