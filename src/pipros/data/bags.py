@@ -131,7 +131,7 @@ class Bags:
         limit = self._limits.table_bytes
         tables, left = [], limit
         batch = min(limit, _BATCHES * self._limits.table_batch_bytes)  # large ones need no copy at the end
-        for part, table in self._tables(topic, start, end, every, datetimes, None, batch):
+        for part, table in self._tables(topic, batch, None, start, end, every, datetimes):
             tables.append(table)
             left -= len(part.data)
             if left < 0:
@@ -145,23 +145,13 @@ class Bags:
         """Return the tables of all topics that match a pattern, with the options of `table`."""
         return {topic: self.table(topic, **options) for topic in self.topics(pattern)}
 
-    def batches(
-        self,
-        topic: str,
-        *,
-        start: Time | float | None = None,
-        end: Time | float | None = None,
-        every: int = 1,
-        datetimes: bool = False,
-        progress: Counted | None = None,
-    ) -> Iterator[Table]:
+    def batches(self, topic: str, *, progress: Counted | None = None, **options: Any) -> Iterator[Table]:
         """Yield the messages of a topic as tables, each of some `table_batch_bytes`; at least one table.
 
-        Memory is bounded by this limit, not by the size of the bags. See `table` for arguments and errors.
+        Memory is bounded by this limit, not by the size of the bags. See `table` for options and errors.
         `progress` is called after each batch.
         """
-        limit = self._limits.table_batch_bytes
-        for _, table in self._tables(topic, start, end, every, datetimes, progress, limit):
+        for _, table in self._tables(topic, self._limits.table_batch_bytes, progress, **options):
             yield table
 
     def asof(
@@ -209,12 +199,12 @@ class Bags:
     def _tables(
         self,
         topic: str,
-        start: Time | float | None,
-        end: Time | float | None,
-        every: int,
-        datetimes: bool,
-        progress: Counted | None,
         limit: int,
+        progress: Counted | None,
+        start: Time | float | None = None,
+        end: Time | float | None = None,
+        every: int = 1,
+        datetimes: bool = False,
     ) -> Iterator[tuple[MessageGroup, Table]]:
         if every < 1:
             raise ValueError(f"every must be >= 1, got {every}")

@@ -36,8 +36,7 @@ def run_query(bag: Path, sql: str, *, limit_s: float, limit_bytes: int) -> str:
         output, errors = Path(folder, "output"), Path(folder, "errors")
         work = Path(folder, "work")
         work.mkdir()
-        request = {"bag": str(bag), "sql": sql, "bytes": limit_bytes}
-        request["seconds"] = int(limit_s) + 1
+        request = {"bag": str(bag), "sql": sql, "bytes": limit_bytes, "seconds": int(limit_s) + 1}
         with output.open("wb") as out, errors.open("wb") as err:
             try:
                 ended = subprocess.run(  # noqa: S603

@@ -111,12 +111,8 @@ class Table(Mapping[str, Any]):
     def take(self, index: NDArray[Any] | slice | Sequence[int]) -> Table:
         """Return a table of some rows, given by their numbers, by a slice or by a boolean array."""
         rows = np.arange(self.rows)[index]
-        return Table(
-            self.topic,
-            self.type,
-            {name: taken(column, rows) for name, column in self.columns.items()},
-            {name: gaps[rows] for name, gaps in self.gaps.items()},
-        )
+        columns = {name: taken(column, rows) for name, column in self.columns.items()}
+        return Table(self.topic, self.type, columns, {name: gaps[rows] for name, gaps in self.gaps.items()})
 
     def with_columns(
         self, columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.bool_]] | None = None
@@ -192,8 +188,5 @@ def joined_tables(tables: Sequence[Table]) -> Table:
     first = tables[0]
     if len(tables) == 1:
         return first
-    return Table(
-        first.topic,
-        first.type,
-        {name: joined_columns([each.columns[name] for each in tables]) for name in first.columns},
-    )
+    columns = {name: joined_columns([each.columns[name] for each in tables]) for name in first.columns}
+    return Table(first.topic, first.type, columns)

@@ -93,12 +93,9 @@ class LiveRobot:
 
     def _measured(self, command: DriveCommand) -> LiveSource:
         """Return the observation with the numbers of an action, which are held when the robot is stopped."""
+        wanted = command.source.short_name, command.source.unit, len(command.names)
         for each in self._signals:
-            same = (
-                each.source.short_name == command.source.short_name
-                and each.source.unit == command.source.unit
-            )
-            if same and len(each.names) == len(command.names):
+            if (each.source.short_name, each.source.unit, len(each.names)) == wanted:
                 return each
         raise BadSettings(
             f"{command.source.place}.stop: hold needs an observation with the same name, unit and names"
@@ -161,10 +158,8 @@ class LiveRobot:
             self._is_acting = True
             for command, part in parts:
                 if self.config.watchdog:
-                    held = (
-                        b"".join(self._stop_message(command)._to_buffers()) if command.stop is None else None
-                    )
-                    self._guardian.arm(command.topic, "", self, held)
+                    held = self._stop_message(command)._to_buffers() if command.stop is None else None
+                    self._guardian.arm(command.topic, "", self, None if held is None else b"".join(held))
                 command.publisher.publish(command.message(part, now_ns))
         except PiprosError:
             self.stop()
