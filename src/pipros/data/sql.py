@@ -9,7 +9,8 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
@@ -59,12 +60,14 @@ class Database:
                 "autoload_known_extensions": "false",
             },
         )
+        self._thread = ThreadPoolExecutor(1)
         self._is_locked = False
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._thread.shutdown()
         self._connection.close()
 
     def add(self, topic: str, tables: Iterable[Table], *, alias: str = "") -> None:
@@ -100,18 +103,29 @@ class Database:
             if len(statements) != 1 or statements[0].type != self._duckdb.StatementType.SELECT:
                 raise QueryError(f"the query must be a single SELECT, got {sql!r}")
             result = self._connection.sql(sql)
-            reader = (getattr(result, "to_arrow_reader", None) or result.fetch_record_batch)(_BATCH_ROWS)
+            read = getattr(result, "to_arrow_reader", None) or result.fetch_record_batch
+            reader = self._work(read, _BATCH_ROWS)
             yield reader.schema.empty_table()
-            yield from reader
+            while (batch := self._work(next, reader, None)) is not None:
+                yield batch
         except (self._duckdb.CatalogException, self._duckdb.BinderException) as error:
             hint = "Columns with dots need double quotes. Tables are named as topics:"
             raise QueryError(f"{error}\n{hint} {', '.join(map(listed, self._topics))}") from None
         except (self._duckdb.Error, self._arrow.ArrowException) as error:
             raise QueryError(str(error)) from None
 
+    def _work(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function in a thread, because DuckDB notices Ctrl-C late, and as another error."""
+        job = self._thread.submit(function, *arguments)
+        try:
+            return job.result()
+        finally:
+            if not job.done():
+                self._connection.interrupt()
+
     def _run(self, sql: str) -> Any:
         try:
-            return self._connection.execute(sql)
+            return self._work(self._connection.execute, sql)
         except self._duckdb.Error as error:
             raise QueryError(str(error)) from None
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -19,6 +21,7 @@ from pipros.basics.rooms import verbs
 from pipros.cli.complete.options import options, words_after
 from pipros.cli.rosbag import main as rosbag
 from tests.support.bags import Row, bag_bytes
+from tests.support.waiting import wait_until
 
 
 @pytest.fixture(autouse=True)
@@ -196,6 +199,37 @@ def test_nothing_else_is_printed_when_the_command_ends() -> None:
         assert (ended.returncode, ended.stdout) == (status, '"data"\n3\n' if status == 0 else "")
         assert ended.stderr.count("ERROR: ") == status
         assert "leak" not in ended.stderr
+
+
+def test_an_interrupted_table_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object, **__: object) -> Any:
+        raise KeyboardInterrupt
+
+    Path("out.csv").write_text("before")
+    monkeypatch.setattr("pipros.data.bags.Bags._tables", interrupted)
+    for command in (["table", "run.bag", "/n", "-o", "out.csv"], ["query", "run.bag", "SELECT 1 FROM n"]):
+        with pytest.raises(SystemExit) as ended:
+            rosbag(command)
+        assert ended.value.code == 130
+    assert Path("out.csv").read_text() == "before"
+    assert not Path("out.csv.active").exists()
+
+
+def test_ctrl_c_ends_a_query_that_would_take_days(tmp_path: Path) -> None:
+    code = "import sys; from pipros.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
+    sql = "SELECT sum(a.range * b.range * n.data) FROM range(100000000) a, range(100000000) b, n"
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    command = [sys.executable, "-c", code, "query", "run.bag", sql]
+    environment = {**os.environ, "TMPDIR": str(folder)}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
+        wait_until(lambda: [*folder.glob("*/topics.db")] or process.poll() is not None)
+        process.send_signal(signal.SIGINT)
+        try:
+            errors = process.communicate(timeout=30)[1]
+        finally:
+            process.kill()
+    assert (process.returncode, errors, [*folder.iterdir()]) == (130, "", [])
 
 
 def test_rospy_imports_none_of_the_libraries() -> None:

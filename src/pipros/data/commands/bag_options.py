@@ -91,10 +91,12 @@ def is_bag_name(name: str) -> bool:
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Turn errors about arguments and missing libraries into `CommandError`s."""
+    """Turn errors about arguments and missing libraries into `CommandError`s. Ctrl-C exits with 130."""
     try:
         yield
     except PiprosError:
         raise
+    except KeyboardInterrupt:  # not 0, as in other commands: `&& rm run.bag` may follow
+        raise SystemExit(130) from None
     except (MissingExtra, ValueError) as error:
         raise CommandError(str(error)) from None
