@@ -37,6 +37,7 @@ def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[
     [
         ("rate: 10\n", "", "bad.yaml: rate: is missing"),
         ("rate: 10", "rate: fast", "rate: must be a number from 0.001 to 10000, got 'fast'"),
+        ("scale: 10", "scale: 0", "observations.joints.scale: must not be 0"),
         ("rate: 10", "rat: 10", "bad.yaml:1: rat: unknown key. Did you mean rate?"),
         ("names: [b, a]", "name: [b, a]", "joints.name: unknown key. Did you mean names"),
         ("names: [b, a]", "names: [b, c]", "left out: observations.joints has no"),
@@ -62,6 +63,7 @@ def test_errors_name_the_line_and_the_key(
         Path("bad.yaml").write_text(config)
         assert dataset(["run.bag", "--config", "bad.yaml", "-o", "bad", "-j1"]) == 1
         assert reason in Path("bad/report.md").read_text()
+        assert f"run.bag: {reason}" in capsys.readouterr().err
     else:
         assert reason in failure(capsys, config)
 

@@ -158,6 +158,8 @@ def _shared(section: Settings, shared: Mapping[str, Any]) -> dict[str, Any]:
 def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
     is_action = section.key.startswith("actions.")
     section.only([*_SIGNAL_KEYS, *(_ACTION_KEYS if is_action else ())])
+    if abs(section.number("scale", 1.0, least=-math.inf)) < 1e-12:  # commands are divided by it
+        raise section.error("scale", "must not be 0")
     is_word = isinstance(section.values.get("stop", ""), str)
     return SignalSource(
         **_shared(section, shared),
