@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 import pyarrow.parquet
 import pytest
-from sensor_msgs.msg import Image, JointState
+from sensor_msgs.msg import Image, Imu, JointState
 from std_msgs.msg import Bool, Float64, String
 
 from pipros.data.commands.dataset import main as dataset
@@ -251,6 +251,20 @@ def test_rare_topics_do_not_decide_the_suggested_rate(capsys: pytest.CaptureFixt
     assert 'episodes: {topic: "/episode"}' in text
     assert text.endswith("# left out: /once (std_msgs/Float64), /text (std_msgs/String)\n")
     assert made(config=text)["observations.battery"].to_pylist()[0] == [1]
+
+
+def test_an_episode_without_messages_of_a_topic_is_left_out(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [("/level", Float64(n), 100 + n, 0) for n in range(20)]
+    rows += [("/late", Imu(), 115, 0), ("/late", Imu(), 116, 0)]
+    rows += [("/episode", Bool(n % 2 == 0), 101 + 5 * n, 1) for n in range(4)]
+    Path("run.bag").write_bytes(bag_bytes(sorted(rows, key=lambda row: row[2:])))
+    config = "rate: 1\ntime: receipt\ntolerance: 1\nepisodes: {topic: /episode}\n"
+    config += "observations: {level: {topic: /level}, late: {topic: /late}}\n"
+    Path("robot.yaml").write_text(config)
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1"]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.startswith("1 of 2 episodes, ")
+    assert shown.err.startswith("run.bag: left out: observations.late has no message within 1.0 s")
 
 
 def test_a_picture_with_too_many_pixels_counts_as_damaged() -> None:

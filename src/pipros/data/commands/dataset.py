@@ -83,6 +83,8 @@ def _build(chosen: Any) -> int:
     options = {"jobs": chosen.jobs, "msgs": chosen.msgs, "shown": shown}
     results = build(bags, config, chosen.output, chosen.format, **options)
     written = [each for each in results if not each["left_out"]]
+    for each in [each for each in results if each["left_out"]][:3]:
+        print(f"{each['bag']}: left out: {each['left_out']}", file=sys.stderr)
     rows, findings = (sum(each["rows"] for each in written), sum(len(each["findings"]) for each in results))
     print(f"{len(written)} of {len(results)} episodes, {rows} rows, {findings} findings: ", end="")
     print(chosen.output / "report.md")

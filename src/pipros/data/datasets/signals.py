@@ -169,7 +169,7 @@ def _field(table: Table, source: SignalSource, field: str) -> NDArray[np.float64
             raise BadSettings(f"{source.place}.fields: {field} of {table.type}: {error}") from None
     if not isinstance(column, np.ndarray) or column.dtype.kind not in "biuf":
         raise BadSettings(f"{source.place}.fields: {field} of {table.type} must be numbers")
-    return column.reshape(table.rows, -1).astype(np.float64)
+    return column.reshape(table.rows, *(column.shape[1:] or (1,))).astype(np.float64)
 
 
 def _by_name(column: ListColumn, labels: ListColumn, source: SignalSource) -> NDArray[np.float64]:
