@@ -1,4 +1,4 @@
-"""The fifty most frequent combinations of programs in public launch files, fed from a bag.
+"""The sixty most frequent combinations of programs in public launch files, fed from a bag.
 
 `tests/support/launch_combinations.py` derives them.
 """
@@ -19,15 +19,17 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from tests.support.bags import bag_bytes
 from tests.support.launch_combinations import COUNT, combinations
-from tests.support.launch_recipes import LIST, Output, launch_file, rows, write_files
+from tests.support.launch_recipes import SERVICES, Output, launch_file, rows, write_files
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
+from tests.support.simulated_rplidar import SimulatedRplidar
+from tests.support.simulated_urg import SimulatedUrg
 from tests.support.waiting import wait_until
 
 AT_ONCE = 10
 
 
-def test_there_are_fifty_different_combinations() -> None:
+def test_the_combinations_differ() -> None:
     assert len(set(combinations())) == COUNT
 
 
@@ -41,15 +43,21 @@ def test_every_node_of_a_launch_file_publishes(ros: RosSystem, tmp_path: Path, f
         for number, programs in enumerate(combinations()[first : first + AT_ONCE], first):
             text, outputs = launch_file(f"c{number}", programs, tmp_path)
             files.append(tmp_path / f"c{number}.launch")
-            files[-1].write_text(text)
             expected += outputs
             if "joy/joy_node" in programs:
                 stack.callback(os.close, pressed_joystick(tmp_path / f"c{number}.js"))
+            if "rplidar_ros/rplidarNode" in programs:
+                stack.callback(SimulatedRplidar(tmp_path / f"c{number}.tty", lambda _: 2000).unplug)
+            if "urg_node/urg_node" in programs:
+                urg = SimulatedUrg(lambda _: [(2000, 100)])
+                stack.callback(urg.unplug)
+                text = text.replace("URG_PORT", str(urg.port))
+            files[-1].write_text(text)
         launch = ros.pipros.start("roslaunch", "-p", str(ros.port), *files)
         launch.wait_for(r"started core service \[/rosout\]")
         node = stack.enter_context(Node("test", environment=Environment(master_uri=ros.master_uri)))
-        inboxes = {each.topic: subscribed(node, each) for each in expected if each.type != LIST}
-        lists = [each.topic for each in expected if each.type == LIST]
+        services = [each for each in expected if each.type in SERVICES]
+        inboxes = {each.topic: subscribed(node, each) for each in expected if each not in services}
         bag = ros.pipros.start("rosbag", "play", "--clock", "--quiet", tmp_path / "drive.bag")
 
         def silent() -> list[str]:
@@ -57,7 +65,7 @@ def test_every_node_of_a_launch_file_publishes(ros: RosSystem, tmp_path: Path, f
             return [topic for topic, inbox in inboxes.items() if not inbox.messages]
 
         wait_until(lambda: not silent(), 120, lambda: f"{silent()} {launch.output}")
-        wait_until(lambda: all(answers(node, each) for each in lists), 60, lambda: f"{lists} {launch.output}")
+        wait_until(lambda: all(answers(node, each) for each in services), 60, lambda: launch.output)
         bag.press_ctrl_c()
     launch.press_ctrl_c()
     assert launch.wait() == 0
@@ -69,11 +77,11 @@ def subscribed(node: Node, output: Output) -> Inbox:
     return inbox
 
 
-def answers(node: Node, topic: str) -> bool:
-    """Return whether a manager of nodelets answers."""
-    service: Any = load_service_class(LIST)
+def answers(node: Node, output: Output) -> bool:
+    """Return whether a service answers."""
+    service: Any = load_service_class(output.type)
     try:
-        node.client(topic, service).call(service._request_class())
+        node.client(output.topic, service).call(service._request_class())
     except PiprosError:
         return False
     return True

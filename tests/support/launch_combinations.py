@@ -16,7 +16,7 @@ from pipros.launch.survey import Owner, Providers, read_csv
 from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
 
 LIST = Path(__file__).parents[1] / "graph" / "launch_combinations.txt"
-COUNT = 50
+COUNT = 60
 
 WINDOWS_AND_COMMANDS = {
     "dynamic_reconfigure/dynparam", "image_view/disparity_view", "image_view/image_view",

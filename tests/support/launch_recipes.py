@@ -28,7 +28,8 @@ START_S = 1000
 SCAN, CLOUD, IMAGE = "sensor_msgs/LaserScan", "sensor_msgs/PointCloud2", "sensor_msgs/Image"
 TWIST, TF, ODOMETRY = "geometry_msgs/Twist", "tf2_msgs/TFMessage", "nav_msgs/Odometry"
 STATUS = "actionlib_msgs/GoalStatusArray"
-LIST = "nodelet/NodeletList"
+LIST, ASSEMBLE = "nodelet/NodeletList", "laser_assembler/AssembleScans2"
+SERVICES = (LIST, ASSEMBLE)
 MANAGER, MAP_SERVER = "nodelet/nodelet", "map_server/map_server"
 
 
@@ -36,7 +37,7 @@ class Recipe(NamedTuple):
     """How a launch file starts a program.
 
     Attributes:
-        output, type: the topic to wait for, and its type; for a service, the type has a request.
+        output, type: the topic to wait for, and its type; or a service, for the types of `SERVICES`.
         remaps: pairs of names, separated by blanks.
         params: a YAML map.
     """
@@ -93,6 +94,9 @@ RECIPES: Mapping[str, Recipe] = {
     ),
     "joint_state_publisher/joint_state_publisher": Recipe("joint_states", "sensor_msgs/JointState"),
     "joy/joy_node": Recipe("joy", "sensor_msgs/Joy", params="{dev: JOYSTICK, autorepeat_rate: 5.0}"),
+    "laser_assembler/laser_scan_assembler": Recipe(
+        "assemble_scans2", ASSEMBLE, "scan /bag/scan", "{fixed_frame: odom}"
+    ),
     "laser_filters/scan_to_cloud_filter_chain": Recipe(
         "cloud_filtered", CLOUD, "scan /bag/scan", "{target_frame: laser}"
     ),
@@ -133,9 +137,14 @@ RECIPES: Mapping[str, Recipe] = {
     "robot_localization/ukf_localization_node": _FILTER,
     "robot_state_publisher/robot_state_publisher": _STATES,
     "robot_state_publisher/state_publisher": _STATES,
+    "rplidar_ros/rplidarNode": Recipe("scan", SCAN, "", "{serial_port: RPLIDAR}"),
     "stage_ros/stageros": Recipe("odom", ODOMETRY, "/clock clock /tf tf", arguments="-g FOLDER/room.world"),
     "stereo_image_proc/disparity": Recipe("disparity", "stereo_msgs/DisparityImage", _STEREO),
     "stereo_image_proc/point_cloud2": Recipe("points2", CLOUD, _STEREO + " disparity /bag/disparity"),
+    "stereo_image_proc/stereo_image_proc": Recipe(
+        "disparity", "stereo_msgs/DisparityImage", _STEREO + " left/image_raw /bag/camera/left "
+        "right/image_raw /bag/camera/left",
+    ),
     "teleop_twist_joy/teleop_node": Recipe("cmd_vel", TWIST),
     "tf/static_transform_publisher": Recipe("tf", TF, "/tf tf", arguments="0 0 1 0 0 0 base_link mast 100"),
     "tf2_ros/static_transform_publisher": Recipe(
@@ -151,6 +160,7 @@ RECIPES: Mapping[str, Recipe] = {
         "cmd_vel_out", TWIST, "",
         "{topics: [{name: a, topic: /bag/cmd_vel, timeout: 2.0, priority: 9}], locks: []}",
     ),
+    "urg_node/urg_node": Recipe("scan", SCAN, "", "{ip_address: 127.0.0.1, ip_port: URG_PORT}"),
     "usb_cam/usb_cam_node": Recipe(
         "~image_raw", IMAGE, "", "{video_device: FOLDER/video.avi, framerate: 5}"
     ),
@@ -205,7 +215,10 @@ def launch_file(namespace: str, programs: Sequence[str], folder: Path) -> tuple[
         )
         outputs.append(Output(f"/{namespace}/{one.output.replace('~', f'{node}/')}", one.type))
     text = (
-        "\n".join(nodes).replace("FOLDER", str(folder)).replace("JOYSTICK", str(folder / f"{namespace}.js"))
+        "\n".join(nodes)
+        .replace("FOLDER", str(folder))
+        .replace("RPLIDAR", str(folder / f"{namespace}.tty"))
+        .replace("JOYSTICK", str(folder / f"{namespace}.js"))
     )
     description = f'<param name="robot_description" textfile="{folder}/arm.urdf"/>'
     return f'<launch><group ns="{namespace}">{description}\n{text}\n</group></launch>\n', outputs
