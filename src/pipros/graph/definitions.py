@@ -116,7 +116,8 @@ class TopicDefinitions:
         """Forget all topics and services whose names are not in `keys`."""
         with self._lock:
             self._corrected = {name: kept for name, kept in self._corrected.items() if name in keys}
-        self._asked = {key: kept for key, kept in list(self._asked.items()) if key[0] in keys}
+        # A copy is made in one step; a list of the items is not, and other threads add answers meanwhile.
+        self._asked = {key: kept for key, kept in self._asked.copy().items() if key[0] in keys}
 
     def _ask(self, key: Key, ask: Any) -> Any:
         """Query a peer, and cache its response for as long as the same nodes are registered."""
