@@ -179,11 +179,15 @@ def info_html(info: Info) -> str:
     """Return a table of the topics, for notebooks."""
     span = "" if info.start is None or info.end is None else f", {info.end - info.start:.1f} s"
     title = f"{info.path or ''} {human_size(info.size)}{span}, {info.messages} messages".strip()
-    rows = [
-        (each.topic, each.type, each.messages, "" if each.frequency is None else f"{each.frequency:.4g}")
-        for each in info.topics
-    ]
+    seconds = (info.end or 0) - (info.start or 0)
+    rows = [(each.topic, each.type, each.messages, _rate(each, seconds)) for each in info.topics]
     return html_table(("topic", "type", "messages", "Hz"), rows, title)
+
+
+def _rate(topic: Topic, seconds: float) -> str:
+    """Return the frequency, or nothing if messages came in bursts: then the median says little."""
+    is_steady = topic.frequency is not None and topic.frequency * seconds < 100 * topic.messages
+    return f"{topic.frequency:.4g}" if is_steady else ""
 
 
 def _column(label: str, lines: Sequence[str]) -> Iterator[tuple[str, str]]:

@@ -79,3 +79,13 @@ def test_lists_of_one_length_are_arrays_with_nan_in_gaps(tmp_path: Path) -> None
         mixed.to_numpy()
     with pytest.raises(ValueError, match="must be arrays of numbers, got texts"):
         np.asarray(joined["joints.name"])
+
+
+def test_bursts_have_no_frequency(tmp_path: Path) -> None:
+    path = tmp_path / "run.bag"
+    steady = [("/steady", String(), n, 0) for n in range(1, 31)]
+    path.write_bytes(bag_bytes([*[("/burst", String(), 1, n) for n in range(5)], *steady]))
+    with open_bags(path) as bags:
+        text = bags._repr_html_()
+    assert "/burst</td><td>std_msgs/String</td><td>5</td><td></td>" in text
+    assert "/steady</td><td>std_msgs/String</td><td>30</td><td>1</td>" in text
