@@ -8,6 +8,10 @@ last output, and reads the processor time of the nodes' processes from /proc. Ch
 with one process for each nodelet. The relays pass on the pixels that they receive, so their row is the cost
 of handing messages over. The lidar is simulated on a pseudo-terminal, with 8,000 samples in 10 turns per
 second; there is no genuine driver to compare with.
+
+`in` and `out` are the rates of inputs and outputs, `lost` the inputs without an output, and `others` the
+share of the machine that processes outside of the benchmark used. A node keeps up in real time if nothing
+is lost; a row says little if others use much.
 """
 
 import argparse
@@ -42,6 +46,7 @@ COMMANDS = {
 }
 TICKS = os.sysconf("SC_CLK_TCK")
 WARM_UP_S = 1.5
+DRAIN_S = 1.0
 RELAY = """
 import copy
 from pipros.msg import load_message_class
@@ -58,6 +63,12 @@ def cpu_s(pid):
     """Return the processor time that a process has used."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS
+
+
+def machine_s():
+    """Return the processor time that all processes of the machine have used."""
+    user, nice, system, _, _, *others = map(int, Path("/proc/stat").read_text().split("\n")[0].split()[1:9])
+    return (user + nice + system + sum(others)) / TICKS
 
 
 class Bench:
@@ -105,11 +116,12 @@ class Bench:
         self._finish(name, "pipros", [self._pid_of("/driver")], lambda _: {}, output, rate_hz)
 
     def _finish(self, name, side, pids, inputs, output, rate_hz):
-        used_s, took_s, received = self._measure(pids, inputs, *output, rate_hz)
+        used_s, others, took_s, sent, received = self._measure(pids, inputs, *output, rate_hz)
         each_ms = used_s / max(received, 1) * 1e3
         print(
-            f"| {name}, {rate_hz} Hz | {side} | {used_s / took_s:.1%} | {each_ms:.2f} ms | "
-            f"{received / took_s:.1f} Hz |",
+            f"| {name} | {side} | {used_s / took_s:.1%} | {each_ms:.2f} ms | {sent / took_s:.1f} Hz | "
+            f"{received / took_s:.1f} Hz | {max(sent - received, 0)} | "
+            f"{others:.0%} |",
             flush=True,
         )
         self._end_processes()
@@ -134,7 +146,7 @@ class Bench:
         return prefix
 
     def _measure(self, pids, inputs, output, kind, rate_hz):
-        """Return the processor time of the processes, the duration, and the number of outputs."""
+        """Return the processor time, the share of others, the duration, and the inputs and outputs."""
         count, lock = 0, threading.Lock()
 
         def on_output(_):
@@ -150,19 +162,28 @@ class Bench:
         self._wait(lambda: all(each.connection_count for each in publishers.values()), "the inputs")
 
         def run(seconds, number):
-            began = due = time.monotonic()
-            while due - began < seconds:
+            """Publish, and wait for a while until the last input has an output."""
+            began, begun, expected = time.monotonic(), number, count + round(seconds * rate_hz)
+            due = began
+            while number - begun < round(seconds * rate_hz):
                 for topic, message in inputs(number).items():
                     publishers[topic].publish(message)
                 number += 1
                 due += 1 / rate_hz
                 time.sleep(max(0.0, due - time.monotonic()))
-            return number, time.monotonic() - began
+            took_s = time.monotonic() - began
+            while count < expected and time.monotonic() - began < took_s + DRAIN_S:
+                time.sleep(0.01)
+            return number, took_s
 
         number, _ = run(WARM_UP_S, 1)
-        before, begun = sum(map(cpu_s, pids)), count
-        _, took_s = run(self.seconds, number)
-        result = sum(map(cpu_s, pids)) - before, took_s, count - begun
+        before, begun, sent = sum(map(cpu_s, pids)), count, number
+        machine, own, began = machine_s(), time.process_time(), time.monotonic()
+        number, took_s = run(self.seconds, number)
+        used_s = sum(map(cpu_s, pids)) - before
+        others_s = machine_s() - machine - used_s - (time.process_time() - own)
+        others = max(others_s, 0.0) / (time.monotonic() - began) / os.cpu_count()
+        result = used_s, others, took_s, number - sent, count - begun
         for each in (subscriber, *publishers.values()):
             each.unregister()
         return result
@@ -245,7 +266,7 @@ def both_ways(bench, name, side, *arguments):
     """Print the rows of a chain in one process and in several, and the ratio of their costs."""
     together = bench.row(f"{name} in one manager", side, *arguments)
     apart = bench.row(f"{name} in {len(arguments[0])} processes", side, *arguments, shares_process=False)
-    print(f"| {name}: one manager / processes | {side} | | {together / apart:.2f} | |", flush=True)
+    print(f"| {name}: one manager / processes | {side} | | {together / apart:.2f} | | | | |", flush=True)
 
 
 def chain(bench):
@@ -326,8 +347,8 @@ def main():
     parser.add_argument("--seconds", type=float, default=10.0)
     options = parser.parse_args()
     bench = Bench(options.seconds)
-    print("| 640 x 480 pixels | node | of a core | per output | outputs |")
-    print("| --- | --- | ---: | ---: | ---: |", flush=True)
+    print("| 640 x 480 pixels | node | of a core | per output | in | out | lost | others |")
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |", flush=True)
     try:
         for name in options.only.split(","):
             ROWS[name](bench)
