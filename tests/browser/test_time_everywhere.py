@@ -134,6 +134,10 @@ def test_a_bag_is_scrubbed_in_all_tabs_with_marks_and_a_note(
     expect(bar.get_by_role("button", name="2 marks")).to_be_visible()
     bar.get_by_role("button", name="Live").click()
     expect(bar).to_be_hidden()
+    show_tab(tab, "Bags")
+    expect(tab.locator(".tab-bags .choice")).to_contain_text("run.bag")
+    assert tab.evaluate("location.hash") == "#bags"
+    expect(bar).to_be_hidden()
 
 
 def test_a_malformed_file_of_notes_is_named_and_kept(

@@ -131,6 +131,7 @@ export function open(view, argument, context) {
     replace(hint, hintText(name));
     choice.value = playback.isRewind ? "" : name;
     if (!bag) shown = null;
+    if (!name && noted && !playback.error) forgetAddress(); // the bag was closed elsewhere
     if (bag && state) showBag(bag, state);
     else replace(figures);
   }
@@ -175,6 +176,12 @@ export function open(view, argument, context) {
   }
 
   let wanted = null; // the last moment that was asked for, in seconds from the beginning, until the bag is there
+
+  function forgetAddress() {
+    clearTimeout(noting);
+    noted = "";
+    context.remember("", { isReplacing: true });
+  }
 
   // Opens a bag; without a name, closes the open one.
   function choose(name) {
