@@ -188,7 +188,7 @@ def test_the_last_minute_is_rewound_in_all_tabs(ros: RosSystem, open_tab: OpenTa
     legend = tab.locator(".legend")
     expect(legend).to_contain_text(re.compile(r"data: (1[4-9]|[2-9]\d)"))
     bar, rewind = bar_of(tab), tab.get_by_role("button", name="Rewind")
-    expect(rewind).to_have_attribute("title", re.compile(r"at the last (1[2-9]|[2-9]\d) s \(r\)$"))
+    expect(rewind).to_have_attribute("title", re.compile(r"at the last (1[6-9]|[2-9]\d) s \(r\)$"))
     live = shown_number(legend)
     rewind.click()
     expect(bar).to_contain_text("0:00.0 ago")
@@ -208,7 +208,7 @@ def test_the_last_minute_is_rewound_in_all_tabs(ros: RosSystem, open_tab: OpenTa
     keep_screenshots(tab, "rewind-console")
     tab.evaluate("location.hash = 'tf/map>base'")
     pose = tab.locator(".pair dl")
-    expect(pose).to_contain_text(str(int(held)))
+    expect(pose).to_contain_text(re.compile(rf"{held:g}|{held - 0.1:g}"))  # it is published after the number
     tab.evaluate("location.hash = 'scene'")
     expect(tab.locator(".scene-canvas")).to_be_visible()
     keep_screenshots(tab, "rewind-scene")
