@@ -57,7 +57,7 @@ class TopicActivity:
             topic for topic, nodes in publishers.items() if not nodes or any(node in dead for node in nodes)
         }
         quiet |= {topic for topic in observation.state.subscribers if not publishers.get(topic)}
-        # Without a connection, a publisher that answers sends nothing, and nobody knows what it would send.
+        # Without a connection, a publisher that answers sends nothing, and its rate is unknown.
         self._active = {topic: each for topic, each in self._active.items() if topic in quiet}
 
     def stale(self) -> Mapping[str, float]:

@@ -60,7 +60,7 @@ def test_irregular_messages_do_not_become_stale() -> None:
     assert activity.stale() == {}
 
 
-def test_a_topic_is_stale_when_its_publisher_died_but_not_when_nobody_subscribes() -> None:
+def test_a_topic_is_stale_when_its_publisher_died_but_not_without_subscribers() -> None:
     activity = TopicActivity()
     for error, publishers in (("no answer", ("/driver",)), ("", ())):
         activity.add(observation(Traffic(10.0, 100.0, 0.0, 0.1)), 100.0)

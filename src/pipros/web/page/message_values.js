@@ -87,7 +87,7 @@ function entry(key, value, path) {
   const shown = tree(value, path);
   const folded = covarianceText(key, value);
   if (folded) return h("li", { "data-key": key }, name, h("details", { class: "below-name" },
-    h("summary", { class: "key", "aria-label": `Values of ${key}` }, folded), shown));
+    h("summary", { class: "key", "aria-label": `${folded}: values of ${key}` }, folded), shown));
   if (!shown.matches("ul")) return h("li", { "data-key": key }, name, " ", shown);
   const size = Array.isArray(value) ? `${value.length} elements` : "";
   const isOpen = shown.childElementCount <= LONG_LIST || !Array.isArray(value);

@@ -218,12 +218,12 @@ export function open(view, argument, context) {
       h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => closeEntry() }, "Close"));
   }
 
-  // Links to the moment of an entry. All tabs show it if it can be played; otherwise a plot shows the samples that it has.
+  // Links to the moment of an entry: a plot shows the samples around it, and all views can go there if it is in the bag or the past.
   function momentLinks(stamp) {
     const isPlayed = playback.canShow(stamp);
-    const jump = () => { if (isPlayed) playback.jump(stamp); };
-    const link = (href, title) => h("a", { href, onclick: jump }, title);
-    return ["This moment in ", link(placeOf("plot", `at:${stamp}`), "Plot"), isPlayed ? [", ", link(placeOf("scene"), "Scene"), ", ",
+    const jump = () => { if (playback.canShow(stamp)) playback.jump(stamp); };
+    const plot = h("a", { href: placeOf("plot", `at:${stamp}`), onclick: () => { if (playback.bag) jump(); } }, "Plot");
+    return ["This moment in ", plot, isPlayed ? [", ", h("a", { href: placeOf("scene"), onclick: jump }, "Scene"), ", ",
       h("button", { class: "plain link", onclick: jump }, "all views")] : null];
   }
 
