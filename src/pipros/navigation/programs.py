@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -21,6 +22,8 @@ def run_program(module: str, *arguments: str) -> int:
 
     Without the required libraries, print an error and return 1.
     """
+    # Threads do not help with matrices of 15 rows, but wait for each other in loops that use a processor.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         program = import_module(f"pipros.navigation.{module}")
     except ImportError as error:
