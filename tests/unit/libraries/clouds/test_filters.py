@@ -67,6 +67,21 @@ def test_the_faces_of_a_box_are_inside() -> None:
     assert points_of(filters.crop_box(given, {**BOX, "negative": True})) == [(pytest.approx(1.01), 0, 0)]
 
 
+def test_only_chosen_points_are_compared_with_a_box() -> None:
+    given = cloud((0, 0, 0), (5, 0, 0), (0.5, 0, 0), (9, 0, 0))
+    assert points_of(filters.crop_box(given, BOX, [2, 1, 0])) == [(0.5, 0, 0), (0, 0, 0)]
+    organized = filters.crop_box(given, {**BOX, "keep_organized": True}, [0, 1])
+    assert [each[0] for each in points_of(organized)] == pytest.approx([0, NAN, 0.5, 9], nan_ok=True)
+    with pytest.raises(InvalidCloud, match="indices must be 0 to 3, got 0 to 4"):
+        filters.crop_box(given, BOX, [0, 4])
+
+
+def test_neighbors_of_chosen_points_are_those_of_the_whole_cloud() -> None:
+    given = cloud((0, 0, 0), (0.1, 0, 0), (5, 0, 0), (9, 0, 0), (20, 0, 0))
+    values = {"mean_k": 2, "stddev": 0.5, "negative": False}  # distances 0.1, 4 and 11
+    assert points_of(filters.statistical_outlier_removal(given, values, [0, 3, 4])) == [(0, 0, 0), (9, 0, 0)]
+
+
 def test_cells_become_the_mean_of_their_points_and_colors() -> None:
     colors = np.array([0x00102030, 0x00302010, 0x00FFFFFF], np.uint32)
     given = cloud((0.1, 0.1, 0.1), (0.3, 0.5, 0.1), (-0.5, 0, 0), rgb=colors.view(np.float32))
