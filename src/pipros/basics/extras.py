@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from pipros.basics.errors import MissingExtra
+
 # All nodes and commands import this module, so each function imports the modules that only it needs.
 
 
@@ -16,6 +18,11 @@ def install_command(*extras: str) -> str:
     contain pipros, or may contain a different version.
     """
     return f"{_pip()} install {_requirement(','.join(extras), _origin())}"
+
+
+def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
+    """Return the error for an optional library that could not be imported; `what` ends with its name."""
+    return MissingExtra(f"{what}, which is not installed. Try: {install_command(extra)}", name=error.name)
 
 
 def _pip() -> str:

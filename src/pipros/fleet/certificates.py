@@ -15,8 +15,8 @@ from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Final
 
-from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.basics.extras import install_command
+from pipros.basics.errors import PiprosError
+from pipros.basics.extras import missing
 from pipros.basics.input_file import read_file
 from pipros.fleet.access import ROUTER, FleetRole, access_rules
 from pipros.fleet.directory import read_json
@@ -30,10 +30,7 @@ try:
     from cryptography.hazmat.primitives.asymmetric import ec
     from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 except ImportError as error:
-    raise MissingExtra(
-        f"certificates need cryptography, which is not installed. Try: {install_command('fleet')}",
-        name=error.name,
-    ) from error
+    raise missing("certificates need cryptography", "fleet", error) from error
 
 AUTHORITY_DAYS: Final = 3650
 MEMBER_DAYS: Final = 365

@@ -16,8 +16,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
-from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.basics.extras import install_command
+from pipros.basics.errors import PiprosError
+from pipros.basics.extras import missing
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
 from pipros.fleet.fleet_file import Priority
@@ -28,9 +28,7 @@ from pipros.net.rpc_client import reason_of
 try:
     import zenoh
 except ImportError as error:
-    raise MissingExtra(
-        f"fleets need eclipse-zenoh, which is not installed. Try: {install_command('fleet')}", name=error.name
-    ) from error
+    raise missing("fleets need eclipse-zenoh", "fleet", error) from error
 
 LEASE_MS: Final = 4000
 """Time without data after which a link is closed. Each side sends at least four keep-alives in that time."""

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 
 try:
     import numpy as numpy
 except ImportError as error:
-    raise MissingExtra(
-        f"point clouds and laser scans need numpy, which is not installed. "
-        f"Try: {install_command('perception')}",
-        name=error.name,
-    ) from error
+    raise missing("point clouds and laser scans need numpy", "perception", error) from error
 
 
 def tree_of(points: Any, purpose: str) -> Any:
@@ -26,8 +21,5 @@ def tree_of(points: Any, purpose: str) -> Any:
     try:
         from scipy.spatial import cKDTree
     except ImportError as error:
-        raise MissingExtra(
-            f"{purpose} needs scipy, which is not installed. Try: {install_command('perception')}",
-            name=error.name,
-        ) from error
+        raise missing(f"{purpose} needs scipy", "perception", error) from error
     return cKDTree(points)

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 
 try:
     import numpy as numpy
 except ImportError as error:
-    raise MissingExtra(
-        f"images and cameras need numpy, which is not installed. Try: {install_command('numpy')}",
-        name=error.name,
-    ) from error
+    raise missing("images and cameras need numpy", "numpy", error) from error

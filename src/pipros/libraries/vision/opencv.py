@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 
 
 def opencv(purpose: str) -> Any:
@@ -18,8 +17,5 @@ def opencv(purpose: str) -> Any:
     try:
         import cv2
     except ImportError as error:
-        raise MissingExtra(
-            f"{purpose} needs OpenCV, which is not installed. Try: {install_command('vision')}",
-            name=error.name,
-        ) from error
+        raise missing(f"{purpose} needs OpenCV", "vision", error) from error
     return cv2

@@ -4,13 +4,9 @@ Robots receive `cmd_vel`, and publish odometry, transforms, laser scans and thei
 `simulation.py` performs no I/O; `robots_node.py` connects it to topics and services.
 """
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 
 try:
     import numpy as numpy  # the import error is raised here for all modules in the package
 except ImportError as error:
-    raise MissingExtra(
-        f"the robot simulator needs numpy, which is not installed. Try: {install_command('numpy')}",
-        name=error.name,
-    ) from error
+    raise missing("the robot simulator needs numpy", "numpy", error) from error

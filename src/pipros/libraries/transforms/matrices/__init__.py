@@ -7,13 +7,9 @@ The buffer uses `transforms.pose` instead, which does not need numpy and rounds 
 `tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
 """
 
-from pipros.basics.errors import MissingExtra
-from pipros.basics.extras import install_command
+from pipros.basics.extras import missing
 
 try:
     import numpy as numpy  # the import error is raised here for all modules in the package
 except ImportError as error:
-    raise MissingExtra(
-        f"tf.transformations needs numpy, which is not installed. Try: {install_command('numpy')}",
-        name=error.name,
-    ) from error
+    raise missing("tf.transformations needs numpy", "numpy", error) from error
