@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pipros.bag.merge import merged
+from pipros.basics.printable import listed
 from pipros.data.table import Table
 from pipros.libraries.transforms.buffer import TransformBuffer
 from pipros.libraries.transforms.errors import TransformException
@@ -36,7 +39,7 @@ def with_transform(
     """Return the table with the pose of `source` relative to `target` at the time of each row.
 
     The columns are `x`, `y`, `z` (m) and the quaternion `qx`, `qy`, `qz`, `qw`. Poses are interpolated as tf2
-    does it, and nothing is extrapolated. Rows at whose time there is no transform are gaps.
+    does it, and nothing is extrapolated. Rows without a transform are gaps; unknown frames cause a warning.
 
     Args:
         readers: the bags with the transforms.
@@ -66,13 +69,12 @@ def with_transform(
         while received is not None and received.time.to_nsec() <= time + ahead:
             _insert(buffer, received, is_static=False)
             received = next(waiting, None)
-        if time <= 0:  # tf2 would return the latest transform
-            continue
-        try:
-            poses[row] = buffer.lookup(target, source, time)[1]
-        except TransformException:
-            continue
-        is_gap[row] = False
+        if time > 0:  # for 0, tf2 would return the latest transform
+            with suppress(TransformException):
+                poses[row], is_gap[row] = buffer.lookup(target, source, time)[1], False
+    names = buffer.frame_names()
+    for unknown in sorted({target, source}.difference(names)) if is_gap.all() and len(times) else ():
+        warnings.warn(f"unknown frame {unknown!r}; known: {', '.join(map(listed, names))}", stacklevel=3)
     prefix = f"{source}." if prefix is None else prefix
     columns = {f"{prefix}{part}": np.ascontiguousarray(poses[:, n]) for n, part in enumerate(PARTS)}
     return table.with_columns(columns, dict.fromkeys(columns, is_gap))

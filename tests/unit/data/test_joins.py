@@ -117,7 +117,8 @@ def test_poses_are_those_of_a_tf_buffer_and_gaps_are_null(tmp_path: Path) -> Non
     rows = [*tf_rows(stamps), *(point("/p", 100 + n, time) for n, time in enumerate(times))]
     with opened(tmp_path, rows) as bags:
         table = bags.with_transform(bags.table("/p"), "base", "hand", gap=5)
-        unknown = bags.with_transform(bags.table("/p"), "base", "leg", prefix="leg_")
+        with pytest.warns(UserWarning, match="unknown frame 'leg'; known: .*hand"):
+            unknown = bags.with_transform(bags.table("/p"), "base", "leg", prefix="leg_")
         received = with_transform(bags.table("/p"), bags.readers, "base", "hand", on="receipt")
 
     buffer = TransformBuffer(10**12)

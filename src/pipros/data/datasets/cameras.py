@@ -39,9 +39,7 @@ def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> Record
                 f"{source.place}.topic: must be sensor_msgs/Image or CompressedImage, got {table.type}"
             )
         if source.store == "jpeg" and table.type == "sensor_msgs/Image":
-            raise BadSettings(
-                f"{source.place}.store: jpeg needs sensor_msgs/CompressedImage. Use store: video"
-            )
+            raise BadSettings(f"{source.place}.store: jpeg needs CompressedImage. Use store: video")
         sums += [zlib.crc32(cell) for cell in table["data"]]
         times.append(times_of(table, source))
     return recorded(times, np.array(sums, np.float64).reshape(-1, 1), ("picture",))
