@@ -56,6 +56,49 @@ def test_thousands_of_markers_are_a_few_objects(system: RosSystem, open_tab: Ope
     ) == [0, 0]
 
 
+COVERED = """([isFinest, view]) => {
+  const { scene } = document.querySelector(".tab-scene");
+  const [display] = scene.displays;
+  scene.setView(view);
+  display.detail = (camera, height) => {
+    for (const batch of display.batches.all.values()) batch.arrange(camera, height, 1, isFinest);
+  };
+  scene.draw();
+  const { width, height } = scene.canvas;
+  const pixels = new Uint8Array(width * height * 4);
+  const gl = scene.renderer.getContext();
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  const found = { covered: [], green: 0 };
+  for (let at = 0; at < pixels.length; at += 4) {
+    const isCovered = pixels[at] !== 48 || pixels[at + 1] !== 48;
+    found.covered.push(isCovered);
+    if (isCovered) found.green += pixels[at + 1] - 48;
+  }
+  return found;
+}"""
+
+
+@pytest.mark.parametrize("kind", ["rviz/Orbit", "rviz/TopDownOrtho"])
+def test_small_solids_look_like_large_ones(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path, kind: str
+) -> None:
+    tab = scene_of(system, open_tab, tmp_path, MARKERS)
+    wait_for_colours(tab, {(-4, -5): GREEN, (-6.4, 0.4): RED}, tolerance=8)
+    view = {
+        "Class": kind,
+        "Name": "Current View",
+        "Distance": "25",
+        "Pitch": "0.6",
+        "Yaw": "0.9",
+        "Scale": "40",
+    }
+    fine, small = (tab.evaluate(COVERED, [is_finest, view]) for is_finest in (True, False))
+    both = sum(one and other for one, other in zip(fine["covered"], small["covered"], strict=True))
+    either = sum(one or other for one, other in zip(fine["covered"], small["covered"], strict=True))
+    assert both > 0.7 * either > 1000  # only the edges of large ones are smoothed
+    assert small["green"] == pytest.approx(fine["green"], rel=0.1)
+
+
 def test_a_large_cloud_is_decoded_in_a_worker(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     cloud = "{Class: rviz/PointCloud2, Name: Cloud, Topic: /large, Style: Points, Size (Pixels): 3}"
     tab = scene_of(system, open_tab, tmp_path, cloud)

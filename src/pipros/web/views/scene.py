@@ -172,15 +172,17 @@ class SceneViews:
         with self._shared_clouds(name).use() as clouds:
             number = -1
             points = limit
+            due_s = 0.0
             while True:
                 newest = clouds.watch.newest
-                if newest is not None and newest.number != number:
+                if newest is not None and newest.number != number and time.monotonic() >= due_s:
                     number = newest.number
+                    due_s = max(due_s + CLOUD_INTERVAL_S, time.monotonic())
                     packed = await clouds.packed(newest, fields, points)
                     begin_s = time.monotonic()
                     yield packed  # execution resumes when the connection has accepted most of the cloud
                     points = fitting_points(points, limit, time.monotonic() - begin_s)
-                await asyncio.sleep(CLOUD_INTERVAL_S)
+                await asyncio.sleep(SEND_INTERVAL_S)
 
     async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield errors until the robot description can be read; then yield its links and shapes once."""

@@ -2,93 +2,66 @@
 //
 // The places, sizes and colours of the shapes are in a texture, from which the vertex shader reads them. There is an object
 // for each level of detail: its geometry has copies of the level's shape, and a second texture has the numbers of the shapes
-// that are drawn with this detail. InstancedMesh would need no copies, but drawing in software, each of its instances takes
+// that are drawn with this detail. The smallest ones are points (small_solids.js). InstancedMesh would need no copies, but drawing in software, each of its instances takes
 // as long as 200 triangles.
 
 import * as THREE from "three";
 import { NUMBER_TINT, blended } from "./shapes.js";
+import { smallSolids } from "./small_solids.js";
 
 const WORDS = 16; // of a shape in the texture: three rows of its matrix, and its colour
 const TEXELS = WORDS / 4;
 const ACROSS = 256; // shapes in a row of a texture
 const FIRST = 64; // shapes for which there is room at first
 
-// The light comes from the viewer (headlight.js), so a surface is as bright as it faces the viewer. Of small shapes, only the
-// brightness of the corners is computed; a small sphere is a square whose corners are not drawn.
-const VERTEX = `
+// Reads the number of the shape for a copy, and what the texture says about a shape.
+const READ = `
 uniform highp sampler2D shapes;
 uniform highp usampler2D order;
-uniform float number;
-uniform float lamp;
-flat varying float own;
-#if defined(SMALL)
-varying vec4 tint;
-#else
-flat varying vec4 tint;
-varying vec3 facing;
-#endif
-#if defined(ROUND)
-varying vec2 across;
-#endif
-void main() {
-  int copy = gl_VertexID / EACH;
-  int shape = int(texelFetch(order, ivec2(copy % ${ACROSS}, copy / ${ACROSS}), 0).r);
+int shapeOf(int copy) { return int(texelFetch(order, ivec2(copy % ${ACROSS}, copy / ${ACROSS}), 0).r); }
+void readShape(int shape, out mat3 turned, out vec3 place, out vec4 tint) {
   ivec2 at = ivec2(shape % ${ACROSS} * ${TEXELS}, shape / ${ACROSS});
   vec4 x = texelFetch(shapes, at, 0);
   vec4 y = texelFetch(shapes, at + ivec2(1, 0), 0);
   vec4 z = texelFetch(shapes, at + ivec2(2, 0), 0);
   tint = texelFetch(shapes, at + ivec2(3, 0), 0);
+  turned = transpose(mat3(x.xyz, y.xyz, z.xyz));
+  place = vec3(x.w, y.w, z.w);
+}`;
+
+// The light comes from the viewer (headlight.js), so a surface is as bright as it faces the viewer.
+const VERTEX = `
+${READ}
+uniform float number;
+flat varying float own;
+flat varying vec4 tint;
+varying vec3 facing;
+void main() {
+  int shape = shapeOf(gl_VertexID / EACH);
+  mat3 turned;
+  vec3 place;
+  readShape(shape, turned, place, tint);
   own = number < 0.0 ? -number : number + float(shape);
-  mat3 turned = transpose(mat3(x.xyz, y.xyz, z.xyz));
-#if defined(ROUND)
-  across = 2.0 * position.xy;
-  mat3 seen = transpose(mat3(modelViewMatrix) * turned);
-  vec4 middle = modelViewMatrix * vec4(x.w, y.w, z.w, 1.0);
-  gl_Position = projectionMatrix * (middle + vec4(position.x * length(seen[0]), position.y * length(seen[1]), 0.0, 0.0));
-  tint.rgb *= lamp;
-#else
   vec3 sizes = max(vec3(dot(turned[0], turned[0]), dot(turned[1], turned[1]), dot(turned[2], turned[2])), vec3(1e-30));
-  vec3 face = normalMatrix * (turned * (normal / sizes));
-  vec4 corner = vec4(position, 1.0);
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(dot(x, corner), dot(y, corner), dot(z, corner), 1.0);
-#if defined(SMALL)
-  tint.rgb *= max(0.0, normalize(face).z) * lamp;
-#else
-  tint.rgb *= lamp;
-  facing = face;
-#endif
-#endif
+  facing = normalMatrix * (turned * (normal / sizes));
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(turned * position + place, 1.0);
 }`;
 
 const FRAGMENT = `
 uniform float number;
+uniform float lamp;
 flat varying float own;
-#if defined(SMALL)
-varying vec4 tint;
-#else
 flat varying vec4 tint;
 varying vec3 facing;
-#endif
-#if defined(ROUND)
-varying vec2 across;
-#endif
 ${NUMBER_TINT}
 void main() {
-#if defined(ROUND)
-  float outside = dot(across, across);
-  if (outside > 1.0) discard;
-  float shade = sqrt(1.0 - outside);
-#elif defined(SMALL)
-  float shade = 1.0;
-#else
-  float shade = max(0.0, normalize(facing).z);
-#endif
+  float shade = max(0.0, normalize(facing).z) * lamp;
   gl_FragColor = number != 0.0 ? tintOf(own) : vec4(tint.rgb * shade, tint.a);
 }`;
 
 export class BatchOfSolids {
-  // `levels` has {shape, pixels, kind}, the finest first: the geometry of a solid of size 1, the size on the screen down to which it
-  // is drawn, and "", "SMALL" or "ROUND", a small sphere.
+  // `levels` has {shape, pixels}, the finest first: the geometry of a solid of size 1, or the kind of a small solid, and the size on
+  // the screen down to which it is drawn.
   constructor(levels, isTransparent) {
     this.object = new THREE.Group();
     this.free = [];
@@ -122,7 +95,13 @@ export class BatchOfSolids {
 
   // Places a shape. `matrix` is a Matrix4, `color` has r, g, b and a from 0 to 1.
   set(index, { elements: m }, { r, g, b, a }) {
-    this.words.set([m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14], r, g, b, a], index * WORDS);
+    const { words } = this;
+    let at = index * WORDS;
+    for (let row = 0; row < 3; row += 1) for (let column = 0; column < 16; column += 4) words[at++] = m[row + column];
+    words[at] = r;
+    words[at + 1] = g;
+    words[at + 2] = b;
+    words[at + 3] = a;
     this.texture.needsUpdate = true;
   }
 
@@ -175,19 +154,17 @@ export class BatchOfSolids {
 
 // The shapes that are drawn with the same detail.
 class Level {
-  constructor({ shape, pixels, kind = "" }, uniforms, isTransparent) {
-    this.shape = shape;
+  constructor({ shape, pixels }, uniforms, isTransparent) {
     this.least = pixels;
     this.room = 0;
     this.order = { value: null };
-    const material = new THREE.ShaderMaterial({
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      uniforms: { ...uniforms, order: this.order },
-      defines: { EACH: shape.getAttribute("position").count, ...(kind ? { SMALL: "", [kind]: "" } : {}) },
-      ...blended(isTransparent ? 0 : 1),
-    });
-    this.mesh = new THREE.Mesh(new THREE.BufferGeometry(), material);
+    const all = { ...uniforms, order: this.order };
+    const isSmall = typeof shape === "string";
+    this.shape = isSmall ? null : shape;
+    this.each = isSmall ? 1 : shape.getIndex().count; // vertices of a shape, as they are drawn
+    this.mesh = isSmall ? smallSolids(shape, READ, all, isTransparent) : new THREE.Mesh(new THREE.BufferGeometry(),
+      new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: all,
+        defines: { EACH: shape.getAttribute("position").count }, ...blended(isTransparent ? 0 : 1) }));
     this.mesh.frustumCulled = false;
     this.mesh.visible = false;
   }
@@ -202,7 +179,7 @@ class Level {
       this.order.value.needsUpdate = true;
     }
     this.count = indices.length;
-    this.mesh.geometry.setDrawRange(0, this.count * this.shape.getIndex().count);
+    this.mesh.geometry.setDrawRange(0, this.count * this.each);
   }
 
   grow(count) {
@@ -212,8 +189,10 @@ class Level {
     const numbers = new Uint32Array(rows * ACROSS);
     this.order.value = new THREE.DataTexture(numbers, ACROSS, rows, THREE.RedIntegerFormat, THREE.UnsignedIntType);
     this.order.value.internalFormat = "R32UI";
-    this.mesh.geometry.dispose();
-    this.mesh.geometry = copies(this.shape, this.room);
+    if (this.shape) {
+      this.mesh.geometry.dispose();
+      this.mesh.geometry = copies(this.shape, this.room);
+    }
     this.count = 0;
   }
 

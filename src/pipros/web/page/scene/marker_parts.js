@@ -35,6 +35,9 @@ export class OwnObject {
 // Whether markers of a type are drawn in batches.
 export const isSolid = (type) => Object.hasOwn(DETAILS, type);
 
+// Reused for each of many markers.
+const own = { position: new THREE.Vector3(), quaternion: new THREE.Quaternion(), scale: new THREE.Vector3(), matrix: new THREE.Matrix4() };
+
 // A cube, sphere or cylinder in one of `batches`.
 export class InBatch {
   constructor(batches, isTransparent, marker) {
@@ -43,23 +46,21 @@ export class InBatch {
     this.batch = batches.of(this.key, DETAILS[marker.type], isTransparent);
     this.index = this.batch.add();
     this.isThere = true;
+    this.local = new THREE.Matrix4();
     this.change(marker);
   }
 
   // Takes size and colour from a newer message. It is drawn with the next `place`.
   change({ scale, color, pose }) {
-    const at = new THREE.Group();
     const { position: p, orientation: q } = pose;
-    place(at, [p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
-    if (!(q.x || q.y || q.z || q.w)) at.quaternion.identity();
-    at.scale.set(scale.x || SMALLEST, scale.y || SMALLEST, scale.z || SMALLEST);
-    at.updateMatrix();
-    this.local = at.matrix;
+    own.quaternion.set(q.x, q.y, q.z, q.w).normalize(); // to the identity if all are 0
+    own.scale.set(scale.x || SMALLEST, scale.y || SMALLEST, scale.z || SMALLEST);
+    this.local.compose(own.position.set(p.x, p.y, p.z), own.quaternion, own.scale);
     this.color = color;
   }
 
   place(pose) {
-    this.batch.set(this.index, matrixOf(pose).multiply(this.local), this.color);
+    this.batch.set(this.index, own.matrix.multiplyMatrices(matrixOf(pose), this.local), this.color);
   }
 
   hide() {
@@ -82,7 +83,7 @@ function matrixOf(pose) {
     const matrix = new THREE.Matrix4().compose(new THREE.Vector3(pose[0], pose[1], pose[2]), quaternion, new THREE.Vector3(1, 1, 1));
     last = { pose, matrix };
   }
-  return last.matrix.clone();
+  return last.matrix;
 }
 
 // The batches of a display, below `root`: one for each type and namespace.

@@ -49,6 +49,7 @@ export class Scene {
     this.figures = { pictures: 0, ms: 0, bytes: 0 };
     this.slow = new SlowDisplay(this);
     this.isLost = false;
+    this.unfinished = []; // fences behind the commands of the last pictures
     this.settledAt = 0;
     this.frameProblem = ""; // why the newest refused transform was refused
     this.hasNewClouds = false; // whether the points must be divided again
@@ -59,6 +60,7 @@ export class Scene {
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       this.isLost = true;
+      this.unfinished = [];
       this.onStatus();
     });
     context.onSource(() => this.restart());
@@ -255,11 +257,24 @@ export class Scene {
     const elapsed = time - this.last.time;
     const isNew = this.isDirty || this.frames.version !== this.last.version || elapsed > 500;
     const isDue = isNew && elapsed >= interval - 2;
+    if (isDue && !this.isReady()) return;
     this.slow.note(time, isDue);
     if (!isDue) return;
     this.last = { time, version: this.frames.version };
     this.isDirty = false;
     this.draw();
+    const gl = this.renderer.getContext();
+    this.unfinished.push(gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
+    gl.flush();
+  }
+
+  // Returns whether all pictures but the last one are finished. Commands for one more would stop the page's thread until they are,
+  // and meanwhile it would receive no messages.
+  isReady() {
+    const gl = this.renderer.getContext();
+    while (this.unfinished.length && gl.getSyncParameter(this.unfinished[0], gl.SYNC_STATUS) !== gl.UNSIGNALED)
+      gl.deleteSync(this.unfinished.shift());
+    return this.unfinished.length < 2;
   }
 
   draw() {

@@ -37,11 +37,11 @@ function smallCylinder(sides) {
   return geometry(positions, normals, corners);
 }
 
-const cubes = [{ shape: BOX, pixels: MIDDLE }, { shape: BOX, pixels: 0, kind: "SMALL" }];
+const cubes = [{ shape: BOX, pixels: MIDDLE }, { shape: "BOX", pixels: 0 }];
 const spheres = [{ shape: SPHERE, pixels: FINE }, { shape: new THREE.SphereGeometry(0.5, 12, 8), pixels: MIDDLE },
-  { shape: new THREE.PlaneGeometry(1, 1), pixels: 0, kind: "ROUND" }];
+  { shape: "BALL", pixels: 0 }];
 const cylinders = [{ shape: CYLINDER, pixels: FINE }, { shape: smallCylinder(12), pixels: MIDDLE },
-  { shape: smallCylinder(6), pixels: 0, kind: "SMALL" }];
+  { shape: "TUBE", pixels: 0 }];
 
 // The levels of detail of a BatchOfSolids, by the type of the marker.
 export const DETAILS = { 1: cubes, 2: spheres, 3: cylinders };
