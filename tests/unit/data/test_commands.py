@@ -201,7 +201,7 @@ def test_nothing_else_is_printed_when_the_command_ends() -> None:
         assert "leak" not in ended.stderr
 
 
-def test_an_interrupted_table_is_no_success(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_table_does_not_succeed(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object, **__: object) -> Any:
         raise KeyboardInterrupt
 
