@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 import logging
-import threading
-import time
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pipros.basics.errors import Interrupted
-from pipros.basics.throttle import Throttle
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.transforms.errors import TransformException
 from pipros.navigation.costmap import footprint
-from pipros.navigation.costmap.grid import CostGrid, Points
-from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D
+from pipros.navigation.costmap.core import CostmapCore
+from pipros.navigation.costmap.grid import Points
+from pipros.navigation.costmap.layered import Pose2D
 from pipros.navigation.costmap.layers import add_layers
 from pipros.navigation.costmap.output import CostmapOutput
-from pipros.navigation.costmap.sensor_input import SensorInput
 from pipros.navigation.frames import Frames
 from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
+from pipros.navigation.parameters import InvalidParameter, Parameters, search_upwards
 from pipros.navigation.plane import flat
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
 from pipros.navigation.wiring import subscribe
 from pipros.node import Node
-
-_WAIT_S: Final = 0.1
-_WARNING_S: Final = 5.0
 
 SETTINGS: Final = (
     Setting("transform_tolerance", 0.3, 0, 10, "Age of the robot's pose in seconds, at most"),
@@ -45,16 +38,8 @@ SETTINGS: Final = (
 )
 
 
-class Costmap:
-    """The costmap of a node, in the namespace `~name`.
-
-    Attributes:
-        name: the last part of its namespace, such as `global_costmap`.
-        global_frame, base_frame: the frames of the map and of the robot.
-        layered: the costs and the layers. Hold `lock` while you read or change anything in it.
-        is_initialized: whether there was an update since the start.
-        inputs: the subscriptions of all layers to sensors.
-    """
+class Costmap(CostmapCore):
+    """The costmap of a node, in the namespace `~name`."""
 
     def __init__(
         self, node: Node, log: logging.Logger, frames: Frames, schedule: Schedule, name: str
@@ -65,68 +50,18 @@ class Costmap:
             InvalidParameter: a parameter has a value with which the costmap cannot run.
             Interrupted: the node was shut down while it waited.
         """
-        self.node, self.log, self.frames, self._schedule = node, log, frames, schedule
-        self.name, self.namespace = name, f"~{name}"
-        self.lock = threading.RLock()
-        given = read_parameters(node, self.namespace)
-        self.global_frame = given.text("global_frame", "map").lstrip("/")
-        self.base_frame = given.text("robot_base_frame", "base_link").lstrip("/")
-        if not self.global_frame or not self.base_frame:
-            raise InvalidParameter(f"{self.namespace}: global_frame and robot_base_frame must not be empty")
-        self.is_initialized = False
+        super().__init__(node, log, frames, name)
+        self._schedule = schedule
         self._is_stopped = False
         self._tolerance_s = 0.3
         self._padding = 0.01
         self._unpadded: Points = []
         self._outline: tuple[Value, Value] | None = None
         self._change_period: Callable[[float], None] | None = None
-        self._throttle = Throttle(log, 1.0)
-        self.wait_until(
-            lambda: frames.buffer.can_transform(self.global_frame, self.base_frame, 0) is None,
-            f"the transform from {self.base_frame} to {self.global_frame}",
-        )
-        self.layered = LayeredCostmap(
-            is_rolling=given.boolean("rolling_window", False),
-            tracks_unknown=given.boolean("track_unknown_space", False),
-        )
-        self._output = CostmapOutput(self, always_full=given.boolean("always_send_full_costmap", False))
-        self.inputs: list[SensorInput] = []
-        add_layers(self)
+        self._output = CostmapOutput(self, always_full=self.given.boolean("always_send_full_costmap", False))
+        self._inputs = add_layers(self)
         self._connect_footprint()
         self.settings = Reconfigurable(node, self.namespace, SETTINGS, self._apply)
-
-    @property
-    def grid(self) -> CostGrid:
-        """The combined costs. Hold `lock` while you use them."""
-        return self.layered.grid
-
-    @property
-    def footprint(self) -> Points:
-        """The padded outline of the robot."""
-        return self.layered.footprint
-
-    @property
-    def is_current(self) -> bool:
-        """Whether the data of all layers is recent enough to drive by."""
-        return self.layered.is_current
-
-    def wait_until(self, condition: Callable[[], bool], what: str) -> None:
-        """Wait for a condition, with a warning every 5 seconds.
-
-        Raises:
-            Interrupted: the node was shut down meanwhile.
-        """
-        warned_s = time.monotonic()
-        while not condition():
-            if self.node.is_ending or self.node.wait_for_shutdown(_WAIT_S):
-                raise Interrupted(f"the node was shut down while {self.name} waited for {what}")
-            if time.monotonic() - warned_s > _WARNING_S:
-                warned_s = time.monotonic()
-                self.log.warning("%s waits for %s", self.name, what)
-
-    def warn(self, text: str, *values: Any) -> None:
-        """Log a warning, at most one a second with the same text, before its values are inserted."""
-        self._throttle.warning(f"{self.name}: {text}", *values)
 
     # -- parameters --------------------------------------------------------------
 
@@ -251,7 +186,7 @@ class Costmap:
 
     def _set_active(self, *, is_active: bool) -> None:
         self._is_stopped = not is_active
-        for each in self.inputs:
+        for each in self._inputs:
             each.is_active = is_active
 
     def reset_layers(self) -> None:

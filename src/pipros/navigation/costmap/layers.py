@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.pose import Pose
+from pipros.navigation.costmap.core import CostmapCore
 from pipros.navigation.costmap.inflation_layer import InflationLayer
 from pipros.navigation.costmap.layered import Layer
 from pipros.navigation.costmap.observations import Source, SourceSettings
@@ -20,9 +21,6 @@ from pipros.navigation.limits import NavigationLimits
 from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
 from pipros.navigation.wiring import advertise, stamped, subscribe
 from pipros.node.clock import stamp
-
-if TYPE_CHECKING:
-    from pipros.navigation.costmap.costmap import Costmap
 
 STATIC, OBSTACLE = "costmap_2d::StaticLayer", "costmap_2d::ObstacleLayer"
 VOXEL, INFLATION = "costmap_2d::VoxelLayer", "costmap_2d::InflationLayer"
@@ -74,8 +72,8 @@ _SHARED: Final[Mapping[str, tuple[str, ...]]] = {
 """Parameters of the costmap that each type of layer takes over."""
 
 
-def add_layers(costmap: Costmap) -> None:
-    """Add the layers in the parameters; static layers wait for their first map.
+def add_layers(costmap: CostmapCore) -> list[SensorInput]:
+    """Add the layers in the parameters; static layers wait for their first map. Return their subscriptions.
 
     Without the parameter `plugins`, the layers follow from `static_map` and `map_type`, as before ROS Hydro.
 
@@ -83,18 +81,24 @@ def add_layers(costmap: Costmap) -> None:
         InvalidParameter: a layer cannot work with a parameter, or its type is unknown.
         Interrupted: the node was shut down while it waited.
     """
-    given = read_parameters(costmap.node, costmap.namespace)
+    given = costmap.given
     if given.has("plugins"):
         layers = _listed_layers(costmap, given)
     else:
         costmap.warn("there is no parameter plugins: the layers follow from the old parameters")
         layers = _old_layers(costmap, given)
-    kinds = {STATIC: _add_static, INFLATION: _add_inflation}
+    inputs = []
     for name, kind in layers:
-        kinds.get(kind, _add_obstacles)(costmap, name, kind)
+        if kind == STATIC:
+            _add_static(costmap, name, kind)
+        elif kind == INFLATION:
+            _add_inflation(costmap, name, kind)
+        else:
+            inputs += _add_obstacles(costmap, name, kind)
+    return inputs
 
 
-def _listed_layers(costmap: Costmap, given: Parameters) -> list[tuple[str, str]]:
+def _listed_layers(costmap: CostmapCore, given: Parameters) -> list[tuple[str, str]]:
     for name in ("static_map", "map_type"):
         if given.has(name):
             costmap.warn("%s has no effect, because plugins is set", name)
@@ -113,7 +117,7 @@ def _listed_layers(costmap: Costmap, given: Parameters) -> list[tuple[str, str]]
 
 
 def _hand_down(
-    costmap: Costmap, given: Parameters, layer: str, names: tuple[str, ...], kept: tuple[str, ...] = ()
+    costmap: CostmapCore, given: Parameters, layer: str, names: tuple[str, ...], kept: tuple[str, ...] = ()
 ) -> None:
     """Move parameters of the costmap to one of its layers, but leave copies of those in `kept`."""
     params, namespace = costmap.node.params, costmap.namespace
@@ -123,7 +127,7 @@ def _hand_down(
             params.delete(f"{namespace}/{name}")
 
 
-def _old_layers(costmap: Costmap, given: Parameters) -> list[tuple[str, str]]:
+def _old_layers(costmap: CostmapCore, given: Parameters) -> list[tuple[str, str]]:
     layers = []
     if given.boolean("static_map", False):
         layers.append(("static_layer", STATIC))
@@ -140,7 +144,7 @@ def _old_layers(costmap: Costmap, given: Parameters) -> list[tuple[str, str]]:
 
 
 def _serve(
-    costmap: Costmap, kind: str, layer: Layer, apply: Callable[[Mapping[str, Any]], object] | None = None
+    costmap: CostmapCore, kind: str, layer: Layer, apply: Callable[[Mapping[str, Any]], object] | None = None
 ) -> None:
     """Offer the settings of a layer."""
 
@@ -153,7 +157,7 @@ def _serve(
     Reconfigurable(costmap.node, f"{costmap.namespace}/{layer.name}", SETTINGS[kind], change)
 
 
-def _add_inflation(costmap: Costmap, name: str, kind: str) -> None:
+def _add_inflation(costmap: CostmapCore, name: str, kind: str) -> None:
     layer = InflationLayer(name, costmap.layered)
     costmap.layered.layers.append(layer)
 
@@ -164,7 +168,7 @@ def _add_inflation(costmap: Costmap, name: str, kind: str) -> None:
     _serve(costmap, kind, layer, apply)
 
 
-def _add_static(costmap: Costmap, name: str, kind: str) -> None:
+def _add_static(costmap: CostmapCore, name: str, kind: str) -> None:
     def find_map(frame: str) -> Pose | None:
         try:
             return costmap.frames.at(frame.lstrip("/"), costmap.global_frame, 0)
@@ -199,7 +203,7 @@ def _add_static(costmap: Costmap, name: str, kind: str) -> None:
     _serve(costmap, kind, layer)
 
 
-def _add_obstacles(costmap: Costmap, name: str, kind: str) -> None:
+def _add_obstacles(costmap: CostmapCore, name: str, kind: str) -> list[SensorInput]:
     node, namespace = costmap.node, f"{costmap.namespace}/{name}"
     given = read_parameters(node, namespace)
     tracks_unknown = given.boolean(_TRACK, costmap.layered.tracks_unknown)
@@ -214,7 +218,6 @@ def _add_obstacles(costmap: Costmap, name: str, kind: str) -> None:
     names = given.text("observation_sources", "").split()
     layer.sources += [Source(_source_settings(costmap, f"{namespace}/{each}", each)) for each in names]
     inputs = [SensorInput(costmap, source) for source in layer.sources]
-    costmap.inputs += inputs
 
     def receive() -> None:
         for each in inputs:
@@ -229,9 +232,10 @@ def _add_obstacles(costmap: Costmap, name: str, kind: str) -> None:
 
     layer.before_update = receive
     _serve(costmap, kind, layer, apply)
+    return inputs
 
 
-def _voxel_grid(costmap: Costmap, layer: VoxelLayer) -> Any:
+def _voxel_grid(costmap: CostmapCore, layer: VoxelLayer) -> Any:
     """Return the voxels of a layer as costmap_2d/VoxelGrid."""
     grid = layer.columns
     message = stamped("costmap_2d/VoxelGrid", costmap.global_frame, stamp(costmap.node.clock))
@@ -243,7 +247,7 @@ def _voxel_grid(costmap: Costmap, layer: VoxelLayer) -> Any:
     return message
 
 
-def _source_settings(costmap: Costmap, namespace: str, name: str) -> SourceSettings:
+def _source_settings(costmap: CostmapCore, namespace: str, name: str) -> SourceSettings:
     given = read_parameters(costmap.node, namespace)
     found = {
         each: search_upwards(costmap.node, namespace, each) for each in ("obstacle_range", "raytrace_range")

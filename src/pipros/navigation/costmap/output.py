@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pipros.msg import load_message_class
+from pipros.navigation.costmap.core import CostmapCore
 from pipros.navigation.costmap.grid import Points
 from pipros.navigation.costmap.layered import Window
 from pipros.navigation.parameters import search_upwards
 from pipros.navigation.wiring import advertise, stamped
 from pipros.node.clock import stamp
-
-if TYPE_CHECKING:
-    from pipros.navigation.costmap.costmap import Costmap
 
 _NOTHING = Window(0, 0, 0, 0)
 
@@ -24,7 +22,7 @@ class CostmapOutput:
     publication are sent, unless the size or place of the map changes.
     """
 
-    def __init__(self, costmap: Costmap, *, always_full: bool) -> None:
+    def __init__(self, costmap: CostmapCore, *, always_full: bool) -> None:
         self._costmap, self._always_full = costmap, always_full
         self._period_ns = self._last_ns = 0
         self._sent: tuple[float, ...] = ()

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.messages import in_ns
+from pipros.navigation.costmap.core import CostmapCore
 from pipros.navigation.costmap.observations import (
     Points3D,
     Source,
@@ -18,9 +19,6 @@ from pipros.navigation.costmap.observations import (
 )
 from pipros.navigation.limits import NavigationLimits
 from pipros.navigation.wiring import subscribe
-
-if TYPE_CHECKING:
-    from pipros.navigation.costmap.costmap import Costmap
 
 _WAITING: Final = 50
 _SCAN_TOLERANCE_NS: Final = 50_000_000
@@ -42,7 +40,7 @@ class SensorInput:
     At most 50 messages wait for their transforms; `NavigationLimits.costmap_points` limits their points.
     """
 
-    def __init__(self, costmap: Costmap, source: Source) -> None:
+    def __init__(self, costmap: CostmapCore, source: Source) -> None:
         self._costmap, self._source = costmap, source
         self._limit = costmap.node.limits.of(NavigationLimits).costmap_points
         self._waiting: deque[_Arrived] = deque(maxlen=_WAITING)

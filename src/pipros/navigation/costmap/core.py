@@ -1,0 +1,86 @@
+"""What the parts of a costmap share: its node, frames and lock, and the costs."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Final
+
+from pipros.basics.errors import Interrupted
+from pipros.basics.throttle import Throttle
+from pipros.navigation.costmap.grid import CostGrid, Points
+from pipros.navigation.costmap.layered import LayeredCostmap
+from pipros.navigation.frames import Frames
+from pipros.navigation.parameters import InvalidParameter, read_parameters
+from pipros.node import Node
+
+_WAIT_S: Final = 0.1
+_WARNING_S: Final = 5.0
+
+
+class CostmapCore:
+    """A costmap without its layers and topics.
+
+    Attributes:
+        name: the last part of its namespace, such as `global_costmap`.
+        given: its parameters at the start.
+        global_frame, base_frame: the frames of the map and of the robot.
+        layered: the costs and the layers. Hold `lock` while you read or change anything in it.
+        is_initialized: whether there was an update since the start.
+    """
+
+    def __init__(self, node: Node, log: logging.Logger, frames: Frames, name: str) -> None:
+        """Wait for the robot's pose, without a limit. Raises: see `Costmap`."""
+        self.node, self.log, self.frames = node, log, frames
+        self.name, self.namespace = name, f"~{name}"
+        self.lock = threading.RLock()
+        self.given = read_parameters(node, self.namespace)
+        self.global_frame = self.given.text("global_frame", "map").lstrip("/")
+        self.base_frame = self.given.text("robot_base_frame", "base_link").lstrip("/")
+        if not self.global_frame or not self.base_frame:
+            raise InvalidParameter(f"{self.namespace}: global_frame and robot_base_frame must not be empty")
+        self.is_initialized = False
+        self._throttle = Throttle(log, 1.0)
+        self.wait_until(
+            lambda: frames.buffer.can_transform(self.global_frame, self.base_frame, 0) is None,
+            f"the transform from {self.base_frame} to {self.global_frame}",
+        )
+        self.layered = LayeredCostmap(
+            is_rolling=self.given.boolean("rolling_window", False),
+            tracks_unknown=self.given.boolean("track_unknown_space", False),
+        )
+
+    @property
+    def grid(self) -> CostGrid:
+        """The combined costs. Hold `lock` while you use them."""
+        return self.layered.grid
+
+    @property
+    def footprint(self) -> Points:
+        """The padded outline of the robot."""
+        return self.layered.footprint
+
+    @property
+    def is_current(self) -> bool:
+        """Whether the data of all layers is recent enough to drive by."""
+        return self.layered.is_current
+
+    def wait_until(self, condition: Callable[[], bool], what: str) -> None:
+        """Wait for a condition, with a warning every 5 seconds.
+
+        Raises:
+            Interrupted: the node was shut down meanwhile.
+        """
+        warned_s = time.monotonic()
+        while not condition():
+            if self.node.is_ending or self.node.wait_for_shutdown(_WAIT_S):
+                raise Interrupted(f"the node was shut down while {self.name} waited for {what}")
+            if time.monotonic() - warned_s > _WARNING_S:
+                warned_s = time.monotonic()
+                self.log.warning("%s waits for %s", self.name, what)
+
+    def warn(self, text: str, *values: Any) -> None:
+        """Log a warning, at most one a second with the same text, before its values are inserted."""
+        self._throttle.warning(f"{self.name}: {text}", *values)
