@@ -84,7 +84,7 @@ class BagNotes:
         """Remove a note, and return the others. Raise `BadNotes` if it does not exist; see also `add`."""
         notes = self.read()
         if note not in notes:
-            raise BadNotes(f"there is no such note in {self.path}")
+            raise BadNotes(f"the note does not exist in {self.path}")
         notes.remove(note)
         return self._write(notes)
 

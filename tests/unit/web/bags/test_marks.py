@@ -74,7 +74,7 @@ def test_many_marks_are_spread_over_the_bag_and_equal_ones_are_one() -> None:
     assert left_out == 100 - MARKS_OF_A_BIN
 
 
-def test_topics_of_other_types_and_long_texts_are_no_problem() -> None:
+def test_topics_of_other_types_and_long_texts_do_no_harm() -> None:
     assert marks_of([("/rosout", Float64(1), 1, 0), ("/diagnostics", Float64(1), 1, 0)]) == ([], 0)
     assert marks_of([("/rosout", String("x" * 300), 1, 0)]) == ([], 0)
     [(_, _, text)], _ = marks_of([log(2, 8, "x" * 100_000)])

@@ -35,7 +35,7 @@ def test_notes_are_kept_in_a_file_beside_the_bag_in_the_order_of_time(notes: Bag
         "notes:\n- time: 1001\n  text: begin\n- time: 1012.25\n  text: 'the wheel slips: ä #1'\n"
     )
     assert notes.remove(early) == notes.read() == [late]
-    with pytest.raises(BadNotes, match="there is no such note"):
+    with pytest.raises(BadNotes, match="the note does not exist"):
         notes.remove(early)
 
 

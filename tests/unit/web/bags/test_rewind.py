@@ -117,7 +117,7 @@ def test_latched_messages_do_not_exceed_the_limit_either() -> None:
         assert recent.figures()[1] <= 10_000
 
 
-def test_nothing_received_is_no_recording() -> None:
+def test_without_messages_there_is_nothing_to_show() -> None:
     with pytest.raises(NoMessages, match="no message has been received yet"):
         RecentMessages(60, BYTES).recording()
 
