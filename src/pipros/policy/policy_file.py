@@ -100,11 +100,9 @@ class _PolicyReader:
 
     # -- acts -----------------------------------------------------------------------------
 
-    def _act(
-        self, section: Settings, kind: ActKind, name: str, conditions: Mapping[str, Condition]
-    ) -> ActRule:
+    def _act(self, section: Settings, kind: ActKind, name: str, known: Mapping[str, Condition]) -> ActRule:
         section.only(_KEYS[kind])
-        per_minute, requires = self._limits(section, conditions)
+        per_minute, requires = self._limits(section, known)
         limit_s = _time_limit(section)
         found: tuple[Any, ...]
         if kind is ActKind.PARAMETER:
