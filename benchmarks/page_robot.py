@@ -16,8 +16,8 @@ showing a cloud alone (the rest is that of other messages and of the measurement
 second; the heap after garbage collection and the server's memory in MB; the server's share of a processor.
 
 `--minutes` instead shows markers and cloud together for so long, and prints the memories each minute. It
-exits with 1 if the largest of one of them in the second half exceeds that in the first half by more than a
-tenth. The first minute does not count.
+exits with 1 if the least of one of them in the second half exceeds that in the first half by more than a
+tenth: what is being received or decoded comes and goes. The first minute does not count.
 """
 
 import argparse
@@ -321,7 +321,7 @@ def soak(system, browser, minutes):
         history.append(figures)
     middle = max(2, (len(history) + 1) // 2)
     halves = (history[1:middle] or history, history[middle:] or history)
-    first, second = ([max(values) for values in zip(*half, strict=True)] for half in halves)
+    first, second = ([min(values) for values in zip(*half, strict=True)] for half in halves)
     return all(later <= 1.1 * earlier + 1 for earlier, later in zip(first, second, strict=True))
 
 
