@@ -2,8 +2,8 @@
 //
 // The places, sizes and colours of the shapes are in a texture, from which the vertex shader reads them. There is an object
 // for each level of detail: its geometry has copies of the level's shape, and a second texture has the numbers of the shapes
-// that are drawn with this detail. The smallest ones are points (small_solids.js). InstancedMesh would need no copies, but drawing in software, each of its instances takes
-// as long as 200 triangles.
+// that are drawn with this detail. The smallest ones are points (small_solids.js). InstancedMesh would need no copies, but drawing
+// in software, each of its instances takes as long as 200 triangles.
 
 import * as THREE from "three";
 import { NUMBER_TINT, blended } from "./shapes.js";

@@ -6,6 +6,7 @@ import { live } from "../live.js";
 import { Frames } from "./frames.js";
 import { Headlight } from "./headlight.js";
 import { Meshes, resourceOf } from "./meshes.js";
+import { Pacing } from "./pacing.js";
 import { poseOf } from "./pose.js";
 import { Properties } from "./properties.js";
 import { GLOBAL } from "./schema.js";
@@ -20,8 +21,6 @@ THREE.ColorManagement.enabled = false;
 
 const TF_QUEUE = 1000;
 const SETTLING_MS = 5000; // how long late messages are recognised after time has jumped back
-const SLOW_MS = 100; // of a picture, from which the page's thread gets a share of the time
-const FREE = 0.3; // that share
 const AHEAD_NS = 1000000000n; // how far a late message is at least ahead of simulated time
 
 export class Scene {
@@ -48,12 +47,10 @@ export class Scene {
     this.isDirty = true;
     this.isHidden = true;
     this.last = { time: 0, version: -1 };
-    this.drawnAt = null; // the time of the last animation frame, if a picture was drawn in it
-    this.resumesAt = 0; // when pictures may be drawn again
     this.figures = { pictures: 0, ms: 0, bytes: 0 };
     this.slow = new SlowDisplay(this);
     this.isLost = false;
-    this.unfinished = []; // fences behind the commands of the last pictures
+    this.pacing = new Pacing(this.renderer.getContext());
     this.settledAt = 0;
     this.frameProblem = ""; // why the newest refused transform was refused
     this.hasNewClouds = false; // whether the points must be divided again
@@ -64,7 +61,7 @@ export class Scene {
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       this.isLost = true;
-      this.unfinished = [];
+      this.pacing.forget();
       this.onStatus();
     });
     context.onSource(() => this.restart());
@@ -261,35 +258,14 @@ export class Scene {
     const elapsed = time - this.last.time;
     const isNew = this.isDirty || this.frames.version !== this.last.version || elapsed > 500;
     const isDue = isNew && elapsed >= interval - 2;
-    this.leaveTime(time);
-    if (isDue && (time < this.resumesAt || !this.isReady())) return;
+    this.pacing.note(time);
+    if (isDue && !this.pacing.isReady(time)) return;
     this.slow.note(time, isDue);
     if (!isDue) return;
     this.last = { time, version: this.frames.version };
     this.isDirty = false;
     this.draw();
-    this.drawnAt = time;
-    const gl = this.renderer.getContext();
-    this.unfinished.push(gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
-    gl.flush();
-  }
-
-  // Without a graphics card, the browser stops the page's thread until a picture is finished. After a slow one, some time is left
-  // for messages: a large one arrives in hundreds of parts, and one picture after the other would let a single part through.
-  leaveTime(time) {
-    if (this.drawnAt === null) return;
-    const took = time - this.drawnAt;
-    this.drawnAt = null;
-    this.resumesAt = took > SLOW_MS ? time + FREE * took : 0;
-  }
-
-  // Returns whether all pictures but the last one are finished. Commands for one more would stop the page's thread until they are,
-  // and meanwhile it would receive no messages.
-  isReady() {
-    const gl = this.renderer.getContext();
-    while (this.unfinished.length && gl.getSyncParameter(this.unfinished[0], gl.SYNC_STATUS) !== gl.UNSIGNALED)
-      gl.deleteSync(this.unfinished.shift());
-    return this.unfinished.length < 2;
+    this.pacing.drawn(time);
   }
 
   draw() {

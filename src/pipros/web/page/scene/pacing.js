@@ -1,0 +1,43 @@
+// When the next picture may be begun, so that the page's thread stays free for messages.
+
+const SLOW_MS = 100; // of a picture, from which the page's thread gets a share of the time
+const FREE = 0.3; // that share
+
+export class Pacing {
+  constructor(gl) {
+    this.gl = gl;
+    this.unfinished = []; // fences behind the commands of the last pictures
+    this.drawnAt = null; // the time of the last animation frame, if a picture was drawn in it
+    this.resumesAt = 0; // when pictures may be drawn again
+  }
+
+  // Notes that a picture was drawn in the animation frame of a time.
+  drawn(time) {
+    this.drawnAt = time;
+    this.unfinished.push(this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0));
+    this.gl.flush();
+  }
+
+  // Called in each animation frame. Without a graphics card, the browser stops the page's thread until a picture is finished. After
+  // a slow one, some time is left for messages: a large one arrives in hundreds of parts, and one picture after the other would let
+  // a single part through.
+  note(time) {
+    if (this.drawnAt === null) return;
+    const took = time - this.drawnAt;
+    this.drawnAt = null;
+    this.resumesAt = took > SLOW_MS ? time + FREE * took : 0;
+  }
+
+  // Returns whether a picture may be drawn: all but the last one must be finished, because commands for one more would wait for them.
+  isReady(time) {
+    const { gl } = this;
+    while (this.unfinished.length && gl.getSyncParameter(this.unfinished[0], gl.SYNC_STATUS) !== gl.UNSIGNALED)
+      gl.deleteSync(this.unfinished.shift());
+    return time >= this.resumesAt && this.unfinished.length < 2;
+  }
+
+  // Forgets the pictures of a lost context.
+  forget() {
+    this.unfinished = [];
+  }
+}
