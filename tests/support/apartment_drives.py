@@ -15,6 +15,7 @@ import math
 import os
 import sys
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -88,8 +89,8 @@ def kidnapped(seed: int) -> tuple[str, NavigationWorld]:
 def count_bad_maps(seeds: range) -> int:
     """Map the apartment on a drive of 30 m, with 2 % noise in the odometry."""
     begin, angles = Pose(2.9, 1.0, 0.0), math.tau / 180 * np.arange(180)
-    size = {"xmin": -8.0, "ymin": -8.0, "xmax": 12.0, "ymax": 12.0}
-    noise = {"srr": 0.02, "srt": 0.04, "str": 0.02, "stt": 0.04}
+    size: Any = {"xmin": -8.0, "ymin": -8.0, "xmax": 12.0, "ymax": 12.0}
+    noise: Any = {"srr": 0.02, "srt": 0.04, "str": 0.02, "stt": 0.04}
     settings = Settings(particles=30, linearUpdate=0.3, angularUpdate=0.2, **size, **noise).with_ranges(10.0)
     failures = 0
     for seed in seeds:

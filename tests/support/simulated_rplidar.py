@@ -198,7 +198,7 @@ class SimulatedRplidar:
         elif command == 0xFF:
             answer(0xFF, struct.pack("<I", self.has_board))
         elif command == 0x84:
-            answer(0x20, payload[:4] + self._config(*struct.unpack("<I", payload[:4]), payload[4:]))
+            answer(0x20, payload[:4] + self._config(struct.unpack("<I", payload[:4])[0], payload[4:]))
         elif command in (0x20, 0x82):
             kind = MODES[payload[0] or 1][1] if command == 0x82 else 0x81
             sizes = {0x81: 5, 0x82: 84, 0x84: 132, 0x85: 84, 0x86: 170}

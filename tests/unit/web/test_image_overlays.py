@@ -160,9 +160,15 @@ def test_the_camera_info_is_beside_the_image_or_its_base() -> None:
     assert info_topic("/other/image", types) == "/other/camera_info"
 
 
+def received(body: bytes) -> AnyMsg:
+    message = AnyMsg(body)
+    message._connection_header = {}
+    return message
+
+
 def image(stamp_s: float) -> AnyMsg:
     seconds = int(stamp_s)
-    return AnyMsg(struct.pack("<IIII", 0, seconds, round((stamp_s - seconds) * 1e9), 0))
+    return received(struct.pack("<IIII", 0, seconds, round((stamp_s - seconds) * 1e9), 0))
 
 
 def test_images_of_about_the_same_time_are_a_pair() -> None:
@@ -177,7 +183,7 @@ def test_images_of_about_the_same_time_are_a_pair() -> None:
         other.note(image(1.3))
         assert newest() is None
         other.note(image(1.05))
-        one.note(AnyMsg(b"short"))
+        one.note(received(b"short"))
         assert newest() == (1, [image(1.0).body[4:12], image(1.05).body[4:12]])
         one.note(image(1.31))
         assert newest() == (2, [image(1.31).body[4:12], image(1.3).body[4:12]])
