@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -21,19 +22,20 @@ class Received:
 
     Attributes:
         footprint: the corners in the newest message.
-        updates: number of parts of the map that arrived.
+        maps, updates: number of maps, and of parts of them, that arrived.
     """
 
     def __init__(self) -> None:
         self.cells: Any = np.zeros((0, 0), np.int8)
         self.info: Any = None
         self.footprint: list[tuple[float, float]] = []
-        self.updates = 0
+        self.maps = self.updates = 0
 
     def on_map(self, message: Any) -> None:
-        self.info = message.info
+        self.maps += 1
         cells = np.array(message.data, np.int8)
         self.cells = cells.reshape(message.info.height, message.info.width)
+        self.info = message.info
 
     def on_update(self, message: Any) -> None:
         cells = self.cells.copy()
@@ -70,8 +72,8 @@ def agree(ours: Any, theirs: Any) -> bool:
 class BothCostmaps:
     """Two nodes with a costmap, with the same parameters and inputs; the outputs are in namespaces."""
 
-    def __init__(self, both: BothNodes) -> None:
-        self.both = both
+    def __init__(self, both: BothNodes, *, is_rolling: bool) -> None:
+        self.both, self._is_rolling = both, is_rolling
         self.received = {side: Received() for side in SIDES}
         for side, received in self.received.items():
             for topic, type_name, take in (
@@ -97,13 +99,20 @@ class BothCostmaps:
         self.both.publish("tf_static", tf_class(transforms))
 
     def move_to(self, x: float, y: float, yaw: float) -> None:
-        """Put `base_link` at a pose in `map`, and wait until both sides publish the footprint there."""
+        """Put `base_link` at a pose in `map`, and wait until both sides publish the footprint there.
+
+        A rolling window must have moved, too: a map that arrives later would look like the effect of the next
+        message, which one side would then transform with the pose after that.
+        """
         before = {side: each.footprint for side, each in self.received.items()}
+        places = {side: each.place for side, each in self.received.items()}
         self.place(("map", "base_link", x, y, 0.0, yaw))
 
         def have_moved() -> bool:
             ours, theirs = (self.received[side].footprint for side in SIDES)
             is_new = all(self.received[side].footprint != before[side] for side in SIDES)
+            if self._is_rolling:
+                is_new = is_new and all(self.received[side].place != places[side] for side in SIDES)
             return is_new and np.shape(ours) == np.shape(theirs) and np.allclose(ours, theirs, atol=1e-5)
 
         wait_until(have_moved, 60, lambda: f"equal footprints: {self.received} {self.both.output}")
@@ -114,6 +123,8 @@ class BothCostmaps:
         Raises:
             AssertionError: they are not equal after some time; the text shows the difference.
         """
+        if change is not None:
+            self._settle()
         before = {side: each.cells for side, each in self.received.items()}
         if change is not None:
             change()
@@ -129,6 +140,17 @@ class BothCostmaps:
 
         wait_until(are_equal, 30, self._difference)
         return self.received["pipros"].cells
+
+    def _settle(self) -> None:
+        """Wait until both sides have published twice, or do not publish, so that what comes later is new."""
+        counts = {side: each.maps + each.updates for side, each in self.received.items()}
+        end_s = time.monotonic() + 0.5
+        wait_until(
+            lambda: (
+                time.monotonic() > end_s
+                or all(each.maps + each.updates > counts[side] + 1 for side, each in self.received.items())
+            )
+        )
 
     def _difference(self) -> str:
         ours, theirs = (self.received[side] for side in SIDES)
@@ -166,7 +188,7 @@ def both_costmaps(
     with both_nodes(
         ros, package, executable, {"costmap": given, **(others or {})}, name=name, remaps=remaps
     ) as both:
-        costmaps = BothCostmaps(both)
+        costmaps = BothCostmaps(both, is_rolling=bool(given.get("rolling_window")))
         costmaps.place(("map", "base_link", pose[0], pose[1], 0.0, pose[2]))
         yield costmaps
 
