@@ -8,7 +8,6 @@ from collections.abc import Callable
 
 import pytest
 
-from pipros.libraries.drivers import retrying
 from pipros.libraries.drivers.retrying import Driver
 from pipros.libraries.drivers.streams import DeviceError, Port, Stream, StreamLost
 from tests.support.nodes import MakeNode, listening_log
@@ -32,13 +31,9 @@ def run(driver: Driver) -> tuple[threading.Thread, list[int]]:
     return thread, codes
 
 
-@pytest.fixture
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(retrying, "FIRST_PAUSE_S", 0.001)
-    monkeypatch.setattr(retrying, "LONGEST_PAUSE_S", 0.01)
+QUICK_S = (0.001, 0.01)
 
 
-@pytest.mark.usefixtures("quick")
 def test_an_outage_is_reported_once_and_so_is_its_end(make_node: MakeNode) -> None:
     node, stream, sessions = make_node("lidar"), NoStream(), []
     log, lines = listening_log()
@@ -50,7 +45,7 @@ def test_an_outage_is_reported_once_and_so_is_its_end(make_node: MakeNode) -> No
             driver.report_data()
         raise StreamLost("lost /dev/x: gone")
 
-    driver = Driver(node, log, Port("/dev/x", lambda: stream), session)
+    driver = Driver(node, log, Port("/dev/x", lambda: stream), session, QUICK_S)
     thread, codes = run(driver)
     wait_until(lambda: len(sessions) >= 25)
     node.shutdown()
@@ -62,7 +57,6 @@ def test_an_outage_is_reported_once_and_so_is_its_end(make_node: MakeNode) -> No
     assert len(lines) <= 2 * len(sessions) // 10 + 1
 
 
-@pytest.mark.usefixtures("quick")
 def test_another_kind_of_failure_is_reported_too(make_node: MakeNode) -> None:
     node, failures = make_node("lidar"), []
     log, lines = listening_log()
@@ -71,7 +65,7 @@ def test_another_kind_of_failure_is_reported_too(make_node: MakeNode) -> None:
         failures.append(len(failures))
         raise DeviceError("too hot") if len(failures) > 5 else StreamLost("not there")
 
-    thread, _ = run(Driver(node, log, Port("x", fail), lambda _: None))
+    thread, _ = run(Driver(node, log, Port("x", fail), lambda _: None, QUICK_S))
     wait_until(lambda: len(failures) >= 12)
     node.shutdown()
     thread.join()
@@ -99,17 +93,17 @@ def test_the_node_ends_while_the_device_blocks(make_node: MakeNode, place: str) 
 
 
 def test_the_node_waits_until_the_session_has_stopped_the_motor(make_node: MakeNode) -> None:
-    node, stopped = make_node("lidar"), threading.Event()
+    node, begun, stopped = make_node("lidar"), threading.Event(), threading.Event()
 
     def session(_: Stream) -> None:
-        node.wait_for_shutdown(0.0)
+        begun.set()
         while not driver.is_ending:
             threading.Event().wait(0.01)
         stopped.set()
 
     driver = Driver(node, logging.getLogger("test"), Port("x", NoStream), session)
     thread, _ = run(driver)
-    wait_until(lambda: thread.is_alive())
+    wait_until(begun.is_set)
     node.shutdown()
     assert stopped.is_set()
     thread.join()

@@ -83,7 +83,7 @@ def test_statistics_that_json_lacks_do_not_end_the_graph(ros: RosSystem) -> None
         connections = next(
             data["connections"] for data in browser.watch("node", name="/strange") if data["connections"]
         )
-        assert ["/strange", "/level", "/peer", None, None, "TCPROS"] in connections
+        assert ["/strange", "/level", "/peer", None, None, "TCPROS"] in [each[:6] for each in connections]
 
 
 @contextmanager

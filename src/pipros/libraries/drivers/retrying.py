@@ -11,8 +11,8 @@ from typing import Final
 from pipros.libraries.drivers.streams import DeviceError, Port, Stream
 from pipros.node import Node
 
-FIRST_PAUSE_S: Final = 0.5
-LONGEST_PAUSE_S: Final = 4.0
+PAUSES_S: Final = (0.5, 4.0)
+"""The first and the longest pause between attempts."""
 END_S: Final = 0.3
 """How long a node that shuts down waits for the driver, which may have to stop a motor."""
 
@@ -24,15 +24,22 @@ class Driver:
     """
 
     def __init__(
-        self, node: Node, log: logging.Logger, port: Port, session: Callable[[Stream], None]
+        self,
+        node: Node,
+        log: logging.Logger,
+        port: Port,
+        session: Callable[[Stream], None],
+        pauses_s: tuple[float, float] = PAUSES_S,
     ) -> None:
         """Store what to run.
 
         Args:
             session: called with the open stream. It returns when `is_ending`, and raises DeviceError if the
                 device does not work. It calls `report_data` when there is data.
+            pauses_s: the first and the longest pause between attempts.
         """
         self._node, self._log, self._port, self._session = node, log, port, session
+        self._pauses_s = pauses_s
         self._reported: set[type[DeviceError]] = set()
         self._has_failed = False
         self._description = ""
@@ -72,7 +79,7 @@ class Driver:
                 self._node.shutdown_async("the driver failed")
 
     def _keep_connected(self) -> None:
-        pause_s = FIRST_PAUSE_S
+        pause_s, longest_s = self._pauses_s
         while not self.is_ending:
             began_s = time.monotonic()
             try:
@@ -85,7 +92,7 @@ class Driver:
                 if not self.is_ending and type(error) not in self._reported:
                     self._reported.add(type(error))
                     self._log.error("%s. Trying again until it works.", error)
-            if time.monotonic() - began_s > LONGEST_PAUSE_S:
-                pause_s = FIRST_PAUSE_S
+            if time.monotonic() - began_s > longest_s:
+                pause_s = self._pauses_s[0]
             self._node.wait_for_shutdown(pause_s)
-            pause_s = min(2 * pause_s, LONGEST_PAUSE_S)
+            pause_s = min(2 * pause_s, longest_s)
