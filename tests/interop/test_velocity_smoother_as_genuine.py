@@ -35,7 +35,7 @@ def distinct(inbox: Inbox) -> list[tuple[float, float]]:
     "parameters",
     [
         {"accel_lim_v": 1.0, "accel_lim_w": 3.0, "speed_lim_v": 0.8, "decel_factor": 2.0},
-        {"accel_lim_v": 1.2, "accel_lim_w": 8.0, "robot_feedback": 2, "frequency": 40.0},
+        {"accel_lim_v": 1.2, "accel_lim_w": 4.0, "robot_feedback": 2, "frequency": 40.0},
         {"accel_lim_v": 1.6, "robot_feedback": 1, "decel_factor": 0.5},
     ],
 )

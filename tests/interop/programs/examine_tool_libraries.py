@@ -86,7 +86,7 @@ def parameters():
 def publishing():
     got = []
     rospy.Subscriber("/said", String, lambda message: got.append(message.data))
-    publisher = rospy.Publisher("/said", String, queue_size=5, latch=True)
+    publisher = rospy.Publisher("/said", String, queue_size=50, latch=True)
     examine("wait", lambda: rostopic.wait_for_subscriber(publisher, 60))
     lonely = rospy.Publisher("/lonely", String, queue_size=5)
     examine("wait for nobody", lambda: rostopic.wait_for_subscriber(lonely, 0.1))
