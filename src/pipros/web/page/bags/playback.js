@@ -14,7 +14,8 @@ class Playback extends EventTarget {
     this.state = null; // {epoch, moment, playing, speed, loop, error}
     this.opening = null; // while a bag without an index is being read: the part that has been read, from 0 to 1
     this.error = "";
-    this.span = 0; // seconds of the past that the server has recorded
+    this.span = 0; // seconds of the past that the server keeps; 0 if it has none
+    this.since = 0; // when that began
     this.wanted = null; // the moment to go to when the past is there
     this.goal = null; // the moment of the next jump
     this.jumping = null; // promise of the end of the running jumps
@@ -93,7 +94,7 @@ class Playback extends EventTarget {
   canShow(time) {
     if (this.bag) return time >= this.bag.begin && time <= this.bag.end;
     const now = Date.now() / 1000;
-    return time >= now - this.span && time <= now;
+    return time >= Math.max(this.since, now - this.span) && time <= now;
   }
 
   // Goes to a moment inside the bag; without a bag, to one of the past. While a jump is being executed, only the newest

@@ -85,7 +85,8 @@ export function timeBar(element) {
 export function rewindButton(button) {
   const show = () => { button.hidden = Boolean(playback.bag) || !playback.span; };
   live.watch("rewind", {}, ({ span, seconds }) => {
-    playback.span = span && seconds;
+    playback.span = seconds && span;
+    playback.since = Date.now() / 1000 - seconds;
     button.title = `Hold all tabs, and look back at the last ${Math.round(seconds)} s (r)`;
     show();
   });
