@@ -60,7 +60,7 @@ class Frames(TransformListener):
             return None
 
     def _wait(self, reason: Callable[[], str | None], timeout_s: float) -> None:
-        """Wait until there is no reason any more why a transform is not known."""
+        """Wait until a transform is known."""
 
         def ask() -> tuple[int, str]:
             found = reason()

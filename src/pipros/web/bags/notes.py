@@ -61,7 +61,7 @@ class BagNotes:
         self.path: Final = bag.with_name(bag.name + ENDING)
 
     def read(self) -> list[Note]:
-        """Return all notes; none if there is no file. Raise `BadNotes` if the file is not one of notes."""
+        """Return all notes; none if there is no file. Raise `BadNotes` if the file is malformed."""
         limit = process_limits().of(PageLimits).page_notes_bytes
         try:
             if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):
