@@ -142,7 +142,7 @@ class BothCostmaps:
         return self.received["pipros"].cells
 
     def _settle(self) -> None:
-        """Wait until both sides have published twice, or do not publish, so that what comes later is new."""
+        """Wait until both sides have published twice or stay silent: later messages show later changes."""
         counts = {side: each.maps + each.updates for side, each in self.received.items()}
         end_s = time.monotonic() + 0.5
         wait_until(
