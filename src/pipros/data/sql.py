@@ -10,7 +10,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
@@ -51,7 +51,9 @@ class Database:
         self._topics = topics
         self._arrow = library("pyarrow", "a query")
         self._duckdb = library("duckdb", "a query")
-        self._connection = self._duckdb.connect(
+        self._thread = ThreadPoolExecutor(1)
+        self._connection = self._work(
+            self._duckdb.connect,
             os.path.join(folder, "topics.db"),
             config={
                 "memory_limit": memory,
@@ -60,13 +62,16 @@ class Database:
                 "autoload_known_extensions": "false",
             },
         )
-        self._thread = ThreadPoolExecutor(1)
         self._is_locked = False
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
+        last = self._thread.submit(bool)
+        while not last.done():
+            self._connection.interrupt()  # again and again: a query that only begins would forget it
+            wait([last], timeout=0.05)
         self._thread.shutdown()
         self._connection.close()
 
@@ -78,10 +83,10 @@ class Database:
         """
         is_first = True
         for table in tables:
-            self._connection.register(_BATCH, table.to_arrow())
+            self._work(self._connection.register, _BATCH, table.to_arrow())
             how = f"CREATE TABLE {_quoted(topic)} AS" if is_first else f"INSERT INTO {_quoted(topic)}"
             self._run(f"{how} SELECT * FROM {_BATCH}")  # noqa: S608 # quoted
-            self._connection.unregister(_BATCH)
+            self._work(self._connection.unregister, _BATCH)
             is_first = False
         if alias:
             self._run(f"CREATE VIEW {_quoted(alias)} AS SELECT * FROM {_quoted(topic)}")  # noqa: S608
@@ -99,10 +104,10 @@ class Database:
                 self._run(each)
             self._is_locked = True
         try:
-            statements = self._connection.extract_statements(sql)
+            statements = self._work(self._connection.extract_statements, sql)
             if len(statements) != 1 or statements[0].type != self._duckdb.StatementType.SELECT:
                 raise QueryError(f"the query must be a single SELECT, got {sql!r}")
-            result = self._connection.sql(sql)
+            result = self._work(self._connection.sql, sql)
             read = getattr(result, "to_arrow_reader", None) or result.fetch_record_batch
             reader = self._work(read, _BATCH_ROWS)
             yield reader.schema.empty_table()
@@ -114,14 +119,9 @@ class Database:
         except (self._duckdb.Error, self._arrow.ArrowException) as error:
             raise QueryError(str(error)) from None
 
-    def _work(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function in a thread, because DuckDB notices Ctrl-C late, and as another error."""
-        job = self._thread.submit(function, *arguments)
-        try:
-            return job.result()
-        finally:
-            if not job.done():
-                self._connection.interrupt()
+    def _work(self, function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+        """Call a function of DuckDB in a thread. In the main thread, many of them swallow a Ctrl-C."""
+        return self._thread.submit(function, *arguments, **options).result()
 
     def _run(self, sql: str) -> Any:
         try:

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -215,7 +216,8 @@ def test_an_interrupted_table_does_not_succeed(monkeypatch: pytest.MonkeyPatch) 
     assert not Path("out.csv.active").exists()
 
 
-def test_ctrl_c_ends_a_query_that_would_take_days(tmp_path: Path) -> None:
+@pytest.mark.parametrize("delay_s", [0, 0.04, 0.08])
+def test_ctrl_c_ends_a_query_that_would_take_days(tmp_path: Path, delay_s: float) -> None:
     code = "import sys; from pipros.cli.rosbag import main; sys.exit(main(sys.argv[1:]))"
     sql = "SELECT sum(a.range * b.range * n.data) FROM range(100000000) a, range(100000000) b, n"
     folder = tmp_path / "temporary"
@@ -224,6 +226,7 @@ def test_ctrl_c_ends_a_query_that_would_take_days(tmp_path: Path) -> None:
     environment = {**os.environ, "TMPDIR": str(folder)}
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment) as process:
         wait_until(lambda: [*folder.glob("*/topics.db")] or process.poll() is not None)
+        time.sleep(delay_s)
         process.send_signal(signal.SIGINT)
         try:
             errors = process.communicate(timeout=30)[1]
