@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import av
@@ -224,6 +225,23 @@ def test_an_interrupted_run_continues_and_equals_a_whole_one() -> None:
     for file in Path("whole").rglob("*.*"):
         assert (Path("out") / file.relative_to("whole")).read_bytes() == file.read_bytes()
     assert len(list(Path("out").rglob("*.*"))) == len(list(Path("whole").rglob("*.*")))
+
+
+@pytest.mark.parametrize("delay_s", [0.05, 0.15])
+def test_workers_that_are_starting_end_silently_on_ctrl_c(delay_s: float) -> None:
+    code = "import sys; from pipros.cli.pipros import main; sys.exit(main())"
+    bags = [str(demonstration(Path(f"run{n}.bag"), 100.0 + n, seconds=1.0)) for n in range(2)]
+    command = [sys.executable, "-c", code, "dataset", *bags, "--config", "robot.yaml", "-j2", "-o", "out"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        wait_until(lambda: len(children.read_text().split()) >= 3 or process.poll() is not None)
+        time.sleep(delay_s)
+        os.killpg(process.pid, signal.SIGINT)
+        try:
+            errors = process.communicate(timeout=30)[1]
+        finally:
+            process.kill()
+    assert (process.returncode, errors) == (130, "")
 
 
 def test_the_suggested_description_makes_a_data_set(capsys: pytest.CaptureFixture[str]) -> None:

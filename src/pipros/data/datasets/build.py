@@ -12,7 +12,7 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -150,7 +150,7 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
     ctrl_c = signal.SIGINT, signal.SIG_DFL
     pool = ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), signal.signal, ctrl_c)
     try:
-        for each in as_completed([pool.submit(write_episode, job) for job in work]):
+        for each in as_completed(_submitted(pool, work)):
             yield each.result()
         pool.shutdown()
     except BaseException:
@@ -158,6 +158,17 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
         for process in multiprocessing.active_children():
             process.terminate()
         raise
+
+
+def _submitted(pool: ProcessPoolExecutor, work: Sequence[_Work]) -> list[Future[None]]:
+    """Submit the work with SIGINT blocked, which processes inherit: none prints a traceback as it starts."""
+    mask = getattr(signal, "pthread_sigmask", None)  # not on Windows
+    before = mask(signal.SIG_BLOCK, {signal.SIGINT}) if mask else ()
+    try:
+        return [pool.submit(write_episode, job) for job in work]
+    finally:
+        if mask:
+            mask(signal.SIG_SETMASK, before)
 
 
 def _check_file(folder: Path, episode: Episode) -> Path:
