@@ -37,6 +37,7 @@ def test_a_nodelet_has_the_same_names_and_ends_with_its_loader(
         assert ros.publishers("/colors") == ["/r/mgr"]
         assert ros.publishers("/r/image_mono") == ["/r/mgr"]
         assert ros.subscribers("/r/image_raw") == []
+        wait_until(lambda: node.params.has("/r/d/debayer"), 60)
         assert node.params.get("/r/d/debayer") == 0
         node.subscribe("/colors", Image, inbox)
         camera = node.advertise("/r/image_raw", Image)
