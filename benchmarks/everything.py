@@ -44,10 +44,17 @@ BENCHMARKS = {
     "scale": ("--rounds {rounds} --seconds {seconds} --svg {svg}", None),
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
-NEEDS_GENUINE = ("codec", "bags")  # these run in genuine ROS's Python
+NEEDS_GENUINE = ("codec", "bags", "navigation_beside_genuine")
 # Benchmarks that print tables of their own. `scene` and half of `page`
-# need Playwright and Chromium, `ros2` needs cyclonedds.
+# need Playwright and Chromium, `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {
+    "local": "--rounds {rounds} --seconds 1",
+    "data": "--only tables --rounds {rounds}",
+    "navigation": "--repetitions 200",
+    "navigation_beside_genuine": "",
+    "perception": "--seconds 5",
+    "wheels": "--rounds {rounds}",
+    "assistants": "--calls 200",
     "page": "--seconds 5",
     "fleet": "--rounds {rounds} --seconds 2",
     "ros2": "--rounds {rounds}",

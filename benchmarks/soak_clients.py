@@ -1,4 +1,4 @@
-"""The clients of `benchmarks/soak_everything.py`: of rosbridge, of Foxglove, and two pages in Chromium.
+"""The clients of `benchmarks/soak_everything.py`: of rosbridge, Foxglove and MCP, and two pages in Chromium.
 
 Each one counts its work in a Counter. An error is printed and counted as a failure, and the client goes on.
 Only if a page cannot be opened does its client end, and the run with it.
@@ -14,6 +14,9 @@ import time
 from collections import Counter
 from collections.abc import Awaitable, Callable
 
+import httpx2
+from mcp import Client
+from mcp.client.streamable_http import streamable_http_client
 from playwright.async_api import Browser, CDPSession, Page, async_playwright
 from playwright.async_api import TimeoutError as NeverShown
 from soak_resources import Heap
@@ -134,6 +137,30 @@ async def use_foxglove(socket: ClientConnection, counts: Counter[str]) -> None:
             channels |= new
             wanted = [{"id": number, "channelId": number} for number in new]
             await socket.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+
+
+async def assist(url: str, token: str, counts: Counter[str]) -> None:
+    """Ask for topics, a message and the reason of a silence, with a new connection for each `LIFE_S`."""
+    counts.update(dict.fromkeys(("assistants", "answers to assistants"), 0))
+    report = report_to(counts)
+    calls = (("list_topics", {}), ("read_topic", {"topic": "/chat"}), ("why_no_data", {"topic": "/image"}))
+    headers = {"Authorization": f"Bearer {token}"}
+    while True:
+        try:
+            async with (
+                httpx2.AsyncClient(headers=headers, timeout=LIMIT_S) as connection,
+                Client(streamable_http_client(url, http_client=connection)) as client,
+            ):
+                end = time.monotonic() + LIFE_S
+                while time.monotonic() < end:
+                    for name, arguments in calls:
+                        answer = await client.call_tool(name, arguments)
+                        counts["failures" if answer.is_error else "answers to assistants"] += 1
+                    await asyncio.sleep(CALL_EVERY_S * len(calls))
+            counts["assistants"] += 1
+        except Exception as error:
+            report("assistant", error)
+            await asyncio.sleep(1)
 
 
 async def view_pages(scene_url: str, panels_url: str, counts: Counter[str], heaps: tuple[Heap, Heap]) -> None:

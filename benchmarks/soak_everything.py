@@ -4,7 +4,8 @@ Started by `benchmarks/soak.py --everything`. In addition to `benchmarks/soak_sy
 in Chromium (frames, markers, a cloud, a robot model, a scan) and another page with four panels, a rosbridge
 and a Foxglove client that reconnect every 20 s, a fleet of two masters with topics in both directions and a
 service, the ROS 2 gateway with peers that listen and publish (on Cyclone DDS if its wheel is installed, else
-on pipros), and the simulations of a robot and of turtlesim.
+on pipros), the simulations of a robot and of turtlesim, another simulated robot that amcl and move_base drive
+to goals, a chain of nodelets for images that are in shared memory, and assistants that use `pipros mcp`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from __future__ import annotations
 import functools
 import importlib.util
 import os
+import re
+import secrets
 import subprocess
 import sys
 from collections import Counter
@@ -20,8 +23,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from soak_clients import FOXGLOVE, PANELS, reconnect, use_foxglove, use_rosbridge, view_pages
-from soak_programs import FLEET_FILE, MORE_NODES, OPERATOR, SCENE
+from soak_clients import FOXGLOVE, PANELS, assist, reconnect, use_foxglove, use_rosbridge, view_pages
+from soak_programs import FLEET_FILE, MORE_NODES, NAVIGATION, NAVIGATOR, NODELETS, OPERATOR, SCENE
 from soak_resources import Browser, Heap, Process
 from soak_system import FAILURES, System, free_port
 
@@ -45,7 +48,7 @@ CYCLONE_ON_LOOPBACK = (
 class Everything(System):
     """The system of `soak_system.py`, and everything else."""
 
-    counting = (*System.counting, "driver", "operator")
+    counting = (*System.counting, "driver", "operator", "navigator")
     # Lower rates, because all parts together should use 70 % of two processors at most.
     rate_hz = 20
     lives_s = (6.0, 10.0)
@@ -53,6 +56,7 @@ class Everything(System):
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
         self._domain = ExitStack()
+        self._token = secrets.token_urlsafe(32)
         self.heaps = Heap(), Heap(history_mb=CURVE_MB)
         (folder / "example_interfaces" / "msg").mkdir(parents=True)
         (folder / "example_interfaces" / "package.xml").write_text(
@@ -66,8 +70,11 @@ class Everything(System):
         self._open_bridges()
         self._open_fleet()
         self._open_ros2()
+        self._open_navigation()
+        self._open_assistants()
         for name, script in MORE_NODES.items():
             self.start(name, sys.executable, "-c", script)
+        self._open_launch("nodelets", NODELETS, self.port, "camera/camera_manager")
         (self.folder / "scene.rviz").write_text(SCENE)
         self.start(
             "rviz", "rviz", "--no-browser", "--disable-anti-aliasing", "-d", str(self.folder / "scene.rviz")
@@ -117,6 +124,31 @@ class Everything(System):
             command = [sys.executable, str(PEERS / program), *words, mode, topic, *dds_type, *rest]
             self.start(name, *command, stdin=subprocess.PIPE, **more)
 
+    def _open_navigation(self) -> None:
+        """Start a robot of its own, because it needs simulated time."""
+        port = free_port()
+        uri = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}"}
+        packages = f"{self.folder}:{ROOT / 'examples' / 'turtlebot3'}"
+        parts = ("sim", "robot_state_publisher", "map_server", "amcl", "move_base")
+        self._open_launch("navigation", NAVIGATION, port, *parts, ROS_PACKAGE_PATH=packages)
+        self.start("navigator", sys.executable, "-c", NAVIGATOR, **uri)
+
+    def _open_launch(self, name: str, text: str, port: int, *nodes: str, **environment: str) -> None:
+        """Start a launch file, and measure each of its nodes."""
+        file = self.folder / f"{name}.launch"
+        file.write_text(text)
+        self.start(name, "roslaunch", "-p", str(port), str(file), **environment)
+        for node in nodes:
+            started = self.wait_for(name, rf"process\[{node}-\d+\]: started with pid \[\d+")
+            self.held[node] = Process(pid=int(re.split(r"\[", started)[-1]))
+
+    def _open_assistants(self) -> None:
+        token = self.folder / "tokens"
+        token.touch(0o600)
+        token.write_text(self._token)
+        self.start("mcp", "pipros", "mcp", "--http", "0", "--token-file", str(token))
+        self.mcp_url = self.wait_for("mcp", r"http://\S+/mcp")
+
     def clients(self) -> list[Coroutine[Any, Any, None]]:
         rosbridge, foxglove = (
             functools.partial(use, counts=self.counts) for use in (use_rosbridge, use_foxglove)
@@ -126,6 +158,7 @@ class Everything(System):
             *super().clients(),
             reconnect("rosbridge", self.counts, self.bridges[0], rosbridge),
             reconnect("foxglove", self.counts, self.bridges[1], foxglove, subprotocols=[FOXGLOVE]),
+            assist(self.mcp_url, self._token, self.counts),
             view_pages(self.scene_url, panels_url, self.counts, self.heaps),
         ]
 

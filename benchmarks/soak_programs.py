@@ -103,7 +103,7 @@ MORE_NODES = {
     "source": """
 import math, rospy, struct, tf2_ros
 from geometry_msgs.msg import TransformStamped
-from sensor_msgs.msg import Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from std_msgs.msg import Float64
 from visualization_msgs.msg import Marker
 rospy.init_node("source")
@@ -121,6 +121,11 @@ numbers = rospy.Publisher("number", Float64, queue_size=10)
 marks = rospy.Publisher("marks", Marker, queue_size=10)
 clouds = rospy.Publisher("cloud", PointCloud2, queue_size=1)
 images = rospy.Publisher("image", Image, queue_size=1)
+raw = rospy.Publisher("camera/image_raw", Image, queue_size=1)
+camera = rospy.Publisher("camera/camera_info", CameraInfo, queue_size=1)
+info = CameraInfo(width=480, height=320, distortion_model="plumb_bob", D=[0.1, 0, 0, 0, 0],
+                  K=[400, 0, 240, 0, 400, 160, 0, 0, 1], R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
+                  P=[400, 0, 240, 0, 0, 400, 160, 0, 0, 0, 1, 0])
 fields = [PointField(name, 4 * n, PointField.FLOAT32, 1) for n, name in enumerate("xyz")]
 cloud = PointCloud2(height=1, width=2000, point_step=12, row_step=24000, fields=fields)
 cloud.data = b"".join(struct.pack("<3f", n % 50 / 10, n // 50 / 10, 0) for n in range(2000))
@@ -138,6 +143,10 @@ while not rospy.is_shutdown():
         clouds.publish(cloud)
         images.publish(Image(width=160, height=120, step=480, encoding="rgb8",
                              data=bytes([count // 10 % 256]) * 57600))
+        picture = Image(width=480, height=320, step=480, encoding="bayer_rggb8", data=bytes(153600))
+        picture.header.stamp = info.header.stamp = rospy.Time.now()
+        raw.publish(picture)
+        camera.publish(info)
     if count % 100 == 0:
         rospy.loginfo("published %d numbers", count)
     rate.sleep()
@@ -147,12 +156,12 @@ import json, rospy
 from example_interfaces.msg import Blob
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import Image, LaserScan
 from std_msgs.msg import String
 from std_srvs.srv import Empty, SetBool
 from turtlesim.msg import Pose
 rospy.init_node("driver")
-names = "scans", "odometry", "poses", "of the fleet", "of ROS 2", "resets", "failures"
+names = "scans", "odometry", "poses", "of the fleet", "of ROS 2", "through nodelets", "resets", "failures"
 done = dict.fromkeys(names, 0)
 def count(topic, kind, name):
     def add(_):
@@ -162,6 +171,7 @@ count("scan", LaserScan, "scans")
 count("odom", Odometry, "odometry")
 count("turtle1/pose", Pose, "poses")
 count("operator/report", String, "of the fleet")
+count("camera/image_rect_color", Image, "through nodelets")
 def check(blob):
     done["of ROS 2" if blob.data == bytes([blob.number % 256]) * 100 else "failures"] += 1
 rospy.Subscriber("back", Blob, check)
@@ -220,6 +230,46 @@ while not rospy.is_shutdown():
         print(json.dumps(done), flush=True)
     rate.sleep()
 """
+#: The program that sends move_base to one room and back.
+NAVIGATOR = """
+import actionlib, json, rospy
+from actionlib_msgs.msg import GoalStatus
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+rospy.init_node("navigator")
+done, turn = {"drives": 0, "failures": 0}, 0
+client = actionlib.SimpleActionClient("move_base", MoveBaseAction)
+client.wait_for_server()
+goal = MoveBaseGoal()
+goal.target_pose.header.frame_id, goal.target_pose.pose.orientation.w = "map", 1.0
+place = goal.target_pose.pose.position
+while not rospy.is_shutdown():
+    place.x, place.y = ((3.2, 2.0), (2.8, 1.0))[turn % 2]
+    state = client.send_goal_and_wait(goal, rospy.Duration(120))
+    if rospy.is_shutdown():
+        break
+    if state != GoalStatus.SUCCEEDED:
+        rospy.logwarn("goal %d: %s", turn, client.get_goal_status_text())
+    done["drives" if state == GoalStatus.SUCCEEDED else "failures"] += 1
+    turn += 1
+    print(json.dumps(done), flush=True)
+"""
+NAVIGATION = """<launch>
+  <include file="$(find turtlebot3_bringup)/launch/turtlebot3_robot.launch">
+    <arg name="headless" value="true"/>
+  </include>
+  <include file="$(find turtlebot3_navigation)/launch/turtlebot3_navigation.launch">
+    <arg name="open_rviz" value="false"/>
+  </include>
+</launch>"""
+#: Images from Bayer patterns to colours, then without distortion.
+NODELETS = """<launch>
+  <group ns="camera">
+    <node pkg="nodelet" type="nodelet" name="camera_manager" args="manager"/>
+    <include file="$(find image_proc)/launch/image_proc.launch">
+      <arg name="manager" value="/camera/camera_manager"/>
+    </include>
+  </group>
+</launch>"""
 FLEET_FILE = """
 share: {topics: [/chat, /odom]}
 accept: {services: [/ask]}

@@ -82,8 +82,9 @@ class System:
         for name, script in NODES.items():
             self.start(name, sys.executable, "-c", script)
         self.start("roslaunch", "roslaunch", "soak", "soak.launch")
-        options = ("--split", "--size=4", "--max-splits=3", "-O", str(self.folder / "all"))
-        self.start("rosbag record", "rosbag", "record", "-a", *options)
+        folder = str(self.folder / "all")
+        options = ("-a", "-x", "/camera/.*", "--split", "--size=4", "--max-splits=3", "-O", folder)
+        self.start("rosbag record", "rosbag", "record", *options)
         self.start("rqt_graph", "rqt_graph", "--no-browser")
         self.url = self.wait_for("rqt_graph", r"http://\S+")
 
