@@ -24,19 +24,19 @@ import numpy as np
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.localizer import Localizer
 from pipros.navigation.amcl.sensors import read_beams
-from pipros.navigation.amcl.settings import Belief, Settings
+from pipros.navigation.amcl.settings import AmclSettings, Belief
 from pipros.navigation.costmap.footprint import circle
 from pipros.navigation.costmap.grid import LETHAL, CostGrid
 from pipros.navigation.costmap.inflation_layer import InflationLayer
-from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D, Window
-from pipros.navigation.costmap.observations import Source, SourceSettings
+from pipros.navigation.costmap.layered import CellRectangle, LayeredCostmap, Pose2D
+from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
 from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
 from pipros.navigation.dwa.planner import DwaPlanner
 from pipros.navigation.dwa.settings import DwaSettings
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
 from pipros.navigation.filter.state import SIZE, Measurement
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
-from pipros.navigation.mapping.settings import Settings as Mapping
+from pipros.navigation.mapping.settings import AmclSettings as Mapping
 from pipros.navigation.mapping.slam import GridSlam
 from pipros.navigation.mapping.survey import Survey
 from pipros.navigation.navfn.plan import plan
@@ -90,7 +90,7 @@ def amcl_update(laser_model):
     """Return a function that moves, weighs and resamples 2,000 particles with 60 beams, and clusters them."""
     rng = np.random.default_rng(1)
     cells = np.where(rng.random((400, 400)) < 0.01, 100, 0).astype(np.int8)
-    settings = Settings(
+    settings = AmclSettings(
         min_particles=2000,
         max_particles=2000,
         laser_max_beams=60,
@@ -178,7 +178,7 @@ def inflated_building(size):
     costmap.set_footprint(circle(0.15))
     layer = InflationLayer("inflation", costmap)
     layer.configure(radius=1.0, scaling=3.0, inflate_unknown=False)
-    whole = Window(0, 0, size, size)
+    whole = CellRectangle(0, 0, size, size)
 
     def inflate():
         costmap.grid.costs[...] = costs
@@ -198,7 +198,7 @@ def local_update():
     costmap = LayeredCostmap(is_rolling=True)
     costmap.resize(60, 60, 0.05, 0.0, 0.0)
     obstacles = ObstacleLayer("obstacles", costmap, lambda: 0, tracks_unknown=False)
-    source = Source(SourceSettings("scan", clearing=True))
+    source = ObservationSource(SourceSettings("scan", clearing=True))
     obstacles.sources.append(source)
     layer = InflationLayer("inflation", costmap)
     costmap.layers += [obstacles, layer]

@@ -111,7 +111,7 @@ def soak(minutes):
     from pipros.net.workers import KEPT_IDLE
     from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
     from pipros.ros2.rtps.participant import Participant
-    from pipros.ros2.rtps.qos import Durability, Qos
+    from pipros.ros2.rtps.qos import DurabilityKind, Qos
     from pipros.ros2.rtps.services import RtpsServer
 
     def add(request):
@@ -121,7 +121,7 @@ def soak(minutes):
     gaps, visitors = Gaps(), Visitors()
     with Participant(Discovery(1, DiscoveryRange.SUBNET)) as participant:
         beat = participant.add_writer("rt/beat", MESSAGE, Qos(depth=2000))
-        latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+        latched = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=1)
         participant.add_writer("rt/map", MESSAGE, latched).write(message(0, 100_000))
         participant.add_reader("rt/back", MESSAGE, Qos(depth=2000), gaps.take)
         RtpsServer(participant, "/add", SERVICE + "_Request_", SERVICE + "_Response_", add)

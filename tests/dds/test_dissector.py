@@ -8,11 +8,11 @@ from pathlib import Path
 from struct import pack
 
 from pipros.ros2.rtps.parameters import SampleIdentity
-from pipros.ros2.rtps.qos import Durability, Qos
+from pipros.ros2.rtps.qos import DurabilityKind, Qos
 from pipros.ros2.rtps.submessages import AckNack, Gap, Heartbeat, Submessage, read_datagram
 from tests.support.rtps_network import STRING, SimulatedNetwork
 
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=20)
+LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=20)
 TALKER, LISTENER = (bytes(11) + bytes([number]) for number in (1, 2))
 """The prefixes of the first two participants of a simulated network."""
 NAMES = {

@@ -20,7 +20,7 @@ from pipros.navigation.costmap.footprint import circle
 from pipros.navigation.costmap.inflation_layer import InflationLayer
 from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D
 from pipros.navigation.costmap.observations import (
-    Source,
+    ObservationSource,
     SourceSettings,
     cloud_points,
     old_cloud_points,
@@ -66,7 +66,7 @@ def target(data: bytes) -> None:
     costmap.resize(40, 40, 0.1, -2.0, -2.0)
     fixed = StaticLayer("fixed", costmap, StaticSettings())
     seen = ObstacleLayer("seen", costmap, lambda: 0, tracks_unknown=True)
-    source = Source(SourceSettings("any", clearing=True, observation_persistence=1.0))
+    source = ObservationSource(SourceSettings("any", clearing=True, observation_persistence=1.0))
     seen.sources.append(source)
     around = InflationLayer("around", costmap)
     costmap.layers += [fixed, seen, around]

@@ -12,10 +12,10 @@ from collections.abc import Iterator
 
 from pipros.libraries.drivers.rplidar.lidar import Lidar
 from pipros.libraries.drivers.rplidar.samples import decoder_of
-from pipros.libraries.drivers.rplidar.turns import MAX_POINTS, Turns, sweep_of
+from pipros.libraries.drivers.rplidar.turns import MAX_POINTS, TurnCollector, sweep_of
 from pipros.libraries.drivers.streams import DeviceError, Stream
 from pipros.libraries.drivers.urg.scip import MAX_REPLY_BYTES, Replies, clock_ms, echoes_of, scan_of, texts
-from pipros.libraries.drivers.urg.sensor import Sensor
+from pipros.libraries.drivers.urg.sensor import UrgSensor
 from tests.fuzz import mutation
 
 FORMATS = (0x81, 0x82, 0x84, 0x85, 0x86)
@@ -69,7 +69,7 @@ def pieces(data: bytes, size: int) -> Iterator[bytes]:
 
 
 def read_points(answer: int, data: bytes, size: int) -> None:
-    decoder, turns = decoder_of(answer, 125.0), Turns()
+    decoder, turns = decoder_of(answer, 125.0), TurnCollector()
     for piece in pieces(data, size):
         for segment in decoder.feed(piece):
             if turn := turns.add(segment):
@@ -110,7 +110,7 @@ def target(data: bytes) -> None:
                 lidar.health()
                 lidar.modes()
             else:
-                Sensor(stream, "x", lambda: stream.is_over, lambda: 0)
+                UrgSensor(stream, "x", lambda: stream.is_over, lambda: 0)
         except DeviceError:
             pass
 

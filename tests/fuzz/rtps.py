@@ -43,14 +43,14 @@ from pipros.ros2.rtps.identity import (
 )
 from pipros.ros2.rtps.parameters import Address, SampleIdentity, related_sample
 from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.qos import Durability, Qos
+from pipros.ros2.rtps.qos import DurabilityKind, Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import Style, read_request
 from pipros.ros2.rtps.submessages import read_datagram
 from tests.fuzz import mutation
 
 TOPIC, TYPE = "rt/a", "T"
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=5)
+LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=5)
 LIMITS = Limits(
     tables=(
         Ros2Limits(

@@ -75,7 +75,7 @@ def test_names_that_are_illegal_in_ros2_do_not_stop_the_gateway(system: System) 
     gateway = system.gateway()
     kind = "std_msgs::msg::dds_::String_"
     with Participant(Discovery(system.domain)) as stranger:
-        stranger.add_writer("rt/a/1b", kind, Qos(durability=dds.Durability.TRANSIENT_LOCAL))
+        stranger.add_writer("rt/a/1b", kind, Qos(durability=dds.DurabilityKind.TRANSIENT_LOCAL))
         system.announce("/chatter", STRING, PAIR.type_hash, TopicQos(durability=Durability.TRANSIENT_LOCAL))
 
         wait_until(lambda: any(row.active for row in gateway.status().passed), what="the other topic")

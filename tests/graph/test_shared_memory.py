@@ -23,7 +23,7 @@ import pytest
 from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
 from pipros.net import local_stream, shared_memory, shared_segment
-from pipros.net.outgoing_state import State
+from pipros.net.outgoing_state import LinkState
 from pipros.net.timings import LinkTimings
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
@@ -93,7 +93,7 @@ def warm_up(publisher: Any) -> int:
         return all(link.memory.is_ready for link in links)
 
     wait_until(are_ready)
-    wait_until(lambda: all(link.state is State.IDLE for link in links))
+    wait_until(lambda: all(link.state is LinkState.IDLE for link in links))
     return count
 
 
@@ -378,7 +378,7 @@ class Stranger:
         publisher.publish(image(0))
         reading.join(30)
         link = publisher.publication.links[0].link
-        wait_until(lambda: link.memory.is_ready and link.state is State.IDLE)
+        wait_until(lambda: link.memory.is_ready and link.state is LinkState.IDLE)
 
     def _read(self, count: int) -> bytes:
         data = b""

@@ -11,7 +11,7 @@ import pytest
 
 from pipros.libraries.drivers.rplidar.lidar import Lidar
 from pipros.libraries.drivers.rplidar.samples import Point
-from pipros.libraries.drivers.rplidar.turns import Turns
+from pipros.libraries.drivers.rplidar.turns import TurnCollector
 from pipros.libraries.drivers.streams import serial_port
 from tests.support.genuine import is_required
 from tests.support.processes import Processes
@@ -34,7 +34,7 @@ def small_room(angle: float) -> float:
 def own_turn(path: Path) -> list[Point]:
     stream = serial_port(str(path), 115200).open()
     try:
-        lidar, turns, found = Lidar(stream, "lidar", lambda: False), Turns(), []
+        lidar, turns, found = Lidar(stream, "lidar", lambda: False), TurnCollector(), []
         modes, typical = lidar.modes()
         decoder = lidar.start(next(mode for mode in modes if mode.number == typical))
         while len(found) < TURNS:

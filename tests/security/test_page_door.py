@@ -27,7 +27,7 @@ from websockets.uri import parse_uri
 
 from pipros.net.loop import BackgroundLoop
 from pipros.server.access import Access
-from pipros.server.view_server import PageServer, Services
+from pipros.server.view_server import PageServer, ServedViews
 from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -62,7 +62,7 @@ from pipros.web import serve_page
 async def about(_):
     print("blocked", flush=True)
     time.sleep(100)
-serve_page.services = lambda *_, **__: serve_page.Services({}, {"about": about})
+serve_page.served_views = lambda *_, **__: serve_page.ServedViews({}, {"about": about})
 serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
 """
 
@@ -319,15 +319,15 @@ def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
 
 
 @pytest.fixture
-def serve(caplog: pytest.LogCaptureFixture) -> Iterator[Callable[[Services], Access]]:
+def serve(caplog: pytest.LogCaptureFixture) -> Iterator[Callable[[ServedViews], Access]]:
     """Serve views and actions of a test, and return an access to them."""
     with ExitStack() as stack:
 
-        def start(services: Services) -> Access:
+        def start(served: ServedViews) -> Access:
             loop = BackgroundLoop("page")
             loop.start()
             stack.callback(loop.stop)
-            server = PageServer(services)
+            server = PageServer(served)
             loop.run(server.start("127.0.0.1", 0), 30)
             stack.callback(lambda: loop.run(server.close(), 30))
             return server.access
@@ -360,7 +360,7 @@ FAILURES: Mapping[str, Callable[[], Any]] = {
 
 @pytest.mark.parametrize("kind", FAILURES)
 def test_a_failing_view_reports_the_error_and_continues(
-    serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture, kind: str
+    serve: Callable[[ServedViews], Access], caplog: pytest.LogCaptureFixture, kind: str
 ) -> None:
     calls = []
 
@@ -373,7 +373,7 @@ def test_a_failing_view_reports_the_error_and_continues(
     async def action(_: Mapping[str, Any]) -> Any:
         return FAILURES[kind]()
 
-    with browser_of(serve(Services({"view": view}, {"fail": action}))) as browser:
+    with browser_of(serve(ServedViews({"view": view}, {"fail": action}))) as browser:
         values = browser.watch("view")
         assert kind in next(values)["error"]
         assert next(values) == 3  # not the second failure, which was the same
@@ -382,32 +382,32 @@ def test_a_failing_view_reports_the_error_and_continues(
     assert [record.getMessage().split()[0] for record in caplog.records] == ["view", "fail"]
 
 
-def test_a_refused_view_is_not_tried_again(serve: Callable[[Services], Access]) -> None:
+def test_a_refused_view_is_not_tried_again(serve: Callable[[ServedViews], Access]) -> None:
     async def changing(_: Mapping[str, Any]) -> AsyncIterator[Any]:
         yield 1
 
     async def alive(_: Mapping[str, Any]) -> Any:
         return True
 
-    services = Services({"changing": changing}, {"alive": alive}, frozenset({"changing"}))
-    with browser_of(serve(services)) as browser:
+    served = ServedViews({"changing": changing}, {"alive": alive}, frozenset({"changing"}))
+    with browser_of(serve(served)) as browser:
         assert "read-only" in next(browser.watch("changing"))["error"]
         assert browser.act("alive") is True
 
 
-def test_infinite_numbers_do_not_stop_a_view(serve: Callable[[Services], Access]) -> None:
+def test_infinite_numbers_do_not_stop_a_view(serve: Callable[[ServedViews], Access]) -> None:
     async def view(_: Mapping[str, Any]) -> AsyncIterator[Any]:
         yield {"rate": float("inf")}
         yield {"rate": float("nan")}
         yield {"rate": 1.5}
 
-    with browser_of(serve(Services({"view": view}))) as browser:
+    with browser_of(serve(ServedViews({"view": view}))) as browser:
         values = browser.watch("view")
         assert [next(values)["rate"] for _ in range(3)] == [None, None, 1.5]
 
 
-def test_another_origin_is_refused(serve: Callable[[Services], Access]) -> None:
-    access = serve(Services())
+def test_another_origin_is_refused(serve: Callable[[ServedViews], Access]) -> None:
+    access = serve(ServedViews())
     with (
         pytest.raises(InvalidStatus),
         connect(f"ws://localhost:{access.port}/live", origin=Origin("http://evil.example"), proxy=None),
@@ -416,12 +416,12 @@ def test_another_origin_is_refused(serve: Callable[[Services], Access]) -> None:
 
 
 def test_the_token_is_not_logged_at_any_level(
-    serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture
+    serve: Callable[[ServedViews], Access], caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, logger="websockets.client")  # the test's own
     for name in ("", "pipros.server", "pipros.web", "asyncio"):
         caplog.set_level(logging.DEBUG, logger=name)
-    access = serve(Services())
+    access = serve(ServedViews())
     with browser_of(access) as browser:
         assert "unknown action" in browser.act("nothing")["error"]
     assert access.secret.token not in caplog.text

@@ -22,7 +22,7 @@ import numpy as np
 from pipros.basics.env import Environment
 from pipros.launch.roscore import Core
 from pipros.libraries.maps.map_file import read_map
-from pipros.navigation.mapping.settings import Settings
+from pipros.navigation.mapping.settings import MappingSettings
 from pipros.navigation.mapping.slam import GridSlam
 from pipros.navigation.mapping.survey import Survey
 from pipros.navigation.plane import Triple
@@ -91,7 +91,9 @@ def count_bad_maps(seeds: range) -> int:
     begin, angles = Pose(2.9, 1.0, 0.0), math.tau / 180 * np.arange(180)
     size: Any = {"xmin": -8.0, "ymin": -8.0, "xmax": 12.0, "ymax": 12.0}
     noise: Any = {"srr": 0.02, "srt": 0.04, "str": 0.02, "stt": 0.04}
-    settings = Settings(particles=30, linearUpdate=0.3, angularUpdate=0.2, **size, **noise).with_ranges(10.0)
+    settings = MappingSettings(
+        particles=30, linearUpdate=0.3, angularUpdate=0.2, **size, **noise
+    ).with_ranges(10.0)
     failures = 0
     for seed in seeds:
         slam, survey = (

@@ -14,7 +14,7 @@ from typing import Any
 
 from mcp import Client
 
-from pipros.assistants.robot import Robot
+from pipros.assistants.robot import RobotAccess
 from pipros.assistants.server import make_server
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
@@ -99,9 +99,9 @@ class LocalAssistant:
         self, master_uri: str, bags: Path | None = None, policy: Path | None = None, **limits: Any
     ) -> None:
         """Create the server. `limits` replace those of the room."""
-        robot = Robot(replace(Environment.from_os(), master_uri=master_uri))
+        robot = RobotAccess(replace(Environment.from_os(), master_uri=master_uri))
         if limits:
-            robot = Robot(robot.environment, robot.limits._replace(**limits))
+            robot = RobotAccess(robot.environment, robot.limits._replace(**limits))
         self.acts: ApprovedActs | None = None
         if policy is not None:
             found = parse_policy(policy.read_text(encoding="utf-8"), str(policy))

@@ -16,7 +16,7 @@ import rospy
 from actionlib.action_types import ActionTypes
 from actionlib.exceptions import ActionException as ActionException
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.actions.client_goal import MAY_BE_CANCELLED, ClientGoal, State
+from pipros.libraries.actions.client_goal import MAY_BE_CANCELLED, ClientGoal, ClientGoalState
 from pipros.libraries.actions.status import TERMINAL, Status
 
 _star_names(__name__, "std_msgs.msg:Header threading time weakref")
@@ -36,15 +36,15 @@ def get_name_of_constant(C: Any, n: int) -> str:
 class CommState:
     """States of a goal, as tracked by the client."""
 
-    WAITING_FOR_GOAL_ACK = State.WAITING_FOR_GOAL_ACK.value
-    PENDING = State.PENDING.value
-    ACTIVE = State.ACTIVE.value
-    WAITING_FOR_RESULT = State.WAITING_FOR_RESULT.value
-    WAITING_FOR_CANCEL_ACK = State.WAITING_FOR_CANCEL_ACK.value
-    RECALLING = State.RECALLING.value
-    PREEMPTING = State.PREEMPTING.value
-    DONE = State.DONE.value
-    LOST = State.LOST.value
+    WAITING_FOR_GOAL_ACK = ClientGoalState.WAITING_FOR_GOAL_ACK.value
+    PENDING = ClientGoalState.PENDING.value
+    ACTIVE = ClientGoalState.ACTIVE.value
+    WAITING_FOR_RESULT = ClientGoalState.WAITING_FOR_RESULT.value
+    WAITING_FOR_CANCEL_ACK = ClientGoalState.WAITING_FOR_CANCEL_ACK.value
+    RECALLING = ClientGoalState.RECALLING.value
+    PREEMPTING = ClientGoalState.PREEMPTING.value
+    DONE = ClientGoalState.DONE.value
+    LOST = ClientGoalState.LOST.value
 
     to_string = classmethod(get_name_of_constant)
 
@@ -84,8 +84,8 @@ class CommStateMachine:
         self.latest_goal_status = GoalStatus(status=GoalStatus.PENDING)
         self.latest_result: Any = None
         self._goal = ClientGoal()
-        self._reported = State.WAITING_FOR_GOAL_ACK
-        self._unreported: deque[State] = deque()
+        self._reported = ClientGoalState.WAITING_FOR_GOAL_ACK
+        self._unreported: deque[ClientGoalState] = deque()
         self._is_notifying = False
 
     @property
@@ -116,7 +116,7 @@ class CommStateMachine:
     def update_status(self, status_array: Any) -> None:
         """Handle a status list from the server."""
         with self.mutex:
-            if self._goal.state is State.DONE:
+            if self._goal.state is ClientGoalState.DONE:
                 return
             found = next((each for each in status_array.status_list if each.goal_id.id == self.goal_id), None)
             if found is not None:
@@ -136,7 +136,7 @@ class CommStateMachine:
         if action_result.status.goal_id.id != self.goal_id:
             return
         with self.mutex:
-            if self._goal.state is State.DONE:
+            if self._goal.state is ClientGoalState.DONE:
                 rospy.logerr("goal %s: received another result after it was done", self.goal_id)
                 return
             self.latest_goal_status = action_result.status
@@ -148,7 +148,7 @@ class CommStateMachine:
         """Pass feedback for this goal to the feedback callback. Feedback for other goals is ignored."""
         if action_feedback.status.goal_id.id != self.goal_id:
             return
-        if self.feedback_cb and self._goal.state is not State.DONE:
+        if self.feedback_cb and self._goal.state is not ClientGoalState.DONE:
             self.feedback_cb(ClientGoalHandle(self), action_feedback.feedback)
 
     def _notify(self) -> None:

@@ -8,7 +8,7 @@ from actionlib_msgs.msg import GoalID, GoalStatus
 
 import rospy
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.actions.server_goal import Event, after, why_not
+from pipros.libraries.actions.server_goal import GoalEvent, after, why_not
 from pipros.libraries.actions.status import TERMINAL
 
 _star_names(__name__, "actionlib_msgs")
@@ -35,23 +35,23 @@ class ServerGoalHandle:
 
     def set_accepted(self, text: str = "") -> None:
         """Accept the goal: set its status to ACTIVE, or PREEMPTING if cancellation was requested."""
-        self._set(Event.ACCEPT, None, text)
+        self._set(GoalEvent.ACCEPT, None, text)
 
     def set_canceled(self, result: Any = None, text: str = "") -> None:
         """End the goal as cancelled: RECALLED before `set_accepted`, PREEMPTED after it."""
-        self._set(Event.CANCEL, result, text)
+        self._set(GoalEvent.CANCEL, result, text)
 
     def set_rejected(self, result: Any = None, text: str = "") -> None:
         """Reject the goal; valid only before `set_accepted`."""
-        self._set(Event.REJECT, result, text)
+        self._set(GoalEvent.REJECT, result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
         """End the goal as ABORTED."""
-        self._set(Event.ABORT, result, text)
+        self._set(GoalEvent.ABORT, result, text)
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
         """End the goal as SUCCEEDED."""
-        self._set(Event.SUCCEED, result, text)
+        self._set(GoalEvent.SUCCEED, result, text)
 
     def publish_feedback(self, feedback: Any) -> None:
         """Publish feedback for the goal."""
@@ -89,14 +89,14 @@ class ServerGoalHandle:
             return False
         with self.action_server.lock:
             status = self.status_tracker.status
-            new = after(status.status, Event.CANCEL_REQUESTED)
+            new = after(status.status, GoalEvent.CANCEL_REQUESTED)
             if new is None:
                 return False
             status.status = int(new)
             self.action_server.publish_status()
             return True
 
-    def _set(self, event: Event, result: Any, text: str) -> None:
+    def _set(self, event: GoalEvent, result: Any, text: str) -> None:
         if not self.goal:
             rospy.logerr("ServerGoalHandle without a goal cannot be %s", event.value)
             return

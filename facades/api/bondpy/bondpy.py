@@ -11,7 +11,7 @@ import rospy
 from bondpy.machine import BondMachine
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.printable import printable
-from pipros.libraries.bonds.life import Event, State
+from pipros.libraries.bonds.life import BondEvent, BondState
 from pipros.libraries.bonds.side import BondSide, RestartableTimer
 from pipros.msg import load_message_class
 
@@ -51,7 +51,7 @@ Getter = Callable[["Bond"], float]
 Setter = Callable[["Bond", Seconds], None]
 
 
-def _accessors(event: Event, meaning: str) -> tuple[Getter, Setter, property]:
+def _accessors(event: BondEvent, meaning: str) -> tuple[Getter, Setter, property]:
     """Return the getter and the setter for a timeout, and a property that combines them."""
 
     def get(self: Bond) -> float:
@@ -97,9 +97,9 @@ class Bond:
         self.sm = BondMachine()
         self._side = BondSide(
             {
-                Event.CONNECT_TIMEOUT: float(Constants.DEFAULT_CONNECT_TIMEOUT),
-                Event.HEARTBEAT_TIMEOUT: float(Constants.DEFAULT_HEARTBEAT_TIMEOUT),
-                Event.DISCONNECT_TIMEOUT: float(Constants.DEFAULT_DISCONNECT_TIMEOUT),
+                BondEvent.CONNECT_TIMEOUT: float(Constants.DEFAULT_CONNECT_TIMEOUT),
+                BondEvent.HEARTBEAT_TIMEOUT: float(Constants.DEFAULT_HEARTBEAT_TIMEOUT),
+                BondEvent.DISCONNECT_TIMEOUT: float(Constants.DEFAULT_DISCONNECT_TIMEOUT),
             },
             send=self._publish_status,
             notify=self._call_back,
@@ -126,13 +126,14 @@ class Bond:
     # -- settings ----------------------------------------------------------------
 
     get_connect_timeout, set_connect_timeout, connect_timeout = _accessors(
-        Event.CONNECT_TIMEOUT, "maximum time to wait for the other side"
+        BondEvent.CONNECT_TIMEOUT, "maximum time to wait for the other side"
     )
     get_heartbeat_timeout, set_heartbeat_timeout, heartbeat_timeout = _accessors(
-        Event.HEARTBEAT_TIMEOUT, "maximum time between messages from the other side"
+        BondEvent.HEARTBEAT_TIMEOUT, "maximum time between messages from the other side"
     )
     get_disconnect_timeout, set_disconnect_timeout, disconnect_timeout = _accessors(
-        Event.DISCONNECT_TIMEOUT, "maximum time to wait for the other side to confirm that the bond is broken"
+        BondEvent.DISCONNECT_TIMEOUT,
+        "maximum time to wait for the other side to confirm that the bond is broken",
     )
 
     def get_heartbeat_period(self) -> float:
@@ -183,7 +184,7 @@ class Bond:
         This side publishes that it has ended until the other side confirms this or `disconnect_timeout`
         expires. Does not block. Do nothing if the bond is already broken.
         """
-        self._side.handle(Event.BREAK)
+        self._side.handle(BondEvent.BREAK)
 
     def shutdown(self) -> None:
         """Break the bond, then unregister from its topic. Does not block, and may be called repeatedly."""
@@ -205,23 +206,23 @@ class Bond:
 
     def is_broken(self) -> bool:
         """Return whether the bond is broken, even if it was never formed."""
-        return self._side.state is State.DEAD
+        return self._side.state is BondState.DEAD
 
     def wait_until_formed(self, timeout: Seconds | None = None) -> bool:
         """Wait until the bond is formed or broken. If `timeout` is None, wait indefinitely.
 
         Return False if the timeout expires or the node is shut down first.
         """
-        return self._wait(lambda state: state is not State.WAITING, timeout)
+        return self._wait(lambda state: state is not BondState.WAITING, timeout)
 
     def wait_until_broken(self, timeout: Seconds | None = None) -> bool:
         """Wait until the bond is broken. If `timeout` is None, wait indefinitely.
 
         Return False if the timeout expires or the node is shut down first.
         """
-        return self._wait(lambda state: state is State.DEAD, timeout)
+        return self._wait(lambda state: state is BondState.DEAD, timeout)
 
-    def _wait(self, is_reached: Callable[[State], bool], timeout: Seconds | None) -> bool:
+    def _wait(self, is_reached: Callable[[BondState], bool], timeout: Seconds | None) -> bool:
         return self._side.wait(is_reached, None if timeout is None else as_float_duration(timeout))
 
     def __repr__(self) -> str:
@@ -236,8 +237,8 @@ class Bond:
                 "use a different ID for each pair of processes"
             )
 
-    def _call_back(self, state: State) -> None:
-        call = self.on_formed if state is State.ALIVE else self.on_broken
+    def _call_back(self, state: BondState) -> None:
+        call = self.on_formed if state is BondState.ALIVE else self.on_broken
         try:
             if call:
                 call()

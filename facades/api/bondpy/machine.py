@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from pipros.libraries.bonds.life import State
+from pipros.libraries.bonds.life import BondState
 from smclib import statemap
 
-_STATES = {state: statemap.State(state.value, number) for number, state in enumerate(State)}
+_STATES = {state: statemap.State(state.value, number) for number, state in enumerate(BondState)}
 
 
 class BondMachine(statemap.FSMContext):
     """Mirror of the bond's state, without transitions of its own."""
 
     def __init__(self) -> None:
-        super().__init__(_STATES[State.WAITING])
+        super().__init__(_STATES[BondState.WAITING])
 
-    def enter(self, state: State) -> None:
+    def enter(self, state: BondState) -> None:
         """Set the state."""
         self.clearState()
         self.setState(_STATES[state])

@@ -10,7 +10,7 @@ from pathlib import Path
 from pipros.bag import open_bag
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.diagnostics.csv_rows import CsvColumns, file_names
-from pipros.libraries.diagnostics.items import Status
+from pipros.libraries.diagnostics.items import ComponentStatus
 
 _star_names(__name__, "diagnostic_msgs operator os rosbag roslib subprocess sys tempfile time")
 
@@ -72,11 +72,11 @@ class LogExporter:
         with self._path(name).open("a", encoding="utf-8") as file:
             file.writelines(lines)
 
-    def _statuses(self) -> Iterator[tuple[float, Status]]:
+    def _statuses(self) -> Iterator[tuple[float, ComponentStatus]]:
         with open_bag(self.logfile) as bag:
             for message in bag.messages([_TOPIC]):
                 array = message.message
                 for item in array.status:
                     values = tuple((pair.key, pair.value) for pair in item.values)
-                    status = Status(item.name, item.level, item.message, item.hardware_id, values)
+                    status = ComponentStatus(item.name, item.level, item.message, item.hardware_id, values)
                     yield array.header.stamp.to_sec(), status

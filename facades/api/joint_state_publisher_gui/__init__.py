@@ -52,6 +52,6 @@ def main() -> int:
         return 1
     page = JointStatePublisherGui("Joint State Publisher", publisher).page
     with ExitStack() as stack:
-        stack.enter_context(served_page(page.services(), rospy.get_name(), logging.getLogger("rosout")))
+        stack.enter_context(served_page(page.served_views(), rospy.get_name(), logging.getLogger("rosout")))
         publisher.loop()
     return 0

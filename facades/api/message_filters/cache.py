@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from message_filters.simple_filter import SimpleFilter, stamp_of
-from pipros.libraries.filters.history import History
+from pipros.libraries.filters.history import MessageHistory
 
 
 class Cache(SimpleFilter):
@@ -20,7 +20,7 @@ class Cache(SimpleFilter):
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
         super().__init__()
-        self._history = History(cache_size)
+        self._history = MessageHistory(cache_size)
         self.allow_headerless = allow_headerless
         self.connectInput(f)
 

@@ -98,5 +98,5 @@ class BagContents(ABC):
         """Return the topics, for notebooks."""
         return _info.info_html(self._info())
 
-    def _info(self) -> _info.Info:
+    def _info(self) -> _info.BagInfo:
         return _info.bag_info(self._view(), self._filename, with_frequencies=not self._skip_index)

@@ -8,7 +8,7 @@ from typing import Any
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.diagnostics.items import LEVEL_NAMES, Status
+from pipros.libraries.diagnostics.items import LEVEL_NAMES, ComponentStatus
 from pipros.libraries.diagnostics.listing import listed
 from pipros.msg import load_message_class
 
@@ -48,7 +48,7 @@ def main() -> int:
         )
         return 1
     statuses = [
-        Status(
+        ComponentStatus(
             item.name,
             item.level,
             item.message,

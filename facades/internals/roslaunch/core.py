@@ -292,9 +292,9 @@ class Node:
             if is_broken:
                 raise ValueError(rule)
 
-    def to_model(self) -> model.Node:
+    def to_model(self) -> model.LaunchNode:
         """Return the corresponding pipros object. The name defaults to the program's name."""
-        return model.Node(
+        return model.LaunchNode(
             package=self.package,
             type=self.type,
             name=self.name or names.anonymous(self.type.replace(".", "_")),
@@ -312,7 +312,7 @@ class Node:
         )
 
     @classmethod
-    def from_model(cls, node: model.Node) -> Node:
+    def from_model(cls, node: model.LaunchNode) -> Node:
         """Create a Node from the corresponding pipros object."""
         made = Node(
             node.package,
@@ -328,7 +328,7 @@ class Node:
         return made
 
 
-def _shared(node: model.Node) -> dict[str, Any]:
+def _shared(node: model.LaunchNode) -> dict[str, Any]:
     """Return the arguments common to `Node` and `Test`, except names."""
     return {
         "machine_name": node.machine or None,

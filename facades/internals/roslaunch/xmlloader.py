@@ -11,8 +11,8 @@ from pipros.launch.arguments import split_arguments
 from pipros.launch.builder import LaunchBuilder
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
+from pipros.launch.model import LaunchNode as NodeValue
 from pipros.launch.model import Machine as MachineValue
-from pipros.launch.model import Node as NodeValue
 from pipros.launch.model import Test as TestValue
 from pipros.launch.xml import Loader as Reader
 from rosgraph.names import get_ros_namespace, is_legal_name, is_private, make_global_ns, ns_join

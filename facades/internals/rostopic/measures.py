@@ -10,14 +10,14 @@ from typing import Any
 
 import rospy
 from pipros.graph import measurements as _text
-from pipros.graph.samples import DEFAULT_WINDOW, Figures, Samples
+from pipros.graph.samples import DEFAULT_WINDOW, SampleFigures, Samples
 
 
 def _window(size: int) -> int:
     return size if size >= 0 else DEFAULT_WINDOW
 
 
-def _figures(values: Sequence[float]) -> Figures | None:
+def _figures(values: Sequence[float]) -> SampleFigures | None:
     samples = Samples(len(values))
     for value in values:
         samples.add(value)
@@ -129,7 +129,7 @@ class ROSTopicHz:
         else:
             print(_text.rate_table(found))
 
-    def _new_figures(self, topic: str | None) -> Figures | None:
+    def _new_figures(self, topic: str | None) -> SampleFigures | None:
         with self.lock:
             last = self.get_msg_tn(topic)
             if not self.get_times(topic) or last == self.get_last_printed_tn(topic):
@@ -138,7 +138,9 @@ class ROSTopicHz:
             figures = _figures(self.get_times(topic))
         if figures is None:
             return None
-        return Figures(figures.mean, figures.minimum, figures.maximum, figures.deviation, figures.count + 1)
+        return SampleFigures(
+            figures.mean, figures.minimum, figures.maximum, figures.deviation, figures.count + 1
+        )
 
 
 class ROSTopicBandwidth:
@@ -224,7 +226,7 @@ class ROSTopicDelay:
         figures = self._new_figures()
         print(_text.NO_NEW_MESSAGES if figures is None else _text.delay_text(figures))
 
-    def _new_figures(self) -> Figures | None:
+    def _new_figures(self) -> SampleFigures | None:
         with self.lock:
             if not self.delays or self.msg_tn == self.last_msg_tn:
                 return None

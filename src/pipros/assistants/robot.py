@@ -69,7 +69,7 @@ class MessageSamples:
     is_full: bool
 
 
-class Robot:
+class RobotAccess:
     """Access to the system of an environment. Thread-safe.
 
     Attributes:

@@ -19,7 +19,7 @@ from mcp.server.mcpserver import Context, MCPServer
 from mcp_types import CallToolResult, ImageContent, TextContent, ToolAnnotations
 
 from pipros.assistants.answer import Answer, ToolRefused, answer_text, error_text
-from pipros.assistants.robot import Robot
+from pipros.assistants.robot import RobotAccess
 from pipros.assistants.tools.acts import ActTools, names_of_tools
 from pipros.assistants.tools.bags import BagTools
 from pipros.assistants.tools.frames import FrameTools
@@ -65,7 +65,7 @@ READING: Final = ("read_policy", "list_runs")
 
 
 def make_server(
-    robot: Robot, bag_folder: Path | None = None, acts: ApprovedActs | None = None
+    robot: RobotAccess, bag_folder: Path | None = None, acts: ApprovedActs | None = None
 ) -> MCPServer[Any]:
     """Return a server with all tools.
 
@@ -96,12 +96,12 @@ def _always(tool: Tool, _: Caller) -> Tool:
     return tool
 
 
-def _bound(name: str, acts: ApprovedActs, robot: Robot, bags: Path | None, caller: Caller) -> Tool:
+def _bound(name: str, acts: ApprovedActs, robot: RobotAccess, bags: Path | None, caller: Caller) -> Tool:
     found: Tool = getattr(ActTools(acts, robot, bags, caller), name)
     return found
 
 
-def tools(robot: Robot, bag_folder: Path | None) -> Iterator[Tool]:
+def tools(robot: RobotAccess, bag_folder: Path | None) -> Iterator[Tool]:
     """Yield the functions of all tools."""
     kinds = (GraphTools, TopicTools, StateTools, FrameTools, PackageTools)
     for owner in (*(kind(robot) for kind in kinds), BagTools(robot, bag_folder)):
@@ -110,7 +110,7 @@ def tools(robot: Robot, bag_folder: Path | None) -> Iterator[Tool]:
                 yield function
 
 
-def _add(server: MCPServer[Any], tool: Tool, bind: Bind, robot: Robot, pool: DaemonPool) -> None:
+def _add(server: MCPServer[Any], tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> None:
     """Add a tool. `bind` returns its function for a client."""
     acts = isinstance(getattr(tool, "__self__", None), ActTools) and tool.__name__ not in READING
     server.add_tool(
@@ -121,7 +121,7 @@ def _add(server: MCPServer[Any], tool: Tool, bind: Bind, robot: Robot, pool: Dae
     )
 
 
-def _answering(tool: Tool, bind: Bind, robot: Robot, pool: DaemonPool) -> Callable[..., Any]:
+def _answering(tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> Callable[..., Any]:
     """Return a coroutine function with the signature of a tool, which runs it in a thread."""
 
     async def call(context: Context, **arguments: Any) -> CallToolResult:

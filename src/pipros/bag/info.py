@@ -29,7 +29,7 @@ class Compression:
 
 
 @dataclass(frozen=True, slots=True)
-class Topic:
+class BagTopic:
     """Summary of a topic.
 
     Attributes:
@@ -45,7 +45,7 @@ class Topic:
 
 
 @dataclass(frozen=True, slots=True)
-class Info:
+class BagInfo:
     """Summary of a bag. `start` and `end` are in seconds, or None if there are no messages."""
 
     path: str | None
@@ -57,7 +57,7 @@ class Info:
     messages: int = 0
     compressions: Sequence[Compression] = ()
     types: Sequence[tuple[str, str]] = ()
-    topics: Sequence[Topic] = field(default=())
+    topics: Sequence[BagTopic] = field(default=())
 
     @property
     def compression(self) -> Compression:
@@ -70,17 +70,17 @@ class Info:
         )
 
 
-def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False) -> Info:
+def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False) -> BagInfo:
     """Summarize a bag. This reads the headers of all chunks and, for frequencies, their indexes.
 
     Raises:
         BagFormatError: a header or an index is damaged.
     """
-    known = Info(path, bag.format_name, bag.size)
+    known = BagInfo(path, bag.format_name, bag.size)
     if not bag.message_count and not bag.connections:
         return known
     has_messages = bag.message_count > 0
-    return Info(
+    return BagInfo(
         known.path,
         known.version,
         known.size,
@@ -111,7 +111,7 @@ def compressions(bag: BagReader) -> list[Compression]:
 
 def topics(
     bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
-) -> list[Topic]:
+) -> list[BagTopic]:
     """Return summaries of the topics in `wanted`, or of all topics if it is None, sorted by name."""
     counts = bag.count_by_connection()
     times = bag.times_ns() if with_frequencies else {}
@@ -126,7 +126,7 @@ def topics(
         if with_frequencies and messages > 1:
             stamps = sorted(stamp for each in connections for stamp in times.get(each.id, ()))
             frequency = _frequency([_seconds(stamp) for stamp in stamps])
-        found.append(Topic(name, connections[0].type, messages, len(connections), frequency))
+        found.append(BagTopic(name, connections[0].type, messages, len(connections), frequency))
     return found
 
 
@@ -144,7 +144,7 @@ def _frequency(times: Sequence[float]) -> float | None:
     return 1.0 / median if median > 0 else None
 
 
-def _printable(info: Info) -> Info:
+def _printable(info: BagInfo) -> BagInfo:
     """Return `info` with its strings on one line each, without control characters."""
     return replace(
         info,
@@ -154,7 +154,7 @@ def _printable(info: Info) -> Info:
     )
 
 
-def info_text(info: Info) -> str:
+def info_text(info: BagInfo) -> str:
     """Return the output of `rosbag info`."""
     info = _printable(info)
     rows: list[tuple[str, str]] = [] if info.path is None else [("path", info.path)]
@@ -175,7 +175,7 @@ def info_text(info: Info) -> str:
     return "\n".join(f"{label + ':' if label else '':{width}} {text}" for label, text in rows).rstrip()
 
 
-def info_html(info: Info) -> str:
+def info_html(info: BagInfo) -> str:
     """Return a table of the topics, for notebooks."""
     span = "" if info.start is None or info.end is None else f", {info.end - info.start:.1f} s"
     title = f"{info.path or ''} {human_size(info.size)}{span}, {info.messages} messages".strip()
@@ -184,7 +184,7 @@ def info_html(info: Info) -> str:
     return html_table(("topic", "type", "messages", "Hz"), rows, title)
 
 
-def _rate(topic: Topic, seconds: float) -> str:
+def _rate(topic: BagTopic, seconds: float) -> str:
     """Return the frequency, or nothing if messages came in bursts: then the median says little."""
     is_steady = topic.frequency is not None and topic.frequency * seconds < 100 * topic.messages
     return f"{topic.frequency:.4g}" if is_steady else ""
@@ -195,7 +195,7 @@ def _column(label: str, lines: Sequence[str]) -> Iterator[tuple[str, str]]:
         yield "" if number else label, line
 
 
-def _compression_rows(info: Info) -> Iterator[tuple[str, str]]:
+def _compression_rows(info: BagInfo) -> Iterator[tuple[str, str]]:
     total = info.compression
     parts = []
     for each in info.compressions:
@@ -223,12 +223,12 @@ def _compression_rows(info: Info) -> Iterator[tuple[str, str]]:
     yield "compressed", shown[1]
 
 
-def _type_lines(info: Info) -> list[str]:
+def _type_lines(info: BagInfo) -> list[str]:
     width = max((len(name) for name, _ in info.types), default=0)
     return [f"{name:{width}} [{md5sum}]" for name, md5sum in info.types]
 
 
-def _topic_lines(info: Info) -> list[str]:
+def _topic_lines(info: BagInfo) -> list[str]:
     topics = info.topics
     frequencies = ["" if each.frequency is None else human_frequency(each.frequency) for each in topics]
     name, count, kind = (
@@ -249,7 +249,7 @@ def _topic_lines(info: Info) -> list[str]:
     return lines
 
 
-def info_tree(info: Info) -> dict[str, Any]:
+def info_tree(info: BagInfo) -> dict[str, Any]:
     """Return the values that `rosbag info --yaml` prints, with fractions formatted as strings."""
     info = _printable(info)
     tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
@@ -269,7 +269,7 @@ def info_tree(info: Info) -> dict[str, Any]:
     return tree
 
 
-def _topic_tree(topic: Topic) -> dict[str, Any]:
+def _topic_tree(topic: BagTopic) -> dict[str, Any]:
     tree: dict[str, Any] = {"topic": topic.topic, "type": topic.type, "messages": topic.messages}
     if topic.connections > 1:
         tree["connections"] = topic.connections
@@ -278,7 +278,7 @@ def _topic_tree(topic: Topic) -> dict[str, Any]:
     return tree
 
 
-def info_yaml(info: Info) -> str:
+def info_yaml(info: BagInfo) -> str:
     """Return the output of `rosbag info --yaml`."""
     lines = []
     for name, value in info_tree(info).items():
@@ -290,7 +290,7 @@ def info_yaml(info: Info) -> str:
     return "\n".join(lines) + "\n"
 
 
-def info_value(info: Info, key: str) -> str:
+def info_value(info: BagInfo, key: str) -> str:
     """Return the output of `rosbag info --yaml --key`: the value at a path such as `topics[0].messages`.
 
     Raises:

@@ -12,7 +12,7 @@ from pipros.launch.command import CannotLaunch
 from pipros.launch.find_launch_files import STDIN
 from pipros.launch.inspect import arguments_text, command_words, full_node_name, node_names, params_text
 from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, Node, Output
+from pipros.launch.model import Launch, LaunchNode, Output
 from pipros.launch.xml import DEFUNCT_MASTER, load
 from pipros.workspace.index import PackageIndex
 
@@ -135,7 +135,7 @@ def print_plan(launch: Launch, index: PackageIndex) -> int:
     return code
 
 
-def _traits(node: Node) -> str:
+def _traits(node: LaunchNode) -> str:
     traits = [name for name in ("respawn", "required") if getattr(node, name)]
     if node.machine:
         traits.append(f"on machine {node.machine}")

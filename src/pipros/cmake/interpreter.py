@@ -16,7 +16,7 @@ from pipros.basics.input_file import read_text
 from pipros.cmake import language
 from pipros.cmake.blocks import BLOCKS, branches, end_of_block
 from pipros.cmake.condition import is_true
-from pipros.cmake.language import Argument, CMakeError, Command, split_list
+from pipros.cmake.language import CMakeError, Command, CommandArgument, split_list
 from pipros.cmake.loops import rounds
 from pipros.cmake.names import BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope, Unsupported
@@ -340,7 +340,7 @@ class Interpreter:
         """
         return self._expanded(command.arguments, command)
 
-    def _expanded(self, arguments: Sequence[Argument], command: Command) -> list[str]:
+    def _expanded(self, arguments: Sequence[CommandArgument], command: Command) -> list[str]:
         scope = self.scope
         try:
             return language.expand(

@@ -30,7 +30,7 @@ class CMakeError(PiprosError):
 
 
 @dataclass(frozen=True, slots=True)
-class Argument:
+class CommandArgument:
     """An argument as written.
 
     Attributes:
@@ -49,7 +49,7 @@ class Command:
 
     name: str
     written_name: str
-    arguments: tuple[Argument, ...]
+    arguments: tuple[CommandArgument, ...]
     line: int
 
 
@@ -96,8 +96,8 @@ def parse(text: str, file: str) -> list[Command]:
 _Token = tuple[str, str, int]
 
 
-def _arguments(tokens: Iterator[_Token], file: str, line: int, command: str) -> tuple[Argument, ...]:
-    arguments: list[Argument] = []
+def _arguments(tokens: Iterator[_Token], file: str, line: int, command: str) -> tuple[CommandArgument, ...]:
+    arguments: list[CommandArgument] = []
     depth = 1
     for kind, value, _ in tokens:
         if kind == "close":
@@ -106,12 +106,12 @@ def _arguments(tokens: Iterator[_Token], file: str, line: int, command: str) -> 
                 return tuple(arguments)
         depth += kind == "open"
         if kind == "quoted":
-            arguments.append(Argument(value[1:-1].replace("\\\n", ""), is_quoted=True))
+            arguments.append(CommandArgument(value[1:-1].replace("\\\n", ""), is_quoted=True))
         elif kind == "bracket":
             inner = value[value.index("[", 1) + 1 : value.rindex("]", 0, -1)]
-            arguments.append(Argument(inner.removeprefix("\n"), is_quoted=True, is_literal=True))
+            arguments.append(CommandArgument(inner.removeprefix("\n"), is_quoted=True, is_literal=True))
         else:
-            arguments.append(Argument(value))
+            arguments.append(CommandArgument(value))
     raise CMakeError(file, line, command, "Parse error. The command is not closed; a ) is missing")
 
 
@@ -139,7 +139,7 @@ _NESTING_LIMIT = 50
 
 
 def expand(
-    arguments: Sequence[Argument],
+    arguments: Sequence[CommandArgument],
     variables: Mapping[str, str],
     environment: Mapping[str, str],
     limit_characters: int,

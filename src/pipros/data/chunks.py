@@ -139,7 +139,7 @@ def _of_chunks(
     numbers = [number for _, number in chunks]
     chunk_reader = _ChunkReader(bag)
     count = sum(chunk.counts.get(each, 0) for chunk, _ in chunks for each in wanted)
-    collected = _Collected(limit, count)
+    collected = _CollectedMessages(limit, count)
     try:
         for at, (chunk, number) in enumerate(chunks):
             data = chunk_reader.read(number, numbers[at + 1 : at + 9])
@@ -158,7 +158,7 @@ def _of_chunks(
     yield from collected.taken()
 
 
-class _Collected:
+class _CollectedMessages:
     """The messages of several chunks, copied behind each other into one array.
 
     Touching new memory takes longer than the copy, so this array is the only new one.

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.graph.samples import DEFAULT_WINDOW, Figures, RateWindow
+from pipros.graph.samples import DEFAULT_WINDOW, RateWindow, SampleFigures
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -48,7 +48,7 @@ class Rates:
         return rate_table(figures)
 
 
-def rate_text(figures: Figures) -> str:
+def rate_text(figures: SampleFigures) -> str:
     """Format the rate of a single topic."""
     return (
         f"average rate: {_rate(figures):.3f}\n"
@@ -57,7 +57,7 @@ def rate_text(figures: Figures) -> str:
     )
 
 
-def rate_table(figures: Mapping[str, Figures]) -> str:
+def rate_table(figures: Mapping[str, SampleFigures]) -> str:
     """Format the rates of several topics as a table, with four digits each."""
     rows = []
     for topic, found in figures.items():
@@ -66,7 +66,7 @@ def rate_table(figures: Mapping[str, Figures]) -> str:
     return _table(["topic", "rate", "min_delta", "max_delta", "std_dev", "window"], rows)
 
 
-def bandwidth_table(figures: Mapping[str, tuple[float, Figures]]) -> str:
+def bandwidth_table(figures: Mapping[str, tuple[float, SampleFigures]]) -> str:
     """Format the bandwidths and message sizes of several topics as a table."""
     rows = []
     for topic, (bytes_per_s, sizes) in figures.items():
@@ -82,11 +82,11 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([heading, "=" * len(heading), *lines, ""])
 
 
-def _rate(figures: Figures) -> float:
+def _rate(figures: SampleFigures) -> float:
     return 1.0 / figures.mean if figures.mean > 0 else 0.0
 
 
-def bandwidth_text(bytes_per_s: float, sizes: Figures) -> str:
+def bandwidth_text(bytes_per_s: float, sizes: SampleFigures) -> str:
     return (
         f"average: {as_bytes(bytes_per_s)}/s\n"
         f"\tmean: {as_bytes(sizes.mean)} min: {as_bytes(sizes.minimum)} max: {as_bytes(sizes.maximum)}"
@@ -94,7 +94,7 @@ def bandwidth_text(bytes_per_s: float, sizes: Figures) -> str:
     )
 
 
-def delay_text(figures: Figures) -> str:
+def delay_text(figures: SampleFigures) -> str:
     return (
         f"average delay: {figures.mean:.3f}\n"
         f"\tmin: {figures.minimum:.3f}s max: {figures.maximum:.3f}s"

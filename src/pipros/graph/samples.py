@@ -11,7 +11,7 @@ DEFAULT_WINDOW = 50_000
 
 
 @dataclass(frozen=True, slots=True)
-class Figures:
+class SampleFigures:
     """Statistics of a window of samples.
 
     Attributes:
@@ -38,14 +38,14 @@ class Samples:
     def clear(self) -> None:
         self._values.clear()
 
-    def figures(self) -> Figures | None:
+    def figures(self) -> SampleFigures | None:
         """Return the statistics, or None if there are no samples."""
         values = list(self._values)
         if not values:
             return None
         mean = sum(values) / len(values)
         deviation = math.sqrt(sum((value - mean) ** 2 for value in values) / len(values))
-        return Figures(mean, min(values), max(values), deviation, len(values))
+        return SampleFigures(mean, min(values), max(values), deviation, len(values))
 
 
 class RateWindow:
@@ -72,13 +72,13 @@ class RateWindow:
         self.has_new = True
         return True
 
-    def figures(self) -> Figures | None:
+    def figures(self) -> SampleFigures | None:
         """Return the statistics of the intervals, in seconds; `count` is the number of events."""
         self.has_new = False
         found = self._intervals.figures()
         if found is None:
             return None
-        return Figures(found.mean, found.minimum, found.maximum, found.deviation, found.count + 1)
+        return SampleFigures(found.mean, found.minimum, found.maximum, found.deviation, found.count + 1)
 
 
 class BandwidthWindow:
@@ -94,7 +94,7 @@ class BandwidthWindow:
         self._moments.append(moment_s)
         self._total.append(size)
 
-    def figures(self, now_s: float) -> tuple[float, Figures] | None:
+    def figures(self, now_s: float) -> tuple[float, SampleFigures] | None:
         """Return the bandwidth until now and the sizes' statistics, or None for fewer than two messages."""
         found = self._sizes.figures()
         if found is None or found.count < 2 or now_s <= self._moments[0]:

@@ -8,7 +8,7 @@ from typing import Any
 from pipros.basics.env import split_master_uri
 from pipros.basics.printable import listed
 from pipros.launch.console import Console
-from pipros.launch.model import Launch, Node
+from pipros.launch.model import Launch, LaunchNode
 from pipros.net import address
 
 _VALUE_CHARACTERS = 20
@@ -56,7 +56,7 @@ def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> No
 
 def summary(
     params: Mapping[str, Any],
-    nodes: Iterable[Node],
+    nodes: Iterable[LaunchNode],
     *,
     machines: Iterable[str] = (),
     is_core: bool = False,

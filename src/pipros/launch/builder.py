@@ -8,8 +8,8 @@ from pipros.launch.model import (
     Argument,
     Launch,
     LaunchError,
+    LaunchNode,
     Machine,
-    Node,
     ParameterCommand,
     Test,
 )
@@ -23,7 +23,7 @@ class LaunchBuilder:
         self._params: dict[str, Any] = {}
         self._clear_params: list[str] = []
         self._commands: list[ParameterCommand] = []
-        self._nodes: dict[str, Node] = {}
+        self._nodes: dict[str, LaunchNode] = {}
         self._tests: list[Test] = []
         self._machines: dict[str, Machine] = {}
         self._arguments: dict[str, Argument] = {}
@@ -61,7 +61,7 @@ class LaunchBuilder:
     def add_command(self, command: ParameterCommand) -> None:
         self._commands.append(command)
 
-    def add_node(self, node: Node) -> None:
+    def add_node(self, node: LaunchNode) -> None:
         """Add a node.
 
         Raises:

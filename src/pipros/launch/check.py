@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, Node
+from pipros.launch.model import Launch, LaunchNode
 from pipros.launch.xml import Loader
 from pipros.workspace.executables import find_executables, package_of_programs
 from pipros.workspace.index import PackageIndex
@@ -47,7 +47,7 @@ def mistakes(
     ]
 
 
-def known_nodes(launch: Launch) -> list[Node]:
+def known_nodes(launch: Launch) -> list[LaunchNode]:
     """Return the nodes, including test nodes, whose package and type do not depend on an unset argument."""
     nodes = (*launch.nodes, *(test.node for test in launch.tests))
     return [node for node in nodes if UNSET not in node.package and UNSET not in node.type]

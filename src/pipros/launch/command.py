@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.launch.model import Machine, Node, WorkingFolder
+from pipros.launch.model import LaunchNode, Machine, WorkingFolder
 from pipros.launch.nodelet_choice import why_not_loadable
 from pipros.packages.well_known import why_not_here
 from pipros.workspace.executables import Executables, find_executables, list_executables, package_of_programs
@@ -27,7 +27,7 @@ class CannotLaunch(PiprosError):
         reason: the cause, without the node's name.
     """
 
-    def __init__(self, reason: str, node: Node | None = None) -> None:
+    def __init__(self, reason: str, node: LaunchNode | None = None) -> None:
         self.reason = reason
         which = f"cannot launch node of type [{node.package}/{node.type}]: " if node else ""
         super().__init__(which + reason)
@@ -96,7 +96,7 @@ class CommandMaker:
 
     def make(
         self,
-        node: Node,
+        node: LaunchNode,
         master_uri: str,
         *,
         log_stem: str = "",
@@ -144,7 +144,7 @@ class CommandMaker:
             raise CannotLaunch(str(error), node) from None
         return NodeCommand(tuple(argv), variables, overlay, folder)
 
-    def _program(self, node: Node) -> Path:
+    def _program(self, node: LaunchNode) -> Path:
         try:
             package = package_of_programs(self._index, node.package)
         except NotFound as error:
@@ -167,7 +167,7 @@ class CommandMaker:
         return found.runnable[0]
 
 
-def _words(text: str, what: str, node: Node) -> list[str]:
+def _words(text: str, what: str, node: LaunchNode) -> list[str]:
     try:
         return shlex.split(text)
     except ValueError as error:
@@ -176,7 +176,7 @@ def _words(text: str, what: str, node: Node) -> list[str]:
         ) from None
 
 
-def _why_not_here(node: Node, package: Package | None = None) -> str | None:
+def _why_not_here(node: LaunchNode, package: Package | None = None) -> str | None:
     """Return advice if the node is from a well-known C++ package. `package` is None if it was not found."""
     programs = list_executables(package) if package else ()
     return why_not_here(node.package, programs)

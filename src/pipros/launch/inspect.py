@@ -8,7 +8,7 @@ from typing import Any
 from pipros.basics import names
 from pipros.basics.env import Environment
 from pipros.launch.command import CommandMaker
-from pipros.launch.model import Argument, Launch, Machine, Node
+from pipros.launch.model import Argument, Launch, LaunchNode, Machine
 from pipros.workspace.index import PackageIndex
 
 
@@ -23,7 +23,7 @@ def full_node_name(name: str) -> str:
 
 
 def command_words(
-    node: Node, machine: Machine | None, index: PackageIndex
+    node: LaunchNode, machine: Machine | None, index: PackageIndex
 ) -> tuple[dict[str, str], list[str]]:
     """Return the environment variables that the launch sets for a node, and the node's command line.
 

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from pipros.launch.command import NodeCommand
-from pipros.launch.model import Node, Output
+from pipros.launch.model import LaunchNode, Output
 from pipros.launch.process import NodeProcess
 
 
@@ -88,7 +88,7 @@ class ManagedNode:
     """
 
     name: str
-    node: Node
+    node: LaunchNode
     command: NodeCommand
     output: Output
     number: int

@@ -62,7 +62,7 @@ class WorkingFolder(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class LaunchNode:
     """A process to start.
 
     Attributes:
@@ -101,7 +101,7 @@ class Node:
 class Test(NamedTuple):
     """A `<test>`: a process that reports results and exits. roslaunch ignores tests; rostest runs them."""
 
-    node: Node
+    node: LaunchNode
     test_name: str
     time_limit_s: float = 60.0
     retry: int = 0
@@ -172,14 +172,14 @@ class Launch:
     params: Mapping[str, Any] = field(default_factory=dict)
     clear_params: tuple[str, ...] = ()
     commands: tuple[ParameterCommand, ...] = ()
-    nodes: tuple[Node, ...] = ()
+    nodes: tuple[LaunchNode, ...] = ()
     tests: tuple[Test, ...] = ()
     machines: Mapping[str, Machine] = field(default_factory=dict)
     arguments: tuple[Argument, ...] = ()
     warnings: tuple[str, ...] = ()
     includes: tuple[tuple[str, str], ...] = ()
 
-    def node(self, full_name: str) -> Node | None:
+    def node(self, full_name: str) -> LaunchNode | None:
         """Return the node or test with the given full name, or None."""
         return next((node for node in self._nodes_and_tests() if node.full_name == full_name), None)
 
@@ -197,5 +197,5 @@ class Launch:
                     f"ERROR: unknown machine [{node.machine}]", [node.place] if node.place else ()
                 )
 
-    def _nodes_and_tests(self) -> tuple[Node, ...]:
+    def _nodes_and_tests(self) -> tuple[LaunchNode, ...]:
         return (*self.nodes, *(test.node for test in self.tests))

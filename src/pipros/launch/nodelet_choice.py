@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pipros.basics import names
-from pipros.launch.model import Launch, Node
+from pipros.launch.model import Launch, LaunchNode
 from pipros.packages.nodelets import (
     CHOICE_VARIABLE,
     GENUINE,
@@ -46,7 +46,7 @@ class NodeletArguments:
     manager: str = ""
 
 
-def arguments_of(node: Node) -> NodeletArguments | None:
+def arguments_of(node: LaunchNode) -> NodeletArguments | None:
     """Return the arguments if the node runs `nodelet` with a subcommand, otherwise None."""
     if (node.package, node.type) != ("nodelet", "nodelet"):
         return None
@@ -104,7 +104,7 @@ def with_choices(
     return replace(launch, nodes=tuple(nodes)), lines
 
 
-def why_not_loadable(node: Node, variables: Mapping[str, str]) -> str | None:
+def why_not_loadable(node: LaunchNode, variables: Mapping[str, str]) -> str | None:
     """Return why a node's nodelet cannot be loaded, or None.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pipros.launch.model import Machine, Node
+from pipros.launch.model import LaunchNode, Machine
 from pipros.net.this_machine import is_this_machine
 
 
@@ -16,7 +16,7 @@ class Placement:
         self._machines = machines
         self._is_local: dict[str, bool] = {}
 
-    def remote_machine(self, node: Node) -> Machine | None:
+    def remote_machine(self, node: LaunchNode) -> Machine | None:
         """Return the machine of a node that is started through ssh, or None for a local node."""
         machine = self._machines.get(node.machine)
         if machine is None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from pipros.basics import names
-from pipros.launch.model import LaunchError, Node, Output, Test, WorkingFolder
+from pipros.launch.model import LaunchError, LaunchNode, Output, Test, WorkingFolder
 from pipros.launch.read_params import read_param, read_rosparam
 from pipros.launch.read_scope import read_env, read_remap
 from pipros.launch.reader import ElementReader
@@ -52,7 +52,7 @@ def read_test(reader: ElementReader) -> None:
     reader.builder.add_test(test)
 
 
-def _read(reader: ElementReader, name: str) -> Node:
+def _read(reader: ElementReader, name: str) -> LaunchNode:
     """Read the attributes and children shared by nodes and tests."""
     if "/" in name:
         raise reader.error("node name cannot contain a namespace")
@@ -72,7 +72,7 @@ def _read(reader: ElementReader, name: str) -> Node:
         reader.builder.clear_params(private.namespace)
     machine = reader.text("machine") or reader.scope.default_machine
     _read_children(reader, inner, private)
-    return Node(
+    return LaunchNode(
         package=package,
         type=type_name,
         name=name,

@@ -22,7 +22,7 @@ from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
 from pipros.launch.managed_node import AfterExit, ManagedNode, ProcessInfo
-from pipros.launch.model import Launch, LaunchError, Node, Output
+from pipros.launch.model import Launch, LaunchError, LaunchNode, Output
 from pipros.launch.nodelet_choice import with_choices
 from pipros.launch.param_upload import apply_parameters
 from pipros.launch.placement import Placement
@@ -147,7 +147,7 @@ class LaunchRun:
         return failed
 
     def start(
-        self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
+        self, node: LaunchNode, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> NodeProcess:
         """Start one node.
 
@@ -163,7 +163,7 @@ class LaunchRun:
         return process
 
     def start_managed(
-        self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
+        self, node: LaunchNode, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> ManagedNode:
         """Like `start`, but return an object that tracks the node's restarts. It must not be modified."""
         with self._lock:

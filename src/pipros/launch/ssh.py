@@ -11,11 +11,11 @@ import math
 import shlex
 from collections.abc import Mapping, Sequence
 
-from pipros.launch.model import Machine, Node
+from pipros.launch.model import LaunchNode, Machine
 
 
 def remote_command(
-    machine: Machine, node: Node, overlay: Mapping[str, str], arguments: Sequence[str]
+    machine: Machine, node: LaunchNode, overlay: Mapping[str, str], arguments: Sequence[str]
 ) -> list[str]:
     """Return the ssh command line that runs a node on a machine.
 

@@ -18,7 +18,7 @@ class InvalidParameter(PiprosError, ValueError):
     """A parameter has a value with which the node cannot run. The text names the parameter and the value."""
 
 
-class Parameters:
+class PrivateParameters:
     """The private parameters of a node, or a namespace below them.
 
     As in roscpp, a value of another type counts as not set, so the default applies; but an integer may be
@@ -110,13 +110,13 @@ def is_number(value: Any) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def read_parameters(node: Node, namespace: str = "~") -> Parameters:
+def read_parameters(node: Node, namespace: str = "~") -> PrivateParameters:
     """Read the parameters in a namespace of a node: the private ones, or those of a part, as `~costmap`."""
     try:
         values = node.params.get(namespace)
     except NotFound:
         values = {}
-    return Parameters(values if isinstance(values, dict) else {}, f"{namespace}/".replace("~/", "~"))
+    return PrivateParameters(values if isinstance(values, dict) else {}, f"{namespace}/".replace("~/", "~"))
 
 
 def search_upwards(node: Node, namespace: str, name: str) -> Any:

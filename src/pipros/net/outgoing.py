@@ -31,7 +31,7 @@ from pipros.basics.limits import Limits
 from pipros.net import local_stream, sockets
 from pipros.net.backlog import Backlog, Buffer, WireMessage
 from pipros.net.loop import BackgroundLoop
-from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, Event, State, after
+from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, LinkEvent, LinkState, after
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 
 CHECK_STALLED_INTERVAL_S = 0.1
@@ -49,7 +49,7 @@ few hundred small messages, where TCP holds many thousands, so a short burst wou
 
 _READ_BYTES = 4096
 
-_IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # aliases: enum lookups per message are slow
+_IDLE, _RECOVERING = LinkState.IDLE, LinkState.RECOVERING  # aliases: enum lookups per message are slow
 
 
 @dataclass(slots=True)
@@ -100,7 +100,7 @@ class OutgoingLink:
         self.descriptor = sock.fileno()
         self.queue_size = queue_size
         self.statistics = SendStatistics()
-        self.state = State.IDLE
+        self.state = LinkState.IDLE
         self.end_reason = ""
         self._limits = limits
         self._timings = timings
@@ -134,7 +134,7 @@ class OutgoingLink:
                         statistics.frames += 1
                         return
                     self._backlog.append_rest(message, sent)
-                self._apply(Event.SOCKET_FULL)
+                self._apply(LinkEvent.SOCKET_FULL)
             elif not self.is_closed:
                 self._backlog.append(message, size)
                 self._flush()
@@ -165,7 +165,7 @@ class OutgoingLink:
                         sent = 0
                     else:
                         self._backlog.append((message,), len(message))
-                self._apply(Event.SOCKET_FULL)
+                self._apply(LinkEvent.SOCKET_FULL)
             elif not self.is_closed:
                 for message in messages:
                     self._backlog.append((message,), len(message))
@@ -187,7 +187,7 @@ class OutgoingLink:
 
     @property
     def is_closed(self) -> bool:
-        return self.state is State.CLOSED
+        return self.state is LinkState.CLOSED
 
     @property
     def is_waited_for(self) -> bool:
@@ -198,7 +198,7 @@ class OutgoingLink:
     def is_briefly_waited_for(self) -> bool:
         """Whether the rest of a large message is queued for a subscriber that has read in time so far."""
         with self._lock:
-            return self.state is State.BEHIND and self._backlog.is_in_large_buffer
+            return self.state is LinkState.BEHIND and self._backlog.is_in_large_buffer
 
     def stop_waiting(self) -> None:
         """Leave queued messages to the event loop, because the link did not become writable in time.
@@ -206,7 +206,7 @@ class OutgoingLink:
         The publisher does not wait for the link again until the link has caught up.
         """
         with self._lock:
-            self._apply(Event.WAITED_IN_VAIN if self.is_waited_for else Event.LEFT_TO_LOOP)
+            self._apply(LinkEvent.WAITED_IN_VAIN if self.is_waited_for else LinkEvent.LEFT_TO_LOOP)
             self._drop_oldest()
 
     def flush(self) -> bool:
@@ -219,7 +219,7 @@ class OutgoingLink:
     def queue_for_loop(self) -> None:
         """Leave queued messages to the event loop. Never blocks."""
         with self._lock:
-            self._apply(Event.LEFT_TO_LOOP)
+            self._apply(LinkEvent.LEFT_TO_LOOP)
 
     def drain(self, limit_s: float) -> None:
         """Send queued messages, blocking for at most `limit_s`."""
@@ -245,12 +245,12 @@ class OutgoingLink:
 
     # -- with the lock held ---------------------------------------------------
 
-    def _apply(self, event: Event) -> None:
+    def _apply(self, event: LinkEvent) -> None:
         before, self.state = self.state, after(self.state, event)
         if self.state in WRITTEN_BY_LOOP and before not in WRITTEN_BY_LOOP:
             self._loop.call(self._start_writer)
         # for a recovering link, the check is still scheduled
-        if self.state is State.STALLED and before is not _RECOVERING:
+        if self.state is LinkState.STALLED and before is not _RECOVERING:
             self._loop.call(self._check_stalled)
 
     def _flush(self, max_bytes: float = math.inf) -> None:
@@ -271,17 +271,17 @@ class OutgoingLink:
         self.statistics.bytes += sent
         self.statistics.frames += self._backlog.remove_sent(sent)
         if not self._backlog:
-            self._apply(Event.EMPTIED)
+            self._apply(LinkEvent.EMPTIED)
         return True
 
     def _drop_oldest(self) -> None:
-        limit = 1 if self.queue_size is None and self.state is State.STALLED else self.queue_size
+        limit = 1 if self.queue_size is None and self.state is LinkState.STALLED else self.queue_size
         spared_bytes = STREAM_SPARED_BYTES if self._is_local else 0
         self.statistics.dropped += self._backlog.drop_oldest(limit, self._limits.queue_bytes, spared_bytes)
 
     def _give_up(self) -> None:
         if not self.is_closed:
-            self._apply(Event.CLOSED)
+            self._apply(LinkEvent.CLOSED)
             self.statistics.dropped += self._backlog.clear()
             sockets.abort(self.sock)
             if not self._loop.call(self._end):
@@ -315,7 +315,7 @@ class OutgoingLink:
         """
         with self._lock:
             if self.state is _RECOVERING and sockets.is_nearly_drained(self.sock):
-                self._apply(Event.CAUGHT_UP)
+                self._apply(LinkEvent.CAUGHT_UP)
             has_caught_up = self.state not in NOT_WAITED_FOR
         if not has_caught_up:
             self._check_again(self._check_stalled, CHECK_STALLED_INTERVAL_S)

@@ -13,13 +13,13 @@ from pipros.net.backlog import WireMessage
 from pipros.net.link_memory import PlacedMessage
 from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing import OutgoingLink
-from pipros.net.outgoing_state import Event, State
+from pipros.net.outgoing_state import LinkEvent, LinkState
 from pipros.net.shared_memory import TopicMemory
 from pipros.net.timings import LinkTimings
 from pipros.wire.slot_frames import OFFER, ControlFrame, encode
 
 _OFFER = encode(ControlFrame(OFFER, 0))
-_IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # aliases: enum lookups per message are slow
+_IDLE, _RECOVERING = LinkState.IDLE, LinkState.RECOVERING  # aliases: enum lookups per message are slow
 
 
 class LocalOutgoingLink(OutgoingLink):
@@ -66,7 +66,7 @@ class LocalOutgoingLink(OutgoingLink):
                         self.statistics.frames += 1
                     else:
                         self._backlog.append_rest((frames,), sent)
-                        self._apply(Event.SOCKET_FULL)
+                        self._apply(LinkEvent.SOCKET_FULL)
                     return
         self.send(message, size)
 
@@ -101,8 +101,8 @@ class LocalOutgoingLink(OutgoingLink):
         self.statistics.bytes -= len(frame) - sent
         if self._backlog.insert(frame[sent:]):
             self.statistics.frames -= 1
-        self._apply(Event.SOCKET_FULL)
-        self._apply(Event.LEFT_TO_LOOP)
+        self._apply(LinkEvent.SOCKET_FULL)
+        self._apply(LinkEvent.LEFT_TO_LOOP)
 
     def _read(self) -> None:
         super()._read()

@@ -16,7 +16,7 @@ from enum import Enum, auto
 from typing import Final
 
 
-class State(Enum):
+class LinkState(Enum):
     """The state of a link; see the module docstring."""
 
     IDLE = auto()
@@ -27,7 +27,7 @@ class State(Enum):
     CLOSED = auto()
 
 
-class Event(Enum):
+class LinkEvent(Enum):
     """An event on a link."""
 
     SOCKET_FULL = auto()
@@ -43,40 +43,40 @@ class Event(Enum):
     CLOSED = auto()
 
 
-_TRANSITIONS: Final[dict[State, dict[Event, State]]] = {
-    State.IDLE: {Event.SOCKET_FULL: State.BEHIND, Event.CLOSED: State.CLOSED},
-    State.BEHIND: {
-        Event.EMPTIED: State.IDLE,
-        Event.LEFT_TO_LOOP: State.QUEUED,
-        Event.WAITED_IN_VAIN: State.STALLED,
-        Event.CLOSED: State.CLOSED,
+_TRANSITIONS: Final[dict[LinkState, dict[LinkEvent, LinkState]]] = {
+    LinkState.IDLE: {LinkEvent.SOCKET_FULL: LinkState.BEHIND, LinkEvent.CLOSED: LinkState.CLOSED},
+    LinkState.BEHIND: {
+        LinkEvent.EMPTIED: LinkState.IDLE,
+        LinkEvent.LEFT_TO_LOOP: LinkState.QUEUED,
+        LinkEvent.WAITED_IN_VAIN: LinkState.STALLED,
+        LinkEvent.CLOSED: LinkState.CLOSED,
     },
-    State.QUEUED: {
-        Event.EMPTIED: State.IDLE,
-        Event.WAITED_IN_VAIN: State.STALLED,
-        Event.CLOSED: State.CLOSED,
+    LinkState.QUEUED: {
+        LinkEvent.EMPTIED: LinkState.IDLE,
+        LinkEvent.WAITED_IN_VAIN: LinkState.STALLED,
+        LinkEvent.CLOSED: LinkState.CLOSED,
     },
-    State.STALLED: {Event.EMPTIED: State.RECOVERING, Event.CLOSED: State.CLOSED},
-    State.RECOVERING: {
-        Event.SOCKET_FULL: State.STALLED,
-        Event.CAUGHT_UP: State.IDLE,
-        Event.CLOSED: State.CLOSED,
+    LinkState.STALLED: {LinkEvent.EMPTIED: LinkState.RECOVERING, LinkEvent.CLOSED: LinkState.CLOSED},
+    LinkState.RECOVERING: {
+        LinkEvent.SOCKET_FULL: LinkState.STALLED,
+        LinkEvent.CAUGHT_UP: LinkState.IDLE,
+        LinkEvent.CLOSED: LinkState.CLOSED,
     },
-    State.CLOSED: {},
+    LinkState.CLOSED: {},
 }
 
-WAITING: Final = (State.BEHIND, State.QUEUED, State.STALLED)
+WAITING: Final = (LinkState.BEHIND, LinkState.QUEUED, LinkState.STALLED)
 """States in which messages are queued. (These are tuples, because enum members are slow to hash.)"""
 
-WRITTEN_BY_LOOP: Final = (State.QUEUED, State.STALLED)
+WRITTEN_BY_LOOP: Final = (LinkState.QUEUED, LinkState.STALLED)
 
-NOT_WAITED_FOR: Final = (State.STALLED, State.RECOVERING)
+NOT_WAITED_FOR: Final = (LinkState.STALLED, LinkState.RECOVERING)
 
 
-def after(state: State, event: Event) -> State:
+def after(state: LinkState, event: LinkEvent) -> LinkState:
     """Return the state after an event.
 
-    >>> after(State.IDLE, Event.SOCKET_FULL), after(State.CLOSED, Event.EMPTIED)
-    (<State.BEHIND: 2>, <State.CLOSED: 6>)
+    >>> after(LinkState.IDLE, LinkEvent.SOCKET_FULL), after(LinkState.CLOSED, LinkEvent.EMPTIED)
+    (<LinkState.BEHIND: 2>, <LinkState.CLOSED: 6>)
     """
     return _TRANSITIONS[state].get(event, state)

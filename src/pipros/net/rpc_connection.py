@@ -22,7 +22,7 @@ from pipros.basics.errors import ProtocolError
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.refusals import Refusals
-from pipros.net.rpc_state import BUSY, FINAL, Event, State, Step, after, next_step
+from pipros.net.rpc_state import BUSY, FINAL, RpcEvent, RpcState, Step, after, next_step
 from pipros.net.this_machine import ThisMachineCaller
 from pipros.wire.http import CONTINUE, HttpError, Request, RequestReader, build_response, response_head
 from pipros.wire.xmlrpc import ValueTooLarge, decode_call, encode_fault, encode_response
@@ -83,7 +83,7 @@ class RpcConnection(asyncio.Protocol):
         self._received = received
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
-        self._state = State.READING
+        self._state = RpcState.READING
         self._pending: asyncio.Task[None] | asyncio.Handle | None = (
             None  # the task or turn that the current state waits for
         )
@@ -111,7 +111,7 @@ class RpcConnection(asyncio.Protocol):
             self._received = b""
 
     def connection_lost(self, _error: Exception | None) -> None:
-        self._note(Event.ABORTED)
+        self._note(RpcEvent.ABORTED)
         self._transport = None
         self._unsent = memoryview(b"")
         if self._pending:
@@ -127,7 +127,7 @@ class RpcConnection(asyncio.Protocol):
             return
         self._reader.feed(data)
         self._needs_bytes = False
-        if self._state is State.READING:
+        if self._state is RpcState.READING:
             self._take_turn()
         elif self._transport:
             self._transport.pause_reading()
@@ -140,24 +140,24 @@ class RpcConnection(asyncio.Protocol):
         return True
 
     def pause_writing(self) -> None:
-        self._note(Event.WRITING_PAUSED)
+        self._note(RpcEvent.WRITING_PAUSED)
         self._update_deadline()
 
     def resume_writing(self) -> None:
-        self._note(Event.WRITING_RESUMED)
+        self._note(RpcEvent.WRITING_RESUMED)
         self._continue()
 
     # ---- called by the server
 
     def abort(self) -> None:
         """Close immediately; unsent data is lost."""
-        self._note(Event.ABORTED)
+        self._note(RpcEvent.ABORTED)
         if self._transport:
             self._transport.abort()
 
     # ---- turns, deadlines and back pressure
 
-    def _note(self, event: Event) -> None:
+    def _note(self, event: RpcEvent) -> None:
         self._state = after(self._state, event)
 
     def _take_turn(self) -> None:
@@ -170,14 +170,14 @@ class RpcConnection(asyncio.Protocol):
 
     def _take_queued_turn(self) -> None:
         self._pending = None
-        self._note(Event.TURN_BEGAN)
+        self._note(RpcEvent.TURN_BEGAN)
         self._take_turn()
 
     def _continue(self) -> None:
         """Take the next step, unless the connection is busy."""
         if self._transport is None or self._state in FINAL:
             return
-        if self._state is State.READING:
+        if self._state is RpcState.READING:
             step = next_step(
                 has_unsent=bool(self._unsent),
                 is_last_answer=self._is_last_answer,
@@ -188,7 +188,7 @@ class RpcConnection(asyncio.Protocol):
                 self._transport.resume_reading()
             elif step is Step.QUEUE_TURN:
                 self._pending = self._loop.call_soon(self._take_queued_turn)
-                self._note(Event.TURN_QUEUED)
+                self._note(RpcEvent.TURN_QUEUED)
             else:
                 self._close_gracefully()
         self._update_deadline()
@@ -200,7 +200,7 @@ class RpcConnection(asyncio.Protocol):
         """
         if self._state in FINAL:
             return
-        if self._state is State.STALLED or (self._needs_bytes and not self._reader.is_idle):
+        if self._state is RpcState.STALLED or (self._needs_bytes and not self._reader.is_idle):
             self._expect_progress()
         else:
             self._server.connections.clear_deadline(self)
@@ -273,7 +273,7 @@ class RpcConnection(asyncio.Protocol):
 
     def _answer_by_task(self, request: Request, answer: Awaitable[bytes]) -> None:
         self._pending = self._loop.create_task(self._answer_later(request, answer))
-        self._note(Event.TASK_BEGAN)
+        self._note(RpcEvent.TASK_BEGAN)
 
     async def _answer_later(self, request: Request, answer: Awaitable[bytes]) -> None:
         try:
@@ -281,7 +281,7 @@ class RpcConnection(asyncio.Protocol):
         except Exception as error:
             document = self._fault(error)
         self._pending = None
-        self._note(Event.TASK_DONE)
+        self._note(RpcEvent.TASK_DONE)
         self._send(request, document)
         self._continue()
 
@@ -321,7 +321,7 @@ class RpcConnection(asyncio.Protocol):
             if self._has_peer_ended:
                 self._close_gracefully()
             else:
-                self._note(Event.REQUEST_REFUSED)
+                self._note(RpcEvent.REQUEST_REFUSED)
                 self._server.connections.clear_deadline(self)
                 self._transport.write_eof()
                 self._transport.resume_reading()
@@ -329,7 +329,7 @@ class RpcConnection(asyncio.Protocol):
 
     def _close_gracefully(self) -> None:
         """Close after all written data has been sent, or after a deadline."""
-        self._note(Event.CLOSED_GRACEFULLY)
+        self._note(RpcEvent.CLOSED_GRACEFULLY)
         if self._transport:
             self._expect_progress()
             self._transport.close()

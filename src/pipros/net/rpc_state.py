@@ -23,7 +23,7 @@ from enum import Enum, auto
 from typing import Final
 
 
-class State(Enum):
+class RpcState(Enum):
     """The state of a connection; see the module docstring."""
 
     READING = auto()
@@ -35,7 +35,7 @@ class State(Enum):
     CLOSED = auto()
 
 
-class Event(Enum):
+class RpcEvent(Enum):
     """An event on a connection; see the module docstring."""
 
     TURN_QUEUED = auto()
@@ -57,37 +57,38 @@ class Step(Enum):
     READ = auto()
 
 
-BUSY: Final = frozenset({State.QUEUED, State.ANSWERING, State.STALLED})
-FINAL: Final = frozenset({State.DRAINING, State.CLOSING, State.CLOSED})
+BUSY: Final = frozenset({RpcState.QUEUED, RpcState.ANSWERING, RpcState.STALLED})
+FINAL: Final = frozenset({RpcState.DRAINING, RpcState.CLOSING, RpcState.CLOSED})
 
-_TRANSITIONS: Final[dict[State, dict[Event, State]]] = {
-    State.READING: {
-        Event.TURN_QUEUED: State.QUEUED,
-        Event.TASK_BEGAN: State.ANSWERING,
-        Event.WRITING_PAUSED: State.STALLED,
-        Event.REQUEST_REFUSED: State.DRAINING,
-        Event.CLOSED_GRACEFULLY: State.CLOSING,
-        Event.ABORTED: State.CLOSED,
+_TRANSITIONS: Final[dict[RpcState, dict[RpcEvent, RpcState]]] = {
+    RpcState.READING: {
+        RpcEvent.TURN_QUEUED: RpcState.QUEUED,
+        RpcEvent.TASK_BEGAN: RpcState.ANSWERING,
+        RpcEvent.WRITING_PAUSED: RpcState.STALLED,
+        RpcEvent.REQUEST_REFUSED: RpcState.DRAINING,
+        RpcEvent.CLOSED_GRACEFULLY: RpcState.CLOSING,
+        RpcEvent.ABORTED: RpcState.CLOSED,
     },
-    State.QUEUED: {Event.TURN_BEGAN: State.READING, Event.ABORTED: State.CLOSED},
-    State.ANSWERING: {Event.TASK_DONE: State.READING, Event.ABORTED: State.CLOSED},
-    State.STALLED: {
-        Event.WRITING_RESUMED: State.READING,
-        Event.REQUEST_REFUSED: State.DRAINING,  # the response to the refused request filled the transport
-        Event.CLOSED_GRACEFULLY: State.CLOSING,
-        Event.ABORTED: State.CLOSED,
+    RpcState.QUEUED: {RpcEvent.TURN_BEGAN: RpcState.READING, RpcEvent.ABORTED: RpcState.CLOSED},
+    RpcState.ANSWERING: {RpcEvent.TASK_DONE: RpcState.READING, RpcEvent.ABORTED: RpcState.CLOSED},
+    RpcState.STALLED: {
+        RpcEvent.WRITING_RESUMED: RpcState.READING,
+        # the response to the refused request filled the transport
+        RpcEvent.REQUEST_REFUSED: RpcState.DRAINING,
+        RpcEvent.CLOSED_GRACEFULLY: RpcState.CLOSING,
+        RpcEvent.ABORTED: RpcState.CLOSED,
     },
-    State.DRAINING: {Event.CLOSED_GRACEFULLY: State.CLOSING, Event.ABORTED: State.CLOSED},
-    State.CLOSING: {Event.ABORTED: State.CLOSED},
-    State.CLOSED: {},
+    RpcState.DRAINING: {RpcEvent.CLOSED_GRACEFULLY: RpcState.CLOSING, RpcEvent.ABORTED: RpcState.CLOSED},
+    RpcState.CLOSING: {RpcEvent.ABORTED: RpcState.CLOSED},
+    RpcState.CLOSED: {},
 }
 
 
-def after(state: State, event: Event) -> State:
+def after(state: RpcState, event: RpcEvent) -> RpcState:
     """Return the state after an event.
 
-    >>> after(State.READING, Event.TASK_BEGAN), after(State.CLOSED, Event.TASK_DONE)
-    (<State.ANSWERING: 3>, <State.CLOSED: 7>)
+    >>> after(RpcState.READING, RpcEvent.TASK_BEGAN), after(RpcState.CLOSED, RpcEvent.TASK_DONE)
+    (<RpcState.ANSWERING: 3>, <RpcState.CLOSED: 7>)
     """
     return _TRANSITIONS[state].get(event, state)
 

@@ -15,7 +15,7 @@ from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
 from pipros.net.local_stream import is_local, shares_memory
 from pipros.net.outgoing import OutgoingLink, SendStatistics
-from pipros.net.outgoing_state import State
+from pipros.net.outgoing_state import LinkState
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
@@ -39,7 +39,7 @@ JOIN_LIMIT_BYTES = 32 * 1024
 larger messages are not joined.
 """
 
-_IDLE = State.IDLE  # aliases: enum lookups per message are slow
+_IDLE = LinkState.IDLE  # aliases: enum lookups per message are slow
 _pack_length = struct.Struct("<I").pack
 
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 from pipros.net.backlog import WireMessage
 from pipros.net.outgoing import OutgoingLink
 from pipros.net.outgoing_local import LocalOutgoingLink
-from pipros.net.outgoing_state import State
+from pipros.net.outgoing_state import LinkState
 from pipros.net.shared_memory import LEAST_BYTES, TopicMemory
 from pipros.node.context import NodeContext
 
 if TYPE_CHECKING:
     from pipros.node.publisher_link import PublisherLink
 
-_IDLE = State.IDLE
+_IDLE = LinkState.IDLE
 
 
 class SharedPublication:

@@ -11,20 +11,20 @@ from typing import Final
 from pipros.net.loop import BackgroundLoop
 from pipros.server.access import Access
 from pipros.server.desktop import open_in_browser
-from pipros.server.view_server import PageServer, Services
+from pipros.server.view_server import PageServer, ServedViews
 
 _CLOSING_S: Final = 0.3
 
 
 @contextlib.contextmanager
-def served_page(services: Services, node: str, log: logging.Logger) -> Iterator[None]:
+def served_page(served: ServedViews, node: str, log: logging.Logger) -> Iterator[None]:
     """Serve the page within the context, print its address on stderr, and open it if there is a desktop.
 
     `node` is the name of the node.
     """
     loop = BackgroundLoop(f"page of {node}")
     loop.start()
-    server = PageServer(services)
+    server = PageServer(served)
     try:
         try:
             loop.run(server.start("127.0.0.1", 0))

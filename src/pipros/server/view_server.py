@@ -89,7 +89,7 @@ class RequestRefused(PiprosError):
 
 
 @dataclass(frozen=True, slots=True)
-class Services:
+class ServedViews:
     """Views and actions that browsers can request.
 
     Attributes:
@@ -109,9 +109,9 @@ class Services:
 class PageServer:
     """Serves the page from `start` until `close`. For use in one event loop."""
 
-    def __init__(self, services: Services, secret: Secret | None = None) -> None:
+    def __init__(self, served: ServedViews, secret: Secret | None = None) -> None:
         """Create a server. `secret` defaults to a new secret."""
-        self._services = services
+        self._served = served
         self._secret = secret or Secret()
         self._limits = process_limits()
         listener = Listener(self._limits, limit=BROWSERS + self._limits.handshakes, log=logger)
@@ -167,7 +167,7 @@ class PageServer:
                 return None
         except Denied as error:
             return plain_response(HTTPStatus.FORBIDDEN, str(error))
-        return _file_response(path, self._services.pages, headers)
+        return _file_response(path, self._served.pages, headers)
 
     async def handle_websocket(self, connection: PortConnection) -> None:
         """Serve one browser until it disconnects."""
@@ -192,7 +192,7 @@ class PageServer:
         budget = Budget(with_spare, self._input, part=0.5, own=READ_AHEAD_BYTES)
         connection.admit(budget, REQUEST_BYTES)
         self._browsers += 1
-        browser = _Browser(connection, self._services, self._logged)
+        browser = _Browser(connection, self._served, self._logged)
         try:
             await browser.welcome(self.access.secret.token)
             async for text in connection:
@@ -209,7 +209,10 @@ class _Browser:
     """The open views of one browser."""
 
     def __init__(
-        self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
+        self,
+        connection: ServerConnection,
+        served: ServedViews,
+        logged: set[tuple[str, type[BaseException]]],
     ) -> None:
         """Create the state of a browser.
 
@@ -218,7 +221,7 @@ class _Browser:
                 type. Updated in place.
         """
         self._connection = connection
-        self._services = services
+        self._served = served
         self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
 
@@ -262,7 +265,7 @@ class _Browser:
     async def _serve(self, number: int, request: Mapping[str, Any]) -> None:
         """Serve a request. A read-only view is retried after an error."""
         name = str(request.get("action", request.get("view")))
-        is_once = "action" in request or name in self._services.changing
+        is_once = "action" in request or name in self._served.changing
         sent = ""
         with contextlib.suppress(ConnectionClosed):
             while True:
@@ -290,7 +293,7 @@ class _Browser:
         if "action" in request:
             yield await json_text({"id": number, "data": await self._act(request["action"], arguments)})
             return
-        view = self._services.views.get(str(request.get("view")))
+        view = self._served.views.get(str(request.get("view")))
         if view is None:
             raise RequestRefused(f"unknown view {request.get('view')!r}")
         self._check_control(str(request["view"]))
@@ -311,15 +314,15 @@ class _Browser:
         return f"{type(error).__name__}: {error}"[:LONGEST_ERROR]
 
     async def _act(self, name: str, arguments: Mapping[str, Any]) -> Any:
-        action = self._services.actions.get(str(name))
+        action = self._served.actions.get(str(name))
         if action is None:
             raise RequestRefused(f"unknown action {name!r}")
         self._check_control(name)
         return await action(arguments)
 
     def _check_control(self, name: str) -> None:
-        if name in self._services.changing - self._services.permitted:
-            what = "cannot do this" if self._services.permitted else "is read-only"
+        if name in self._served.changing - self._served.permitted:
+            what = "cannot do this" if self._served.permitted else "is read-only"
             raise RequestRefused(f"this page {what}; start it with --control to change the system")
 
     async def _send(self, value: Mapping[str, Any]) -> None:

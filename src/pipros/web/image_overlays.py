@@ -75,7 +75,7 @@ def _result_text(detection: Any) -> str:
     return f"{name} {best.score:.2f}"[:LONGEST_TEXT]
 
 
-class Markers:
+class OverlayMarkers:
     """The current markers of a topic. Beyond `MAX_MARKERS`, new ones are left out."""
 
     def __init__(self) -> None:

@@ -18,7 +18,7 @@ What = Literal["stale", "back", "error"]
 
 
 @dataclass(frozen=True, slots=True)
-class Notice:
+class PageNotice:
     """A change.
 
     Attributes:
@@ -40,7 +40,7 @@ class Notices:
     """Compares the states of sources, and keeps the changes of the last minute. Not thread-safe."""
 
     def __init__(self) -> None:
-        self._notices: deque[Notice] = deque(maxlen=MAX_NOTICES)
+        self._notices: deque[PageNotice] = deque(maxlen=MAX_NOTICES)
         self._stale: dict[tuple[Kind, str], float] = {}
         self._failing: dict[tuple[Kind, str], str] = {}
 
@@ -49,10 +49,10 @@ class Notices:
         before = {name for of_kind, name in self._stale if of_kind == kind}
         for name in sorted(ages_s.keys() - before):
             self._stale[kind, name] = now_s - ages_s[name]
-            self._notices.append(Notice(now_s, "stale", kind, name))
+            self._notices.append(PageNotice(now_s, "stale", kind, name))
         for name in sorted(before - ages_s.keys()):
             del self._stale[kind, name]
-            self._notices.append(Notice(now_s, "back", kind, name))
+            self._notices.append(PageNotice(now_s, "back", kind, name))
 
     def forget(self, kind: Kind, names: set[str]) -> None:
         """Drop stale sources that no longer exist, and therefore do not come back."""
@@ -70,7 +70,7 @@ class Notices:
 
     def note_error(self, kind: Kind, name: str, text: str, when_s: float) -> None:
         """Add an error, or count it if it repeats one of the last minute."""
-        notice = Notice(when_s, "error", kind, name, text[:LONGEST_TEXT])
+        notice = PageNotice(when_s, "error", kind, name, text[:LONGEST_TEXT])
         for each in self._notices:
             if (each.what, each.kind, each.name, each.text) == ("error", kind, name, notice.text):
                 self._notices.remove(each)
@@ -78,7 +78,7 @@ class Notices:
                 break
         self._notices.append(notice)
 
-    def recent(self, now_s: float) -> list[Notice]:
+    def recent(self, now_s: float) -> list[PageNotice]:
         """Return the changes of the last minute, newest first, and forget older ones."""
         recent = [each for each in self._notices if now_s - each.when_s < SHOWN_S]
         self._notices = deque(recent, MAX_NOTICES)

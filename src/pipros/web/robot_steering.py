@@ -97,7 +97,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         except PiprosError as error:
             log.critical("%s", error)
             return 1
-        with served_page(steering.page.services(), node.name, log):
+        with served_page(steering.page.served_views(), node.name, log):
             while not node.wait_for_shutdown(PERIOD_S):
                 steering.publish()
     return 0

@@ -21,7 +21,7 @@ from pipros.server.desktop import open_in_browser
 from pipros.server.secret import Secret
 from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
 from pipros.server.token_file import read_tokens
-from pipros.server.view_server import PageServer, Services
+from pipros.server.view_server import PageServer, ServedViews
 from pipros.web.bags.folder import BagFolder
 from pipros.web.bags.recording import BagRecording
 from pipros.web.bags.rewind import RecentMessages
@@ -29,7 +29,7 @@ from pipros.web.bags.views import ShownBags
 from pipros.web.limits import PageLimits
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import serve_scene_file
-from pipros.web.tabs import BY_POLICY, CHANGING, CONTROLS, OF_MESSAGES, PageContext, services_of_tabs
+from pipros.web.tabs import BY_POLICY, CHANGING, CONTROLS, OF_MESSAGES, PageContext, views_of_tabs
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 CLOSING_S = 0.4
@@ -102,7 +102,7 @@ def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
         system = WatchedSystem(graph, node, gate, recent=_recent(options.rewind_s))
         bags = BagFolder(options.bags) if options.bags is not None else None
         recording = BagRecording(bags) if bags is not None else None
-        views = services(
+        views = served_views(
             system,
             options.permitted,
             options.scene,
@@ -154,7 +154,9 @@ class MountedPage:
         self._closing = contextlib.ExitStack()
         graph = self._closing.enter_context(GraphClient(tool, timeout_s=MASTER_DEADLINE_S))
         self._system = WatchedSystem(graph, node, gate, recent=_recent(None))
-        self.server = PageServer(services(self._system, frozenset(CHANGING if has_control else ())), secret)
+        self.server = PageServer(
+            served_views(self._system, frozenset(CHANGING if has_control else ())), secret
+        )
 
     def start(self) -> None:
         """Start the threads."""
@@ -190,7 +192,7 @@ def _restriction(permitted: frozenset[str]) -> str:
     return f"The page can {what}. With --control it can make other changes, with --read-only none."
 
 
-def services(
+def served_views(
     system: WatchedSystem,
     permitted: frozenset[str] = frozenset(),
     scene_file: SceneFile | None = None,
@@ -198,7 +200,7 @@ def services(
     saves_layouts: bool = False,
     bags: BagFolder | None = None,
     recording: BagRecording | None = None,
-) -> Services:
+) -> ServedViews:
     """Return all views and actions of the page.
 
     For `permitted`, `saves_layouts` and `bags`, see `PageOptions`. `recording` writes to `bags`.
@@ -206,7 +208,7 @@ def services(
     if system.gate.policy is not None:
         permitted &= BY_POLICY
     context = PageContext(system, scene_file, saves_layouts, bags, recording)
-    of_tabs = services_of_tabs(context)
+    of_tabs = views_of_tabs(context)
 
     async def about(_: Mapping[str, Any]) -> Any:
         uri = system.graph.environment.master_uri
@@ -224,11 +226,11 @@ def services(
     shown = ShownBags(
         context.open_bags,
         of_tabs,
-        lambda bag: services_of_tabs(PageContext(bag), only_messages=True),
+        lambda bag: views_of_tabs(PageContext(bag), only_messages=True),
         OF_MESSAGES,
     )
     actions = {**shown.actions(), "about": about}
-    return Services(shown.views(), actions, frozenset(CHANGING), permitted, PAGES)
+    return ServedViews(shown.views(), actions, frozenset(CHANGING), permitted, PAGES)
 
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:

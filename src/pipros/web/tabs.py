@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from types import MethodType
 from typing import Any
 
-from pipros.server.view_server import Services
+from pipros.server.view_server import ServedViews
 from pipros.web.bags.folder import BagFolder
 from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.recording import BagRecording
@@ -268,7 +268,7 @@ CONTROLS: Mapping[str, str] = {name: change for tab in TABS for name, change in 
 """Tabs of the browser, and the one of `CHANGING` that their controls use."""
 
 
-def services_of_tabs(context: PageContext, *, only_messages: bool = False) -> Services:
+def views_of_tabs(context: PageContext, *, only_messages: bool = False) -> ServedViews:
     """Create the objects of all tabs, and return their views and actions, or those of messages only."""
     views: dict[str, Any] = {}
     actions: dict[str, Any] = {}
@@ -280,4 +280,4 @@ def services_of_tabs(context: PageContext, *, only_messages: bool = False) -> Se
             for name, method in methods.items():
                 if not only_messages or name in tab.of_messages:
                     found[name] = MethodType(method, made)
-    return Services(views, actions)
+    return ServedViews(views, actions)

@@ -19,7 +19,7 @@ from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.outbox import Outgoing
 from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import Durability, Qos
+from pipros.ros2.rtps.qos import DurabilityKind, Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
 from pipros.ros2.rtps.services import RtpsClient, RtpsServer
@@ -63,7 +63,7 @@ def is_lost() -> bool:
 
 
 def qos_of(word: str) -> Qos:
-    latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+    latched = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=1)
     return latched if word == "latched" else Qos(depth=2000)
 
 

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pipros.assistants
-from pipros.assistants.robot import Robot
+from pipros.assistants.robot import RobotAccess
 from pipros.assistants.server import INSTRUCTIONS, tools
 from pipros.basics.env import Environment
 from tests.support.assistants import LocalAssistant
@@ -52,7 +52,7 @@ def test_the_instructions_say_that_data_is_not_an_instruction() -> None:
 def test_descriptions_are_the_docstrings_of_the_source() -> None:
     source = {
         tool.__name__: " ".join((inspect.getdoc(tool) or "").split())
-        for tool in tools(Robot(Environment(master_uri=NOBODY)), None)
+        for tool in tools(RobotAccess(Environment(master_uri=NOBODY)), None)
     }
     assert {tool.name: tool.description for tool in TOOLS} == source
 

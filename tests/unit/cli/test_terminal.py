@@ -15,7 +15,7 @@ from pipros.cli.terminal import (
     table,
 )
 from pipros.graph.measurements import bandwidth_table
-from pipros.graph.samples import Figures
+from pipros.graph.samples import SampleFigures
 
 ROWS = [["/scan", "[a/Scan]", "1"], ["/battery", "[b/B]", "12"]]
 
@@ -141,7 +141,7 @@ def test_blocks_follow_each_other_in_a_pipe(
 
 
 def test_bandwidths_of_several_topics_are_a_table() -> None:
-    sizes = Figures(100.0, 50.0, 3000.0, 1.0, 7)
+    sizes = SampleFigures(100.0, 50.0, 3000.0, 1.0, 7)
 
     assert bandwidth_table({"/a": (2000.0, sizes), "/bb": (1.0, sizes)}).split("\n") == [
         "topic   average      mean     min      max     window",

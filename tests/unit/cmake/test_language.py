@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.cmake.condition import is_true
-from pipros.cmake.language import Argument, CMakeError, expand, parse
+from pipros.cmake.language import CMakeError, CommandArgument, expand, parse
 
 
 def words(text: str, **variables: str) -> list[str]:
@@ -21,7 +21,11 @@ def test_commands_have_names_arguments_and_lines() -> None:
         ("project", "Project", 2),
         ("add_message_files", "add_message_files", 4),
     ]
-    assert commands[1].arguments == (Argument("FILES"), Argument("A.msg"), Argument("B.msg"))
+    assert commands[1].arguments == (
+        CommandArgument("FILES"),
+        CommandArgument("A.msg"),
+        CommandArgument("B.msg"),
+    )
 
 
 @pytest.mark.parametrize(

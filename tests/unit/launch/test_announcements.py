@@ -6,7 +6,7 @@ import pytest
 
 from pipros.launch.announcements import announce_launch, summary, warn_about_arguments, warn_about_machines
 from pipros.launch.console import Console
-from pipros.launch.model import Argument, Launch, Machine, Node
+from pipros.launch.model import Argument, Launch, LaunchNode, Machine
 
 
 def test_the_summary_is_the_one_of_noetic() -> None:
@@ -19,7 +19,7 @@ def test_the_summary_is_the_one_of_noetic() -> None:
         "/u": "ä",
         "/bin": b"5\n",
     }
-    nodes = [Node("p", "t", "z"), Node("p", "t", "a"), Node("p", "t", "n", "/g/")]
+    nodes = [LaunchNode("p", "t", "z"), LaunchNode("p", "t", "a"), LaunchNode("p", "t", "n", "/g/")]
     assert summary(params, nodes).split("\n") == [
         "",
         "SUMMARY",
@@ -66,7 +66,10 @@ class Recorder(Console):
 def test_the_read_configuration_is_announced_in_detail() -> None:
     console = Recorder()
     launch = Launch(
-        files=("/a.launch",), params={"/p": 1}, nodes=(Node("pkg", "t", "n", "/g/"),), warnings=("strange",)
+        files=("/a.launch",),
+        params={"/p": 1},
+        nodes=(LaunchNode("pkg", "t", "n", "/g/"),),
+        warnings=("strange",),
     )
     announce_launch(console, launch, local_only=False)
     assert console.errors == ["WARNING: strange"]

@@ -6,7 +6,7 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.launch.command import CannotLaunch, CommandMaker
-from pipros.launch.model import Machine, Node, WorkingFolder
+from pipros.launch.model import LaunchNode, Machine, WorkingFolder
 from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
 from tests.support.debian_system import make_debian
 
@@ -28,7 +28,7 @@ def maker(tmp_path: Path, talker: Path) -> CommandMaker:
 
 
 def test_the_arguments_of_a_command_are_in_noetics_order(maker: CommandMaker, talker: Path) -> None:
-    node = Node(
+    node = LaunchNode(
         "talkers",
         "talker",
         "n",
@@ -50,7 +50,7 @@ def test_a_launcher_gives_its_variables_and_its_log_file(
     environment = Environment(ros_home=tmp_path / "home")
     index = PackageIndex([tmp_path / "src"])
     maker = CommandMaker.for_launcher(environment, index, tmp_path / "roslaunch.log")
-    command = maker.make(Node("talkers", "talker", "n"), "http://m:1")
+    command = maker.make(LaunchNode("talkers", "talker", "n"), "http://m:1")
     assert command.environment["COLOUR"] == "blue"
     assert command.environment["ROS_LOG_FILENAME"] == str(tmp_path / "roslaunch.log")
     assert maker.tag == f"ROS_LOG_FILENAME={tmp_path / 'roslaunch.log'}"
@@ -58,7 +58,7 @@ def test_a_launcher_gives_its_variables_and_its_log_file(
 
 
 def test_the_environment_is_overlaid_and_later_variables_win(maker: CommandMaker) -> None:
-    node = Node("talkers", "talker", "n", "/g/h/", environment=(("A", "1"), ("A", "2")))
+    node = LaunchNode("talkers", "talker", "n", "/g/h/", environment=(("A", "1"), ("A", "2")))
     command = maker.make(node, "http://m:1")
     assert command.overlay == {"ROS_MASTER_URI": "http://m:1", "ROS_NAMESPACE": "/g/h", "A": "2"}
     assert command.environment["PATH"].endswith("/bin")
@@ -66,36 +66,38 @@ def test_the_environment_is_overlaid_and_later_variables_win(maker: CommandMaker
 
 
 def test_a_node_at_the_root_has_no_namespace_of_the_launchers(maker: CommandMaker) -> None:
-    assert "ROS_NAMESPACE" not in maker.make(Node("talkers", "talker", "n"), "http://m:1").environment
+    assert "ROS_NAMESPACE" not in maker.make(LaunchNode("talkers", "talker", "n"), "http://m:1").environment
 
 
 @pytest.mark.parametrize("choice", list(WorkingFolder))
 def test_the_working_folder_is_the_requested_one(
     maker: CommandMaker, talker: Path, tmp_path: Path, choice: WorkingFolder
 ) -> None:
-    command = maker.make(Node("talkers", "talker", "n", working_folder=choice), "http://m:1")
+    command = maker.make(LaunchNode("talkers", "talker", "n", working_folder=choice), "http://m:1")
     assert command.folder == (talker.parent if choice is WorkingFolder.NODE else tmp_path / "home")
 
 
 @pytest.mark.parametrize(
     ("node", "complaint"),
     [
-        (Node("nope", "talker", "n"), r"\[nope/talker\]: package \[nope\] not found"),
-        (Node("talkers", "nope", "n"), r"Cannot locate node of type \[nope\] in package \[talkers\]"),
-        (Node("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
-        (Node("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
+        (LaunchNode("nope", "talker", "n"), r"\[nope/talker\]: package \[nope\] not found"),
+        (LaunchNode("talkers", "nope", "n"), r"Cannot locate node of type \[nope\] in package \[talkers\]"),
+        (LaunchNode("talkers", "talker", "n", arguments="'open"), r"the arguments \['open\] of node \[/n\]"),
+        (LaunchNode("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
         (
-            Node("hector_mapping", "hector_mapping", "map"),
+            LaunchNode("hector_mapping", "hector_mapping", "map"),
             r": package \[hector_mapping\] not found. The programs of hector_mapping .* ros-noetic-hector",
         ),
         (
-            Node("nodelet", "nodelet", "cloud", arguments="load velodyne_pointcloud/CloudNodelet manager"),
+            LaunchNode(
+                "nodelet", "nodelet", "cloud", arguments="load velodyne_pointcloud/CloudNodelet manager"
+            ),
             "The nodelet velodyne_pointcloud/CloudNodelet is a C.* plugin",
         ),
     ],
 )
 def test_nodes_that_cannot_be_launched_are_explained(
-    maker: CommandMaker, node: Node, complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    maker: CommandMaker, node: LaunchNode, complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     make_debian(tmp_path / "debian", monkeypatch)
     with pytest.raises(CannotLaunch, match=complaint):
@@ -107,19 +109,19 @@ def test_a_well_known_package_with_programs_here_is_not_called_compiled(
 ) -> None:
     (talker.parents[1] / "package.xml").write_text("<package><name>turtlesim</name></package>")
     with pytest.raises(CannotLaunch, match="Cannot locate node") as refused:
-        maker.make(Node("turtlesim", "turtlesim", "n"), "http://m:1")
+        maker.make(LaunchNode("turtlesim", "turtlesim", "n"), "http://m:1")
     assert "C++" not in str(refused.value)
 
 
 def test_a_script_that_is_not_executable_is_reported(maker: CommandMaker, talker: Path) -> None:
     talker.chmod(0o644)
     with pytest.raises(CannotLaunch, match=rf"chmod \+x\)\. There is {talker}"):
-        maker.make(Node("talkers", "talker", "n"), "http://m:1")
+        maker.make(LaunchNode("talkers", "talker", "n"), "http://m:1")
 
 
 def test_another_machine_is_reached_by_ssh_and_runs_rosrun(maker: CommandMaker) -> None:
     machine = Machine("m", "robot", user="ada", ssh_port=2222, env_loader="/opt/env.sh", timeout_s=2.5)
-    node = Node("talkers", "talker", "n", "/g/", arguments="'a b'", launch_prefix="nice -n 5")
+    node = LaunchNode("talkers", "talker", "n", "/g/", arguments="'a b'", launch_prefix="nice -n 5")
     command = maker.make(node, "http://m:1", machine=machine, log_stem="/log/n")
     *ssh, remote = command.argv
     assert ssh == [

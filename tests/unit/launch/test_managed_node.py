@@ -8,7 +8,7 @@ import pytest
 
 from pipros.launch.command import NodeCommand
 from pipros.launch.managed_node import ManagedNode, ProcessInfo
-from pipros.launch.model import Node, Output
+from pipros.launch.model import LaunchNode, Output
 
 
 def process(*, exit_code: int | None = None, has_group: bool = False) -> Any:
@@ -18,7 +18,7 @@ def process(*, exit_code: int | None = None, has_group: bool = False) -> Any:
 @pytest.fixture
 def managed() -> ManagedNode:
     command = NodeCommand(("/bin/talker", "x"), {"PATH": "/bin", "A": "1"}, {"A": "1"}, Path("/"))
-    node = Node("talkers", "talker", "n", respawn=True, respawn_delay_s=2.5)
+    node = LaunchNode("talkers", "talker", "n", respawn=True, respawn_delay_s=2.5)
     return ManagedNode("n-1", node, command, Output.LOG, 1)
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.launch.model import Launch, Node
+from pipros.launch.model import Launch, LaunchNode
 from pipros.launch.nodelet_choice import arguments_of, why_not_loadable, with_choices
 from pipros.packages import nodelets
 from tests.support.debian_system import make_debian
@@ -18,14 +18,14 @@ def _plugins(monkeypatch: pytest.MonkeyPatch) -> None:
 COMPILED = {"both/A": "both", "only_cpp/C": "only_cpp"}
 
 
-def nodelet(name: str, arguments: str, **fields: object) -> Node:
-    return Node("nodelet", "nodelet", name, arguments=arguments, **fields)  # type: ignore[arg-type]
+def nodelet(name: str, arguments: str, **fields: object) -> LaunchNode:
+    return LaunchNode("nodelet", "nodelet", name, arguments=arguments, **fields)  # type: ignore[arg-type]
 
 
 def chosen_for(*plugins: str, compiled: dict[str, str] = COMPILED, **variables: str) -> tuple[set[str], str]:
     """Return the values of the variable, and the log, for a manager with nodelets."""
     loads = [nodelet(f"n{at}", f"load {plugin} m", namespace="/r/") for at, plugin in enumerate(plugins)]
-    launch = Launch(nodes=(nodelet("m", "manager", namespace="/r/"), *loads, Node("a", "b", "other")))
+    launch = Launch(nodes=(nodelet("m", "manager", namespace="/r/"), *loads, LaunchNode("a", "b", "other")))
     changed, lines = with_choices(launch, lambda: compiled, variables)
     *ours, other = [dict(node.environment).get("PIPROS_NODELETS", "") for node in changed.nodes]
     assert other == ""
@@ -62,7 +62,7 @@ def test_arguments_name_the_manager_in_the_namespace_of_the_loader() -> None:
     assert absolute is not None
     assert absolute.manager == "/m"
     assert arguments_of(nodelet("n", "'open")) is None
-    assert arguments_of(Node("a", "nodelet", "n", arguments="manager")) is None
+    assert arguments_of(LaunchNode("a", "nodelet", "n", arguments="manager")) is None
 
 
 def test_a_nodelet_that_nothing_can_load_is_explained(

@@ -5,7 +5,7 @@ import getpass
 import pytest
 
 from pipros.launch import placement
-from pipros.launch.model import Machine, Node
+from pipros.launch.model import LaunchNode, Machine
 from pipros.launch.placement import Placement, is_local
 
 BASE = Machine("base", "base.local")
@@ -32,9 +32,9 @@ def test_a_machine_is_looked_up_once_and_only_when_a_node_needs_it(lookups: list
     }
     nodes = Placement(machines)
     for _ in range(3):
-        assert nodes.remote_machine(Node("p", "t", "n", machine="base")) is BASE
-        assert nodes.remote_machine(Node("p", "t", "n", machine="near")) is None
-        assert nodes.remote_machine(Node("p", "t", "n")) is None
+        assert nodes.remote_machine(LaunchNode("p", "t", "n", machine="base")) is BASE
+        assert nodes.remote_machine(LaunchNode("p", "t", "n", machine="near")) is None
+        assert nodes.remote_machine(LaunchNode("p", "t", "n")) is None
     assert lookups == ["base.local", "localhost"]
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from pipros.basics.errors import NotFound
 from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Launch, LaunchError, Node, Output, WorkingFolder
+from pipros.launch.model import Launch, LaunchError, LaunchNode, Output, WorkingFolder
 from pipros.launch.xml import load
 
 FOLDER = Path(__file__).parents[2] / "golden" / "launch_language"
@@ -52,7 +52,7 @@ def plain(value: Any) -> Any:
     return [type(value).__name__, repr(value)]
 
 
-def fields(node: Node) -> dict[str, Any]:
+def fields(node: LaunchNode) -> dict[str, Any]:
     return {
         "package": node.package,
         "type": node.type,

@@ -6,56 +6,58 @@ import itertools
 
 import pytest
 
-from pipros.net.rpc_state import BUSY, FINAL, Event, State, Step, after, next_step
+from pipros.net.rpc_state import BUSY, FINAL, RpcEvent, RpcState, Step, after, next_step
 
 
-def run(*events: Event) -> State:
-    state = State.READING
+def run(*events: RpcEvent) -> RpcState:
+    state = RpcState.READING
     for event in events:
         state = after(state, event)
     return state
 
 
-@pytest.mark.parametrize("state", State)
-def test_every_connection_can_be_aborted(state: State) -> None:
-    assert after(state, Event.ABORTED) is State.CLOSED
+@pytest.mark.parametrize("state", RpcState)
+def test_every_connection_can_be_aborted(state: RpcState) -> None:
+    assert after(state, RpcEvent.ABORTED) is RpcState.CLOSED
 
 
-@pytest.mark.parametrize("event", Event)
-def test_a_closed_connection_stays_closed(event: Event) -> None:
-    assert after(State.CLOSED, event) is State.CLOSED
+@pytest.mark.parametrize("event", RpcEvent)
+def test_a_closed_connection_stays_closed(event: RpcEvent) -> None:
+    assert after(RpcState.CLOSED, event) is RpcState.CLOSED
 
 
 def test_a_final_state_has_no_transitions() -> None:
-    for state, event in itertools.product(FINAL, Event):
+    for state, event in itertools.product(FINAL, RpcEvent):
         assert after(state, event) in FINAL
 
 
 @pytest.mark.parametrize(
     ("begin", "end", "state"),
     [
-        (Event.TURN_QUEUED, Event.TURN_BEGAN, State.QUEUED),
-        (Event.TASK_BEGAN, Event.TASK_DONE, State.ANSWERING),
-        (Event.WRITING_PAUSED, Event.WRITING_RESUMED, State.STALLED),
+        (RpcEvent.TURN_QUEUED, RpcEvent.TURN_BEGAN, RpcState.QUEUED),
+        (RpcEvent.TASK_BEGAN, RpcEvent.TASK_DONE, RpcState.ANSWERING),
+        (RpcEvent.WRITING_PAUSED, RpcEvent.WRITING_RESUMED, RpcState.STALLED),
     ],
 )
-def test_each_busy_state_is_left_only_by_its_own_end(begin: Event, end: Event, state: State) -> None:
+def test_each_busy_state_is_left_only_by_its_own_end(begin: RpcEvent, end: RpcEvent, state: RpcState) -> None:
     assert state in BUSY
     assert run(begin) is state
-    assert run(begin, end) is State.READING
-    for other in {Event.TURN_BEGAN, Event.TASK_DONE, Event.WRITING_RESUMED} - {end}:
+    assert run(begin, end) is RpcState.READING
+    for other in {RpcEvent.TURN_BEGAN, RpcEvent.TASK_DONE, RpcEvent.WRITING_RESUMED} - {end}:
         assert run(begin, other) is state
 
 
 def test_a_graceful_close_waits_for_the_answer() -> None:
-    assert run(Event.TASK_BEGAN, Event.CLOSED_GRACEFULLY) is State.ANSWERING
-    assert run(Event.TURN_QUEUED, Event.CLOSED_GRACEFULLY) is State.QUEUED
+    assert run(RpcEvent.TASK_BEGAN, RpcEvent.CLOSED_GRACEFULLY) is RpcState.ANSWERING
+    assert run(RpcEvent.TURN_QUEUED, RpcEvent.CLOSED_GRACEFULLY) is RpcState.QUEUED
 
 
 def test_a_refusal_that_fills_the_transport_is_drained() -> None:
-    assert run(Event.WRITING_PAUSED, Event.REQUEST_REFUSED) is State.DRAINING
-    assert run(Event.WRITING_PAUSED, Event.REQUEST_REFUSED, Event.WRITING_RESUMED) is State.DRAINING
-    assert run(Event.REQUEST_REFUSED, Event.CLOSED_GRACEFULLY) is State.CLOSING
+    assert run(RpcEvent.WRITING_PAUSED, RpcEvent.REQUEST_REFUSED) is RpcState.DRAINING
+    assert (
+        run(RpcEvent.WRITING_PAUSED, RpcEvent.REQUEST_REFUSED, RpcEvent.WRITING_RESUMED) is RpcState.DRAINING
+    )
+    assert run(RpcEvent.REQUEST_REFUSED, RpcEvent.CLOSED_GRACEFULLY) is RpcState.CLOSING
 
 
 @pytest.mark.parametrize("has_input", [False, True])

@@ -11,7 +11,7 @@ import pytest
 
 from pipros.msg import load_message_class
 from pipros.net.busy_poll import PublishCount
-from pipros.net.outgoing_state import State
+from pipros.net.outgoing_state import LinkState
 from pipros.node import message_batch, publisher
 from pipros.node.message_batch import MAX_AGE_S, MAX_MESSAGES
 from pipros.node.packet_sharing import CLOSE_S, PACKET_SHARING_BYTES, RUN_LENGTH
@@ -26,7 +26,7 @@ CLOSE = MAX_AGE_S / (2 * MAX_MESSAGES)
 class Link:
     """Records the number of messages in each call."""
 
-    state = State.IDLE
+    state = LinkState.IDLE
     is_behind = False
 
     def __init__(self) -> None:

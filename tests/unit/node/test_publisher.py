@@ -7,7 +7,7 @@ from typing import Any
 
 from pipros.msg import load_message_class
 from pipros.net.busy_poll import PublishCount
-from pipros.net.outgoing_state import State
+from pipros.net.outgoing_state import LinkState
 from pipros.node.publisher import Publication
 
 PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
@@ -19,7 +19,7 @@ def test_sequence_numbers_wrap_around() -> None:
         limits=SimpleNamespace(stall_s=2.0), loop=None, published=PublishCount(), received=PublishCount()
     )
     publication = Publication("p", PointStamped, context)
-    peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, state=State.IDLE))
+    peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, state=LinkState.IDLE))
     publication.links = (peer,)
     publication._sequence = 2**32 - 3
     for _ in range(4):

@@ -13,7 +13,7 @@ from pipros.health.wtf.subject import Subject
 from pipros.launch.check import mistakes
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.load_context import LoadContext
-from pipros.launch.model import Node
+from pipros.launch.model import LaunchNode
 from pipros.launch.xml import load
 from pipros.packages import SHARE, ImportablePackages
 from pipros.packages.system_packages import child_package_path
@@ -122,11 +122,11 @@ def test_roslaunch_and_its_checks_find_the_programs(debian: DebianSystem, tmp_pa
     proc = debian.add_program("image_publisher", "image_publisher")
     maker = CommandMaker(index_of(), {"PATH": ""}, tmp_path)
     for name, program in (("image_rotate", rotate), ("image_publisher", proc)):
-        command = maker.make(Node(name, name, "n"), "http://localhost:1")
+        command = maker.make(LaunchNode(name, name, "n"), "http://localhost:1")
         assert command.argv[0] == str(program)
         assert command.environment["ROS_PACKAGE_PATH"] == str(debian.share)
     with pytest.raises(CannotLaunch, match=r"Cannot locate node of type \[rotate\] in package"):
-        maker.make(Node("image_rotate", "rotate", "n"), "http://localhost:1")
+        maker.make(LaunchNode("image_rotate", "rotate", "n"), "http://localhost:1")
 
     file = tmp_path / "a.launch"
     file.write_text(

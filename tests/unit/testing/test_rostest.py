@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pipros.launch import model
-from pipros.launch.model import Launch, Node
+from pipros.launch.model import Launch, LaunchNode
 from pipros.testing.result_paths import XML_OUTPUT_FLAG
 from pipros.testing.results import Case, Outcome, Suite
 from pipros.testing.rostest import Plan, Rostest, TestProgramTimedOut
@@ -63,7 +63,7 @@ def index(tmp_path: Path) -> PackageIndex:
 
 
 def a_test(name: str = "a", package: str = "pkg", retry: int = 0, type: str = "a.py") -> model.Test:  # noqa: A002
-    return model.Test(Node(package, type, name), name, retry=retry)
+    return model.Test(LaunchNode(package, type, name), name, retry=retry)
 
 
 def run(

@@ -16,7 +16,14 @@ from visualization_msgs.msg import Marker, MarkerArray
 from image_geometry import PinholeCameraModel
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.node.any_msg import AnyMsg
-from pipros.web.image_overlays import MAX_MARKERS, MAX_PARTS, Camera, Markers, detection_shapes, marker_shapes
+from pipros.web.image_overlays import (
+    MAX_MARKERS,
+    MAX_PARTS,
+    Camera,
+    OverlayMarkers,
+    detection_shapes,
+    marker_shapes,
+)
 from pipros.web.image_pairs import ImagePairs
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.images import info_topic
@@ -131,7 +138,7 @@ def test_triangles_and_points_are_drawn_up_to_a_limit() -> None:
 
 
 def test_markers_are_replaced_deleted_and_expire() -> None:
-    markers = Markers()
+    markers = OverlayMarkers()
     first = marker(Marker.CUBE, ns="a", id=1)
     first.lifetime.secs = 5
     markers.add(MarkerArray([first, marker(Marker.CUBE, ns="a", id=2)]), 10.0)

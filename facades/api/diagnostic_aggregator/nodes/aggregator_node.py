@@ -11,7 +11,7 @@ from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.printable import printable
 from pipros.libraries.diagnostics.aggregation import Aggregation, whole_level
 from pipros.libraries.diagnostics.analyzers import BadAnalyzer
-from pipros.libraries.diagnostics.items import Status
+from pipros.libraries.diagnostics.items import ComponentStatus
 from pipros.msg import load_message_class, load_service_class
 
 DiagnosticArray: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
@@ -93,12 +93,12 @@ class Aggregator:
             bond.shutdown()
 
 
-def _status_of(message: Any) -> Status:
+def _status_of(message: Any) -> ComponentStatus:
     values = tuple((pair.key, pair.value) for pair in message.values)
-    return Status(message.name, message.level, message.message, message.hardware_id, values)
+    return ComponentStatus(message.name, message.level, message.message, message.hardware_id, values)
 
 
-def _message_of(status: Status) -> Any:
+def _message_of(status: ComponentStatus) -> Any:
     return DiagnosticStatus(
         level=status.level,
         name=status.name,

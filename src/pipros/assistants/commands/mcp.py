@@ -16,7 +16,7 @@ from pipros.cli.entry_point import INTERRUPTED, command
 from pipros.cli.runner import CommandError, run
 
 if TYPE_CHECKING:
-    from pipros.assistants.robot import Robot
+    from pipros.assistants.robot import RobotAccess
     from pipros.basics.env import Environment
     from pipros.server.approved_acts import ApprovedActs
 
@@ -81,7 +81,7 @@ def _serve(options: Namespace) -> int:
         missing = error.name or str(error)
         text = f"pipros mcp needs {missing}, which is not installed. Try: {install_command('mcp')}"
         raise CommandError(text) from MissingExtra(text, name=error.name)
-    from pipros.assistants.robot import Robot
+    from pipros.assistants.robot import RobotAccess
     from pipros.basics.env import Environment
     from pipros.basics.rooms import offered
 
@@ -94,7 +94,7 @@ def _serve(options: Namespace) -> int:
                     "--simulate needs simulated robots, which this installation of pipros lacks"
                 )
             environment = stack.enter_context(simulated_robot(environment))
-        robot = Robot(environment)
+        robot = RobotAccess(environment)
         stack.callback(robot.close)
         acts = None
         if options.policy is not None:
@@ -114,7 +114,7 @@ def _serve(options: Namespace) -> int:
     return 0
 
 
-def _acts(policy: str, robot: Robot, environment: Environment) -> ApprovedActs:
+def _acts(policy: str, robot: RobotAccess, environment: Environment) -> ApprovedActs:
     """Return the acts that a policy allows. Other programs can approve them from now on."""
     from pipros.policy.policy_file import read_policy
     from pipros.server.approved_acts import ActLimits, ApprovedActs

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import Robot
+from pipros.assistants.robot import RobotAccess
 from pipros.assistants.tools.arguments import Cursor, Name
 from pipros.assistants.tools.packages import launch_file
 from pipros.assistants.values import shown, whole
@@ -41,7 +41,7 @@ Run = Annotated[int, Field(ge=1, le=10**9, description="the field run of the ans
 class ActTools:
     """The tools of one call."""
 
-    def __init__(self, acts: ApprovedActs, robot: Robot, bags: Path | None, caller: Caller) -> None:
+    def __init__(self, acts: ApprovedActs, robot: RobotAccess, bags: Path | None, caller: Caller) -> None:
         self._acts = acts
         self._robot = robot
         self._bags = bags

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import Robot
+from pipros.assistants.robot import RobotAccess
 from pipros.assistants.tools.arguments import Cursor, Name, Part
 from pipros.assistants.values import part_of, shown, steps_of
 from pipros.bag.info import bag_info, info_tree
@@ -37,7 +37,7 @@ Bag = Annotated[str, Field(min_length=1, max_length=500, description="a name fro
 class BagTools:
     """Tools for bags."""
 
-    def __init__(self, robot: Robot, folder: Path | None) -> None:
+    def __init__(self, robot: RobotAccess, folder: Path | None) -> None:
         self._robot = robot
         self._folder = folder
 

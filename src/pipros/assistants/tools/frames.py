@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import MessageSamples, Robot, SampledMessage, decoded
+from pipros.assistants.robot import MessageSamples, RobotAccess, SampledMessage, decoded
 from pipros.assistants.tools.arguments import Cursor, Name, Wait
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
@@ -20,7 +20,7 @@ _NS: Final = 1e9
 class FrameTools:
     """Tools for coordinate frames."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotAccess) -> None:
         self._robot = robot
 
     def list_frames(self, wait_s: Wait = 2.0, cursor: Cursor = 0) -> Answer:

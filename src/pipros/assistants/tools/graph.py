@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final
 from pydantic import Field
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import Robot
+from pipros.assistants.robot import RobotAccess
 from pipros.assistants.tools.arguments import Cursor, Name, Namespace, Wait
 from pipros.basics.errors import PiprosError
 from pipros.graph.system_state import is_below, of_node
@@ -26,7 +26,7 @@ _ACTION = "ActionGoal"
 class GraphTools:
     """Tools for the graph."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotAccess) -> None:
         self._robot = robot
 
     def list_nodes(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import Robot
+from pipros.assistants.robot import RobotAccess
 from pipros.assistants.tools.arguments import Cursor, Name
 from pipros.basics.files_below import file_inside, files_below
 from pipros.basics.input_file import read_text
@@ -21,7 +21,7 @@ _PACKAGE = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 class PackageTools:
     """Tools for packages and launch files."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotAccess) -> None:
         self._robot = robot
 
     def list_packages(self, cursor: Cursor = 0) -> Answer:
@@ -41,7 +41,7 @@ class PackageTools:
         return Answer(read_text(found, LAUNCH_BYTES, errors="replace").splitlines())
 
 
-def launch_file(robot: Robot, package: str, file: str) -> Path:
+def launch_file(robot: RobotAccess, package: str, file: str) -> Path:
     """Return a launch file of a package. No name and no link leads out of the package.
 
     Raises:
@@ -52,7 +52,7 @@ def launch_file(robot: Robot, package: str, file: str) -> Path:
     return file_inside(_folder(robot, package), file)
 
 
-def _folder(robot: Robot, package: str) -> Path:
+def _folder(robot: RobotAccess, package: str) -> Path:
     if not _PACKAGE.fullmatch(package):
         raise ToolRefused("this is not the name of a package", package)
     found = PackageIndex.from_environment(robot.environment).get(package)

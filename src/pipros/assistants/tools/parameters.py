@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import Field
 
 from pipros.assistants.answer import Answer
-from pipros.assistants.robot import Robot, decoded
+from pipros.assistants.robot import RobotAccess, decoded
 from pipros.assistants.tools.arguments import Cursor, Name, Namespace, Wait
 from pipros.basics.errors import PiprosError
 from pipros.launch.log_history import log_history
@@ -34,7 +34,7 @@ _LONGEST_TEXT, _LONGEST_NAME = 2000, 300
 class StateTools:
     """Tools for parameters, logs and diagnostics."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotAccess) -> None:
         self._robot = robot
 
     def list_parameters(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:

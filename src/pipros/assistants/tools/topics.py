@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from pipros.assistants.answer import Answer, ToolRefused
-from pipros.assistants.robot import Robot, decoded
+from pipros.assistants.robot import RobotAccess, decoded
 from pipros.assistants.tools.arguments import Cursor, Name, Part, Wait
 from pipros.assistants.values import part_of, shown, steps_of
 from pipros.graph.value_statistics import summaries
@@ -16,7 +16,7 @@ from pipros.graph.value_statistics import summaries
 class TopicTools:
     """Tools for the messages of topics."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: RobotAccess) -> None:
         self._robot = robot
 
     def read_topic(

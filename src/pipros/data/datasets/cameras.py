@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pipros.basics.limits import process_limits
-from pipros.data.datasets.signals import Recording, batches, recorded, times_of
+from pipros.data.datasets.signals import RecordedTopic, batches, recorded, times_of
 from pipros.data.extras import library
 from pipros.data.limits import DataLimits
 from pipros.pictures.errors import PictureError
@@ -29,7 +29,7 @@ Picture = Any
 """The bytes of a JPEG or PNG picture, or an `av.VideoFrame`."""
 
 
-def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> Recording:
+def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> RecordedTopic:
     """Return the times of a camera's messages, with a checksum of each picture as value."""
     sums: list[int] = []
     times = []

@@ -17,7 +17,7 @@ from pipros.msg.time import NS_PER_S
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pipros.data.datasets.signals import Recording
+    from pipros.data.datasets.signals import RecordedTopic
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class DatasetFinding:
     spans: list[tuple[float, float]]  # seconds since the episode began
 
 
-def examine(recording: Recording, source: DatasetSource, start: int, end: int) -> list[DatasetFinding]:
+def examine(recording: RecordedTopic, source: DatasetSource, start: int, end: int) -> list[DatasetFinding]:
     """Return the findings of all checks in one topic, for an episode from `start` to `end` (ns)."""
     inside = (recording.times >= start) & (recording.times <= end)
     times, values = recording.times[inside], recording.values[inside]
@@ -70,7 +70,7 @@ def _missing(times: NDArray[np.int64], source: DatasetSource) -> Iterator[_Resul
         yield f"{lost} missing in {steps[at] / NS_PER_S:.3f} s", int(times[at]), int(times[at + 1])
 
 
-def _jumps(recording: Recording, source: DatasetSource, start: int, end: int) -> Iterator[_Result]:
+def _jumps(recording: RecordedTopic, source: DatasetSource, start: int, end: int) -> Iterator[_Result]:
     if not len(recording.stamps):
         return
     inside = (recording.receipts >= start) & (recording.receipts <= end)

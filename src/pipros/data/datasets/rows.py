@@ -12,7 +12,7 @@ from pipros.basics.limits import limit_text, process_limits
 from pipros.data.datasets.cameras import Picture, pictures, read_times
 from pipros.data.datasets.checks import DatasetFinding, examine
 from pipros.data.datasets.config import LINEAR, CameraSource, DatasetConfig, DatasetSource, SignalSource
-from pipros.data.datasets.signals import Recording, read_signal
+from pipros.data.datasets.signals import RecordedTopic, read_signal
 from pipros.data.limits import DataLimits
 from pipros.data.nearest import matches
 from pipros.msg.time import NS_PER_S
@@ -82,7 +82,7 @@ def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> Episode
     gaps, findings, signals, cameras = [], [], [], []
     for source in config.sources:
         read: Any = read_signal if isinstance(source, SignalSource) else read_times
-        recording: Recording = read(bags, source, start, end)
+        recording: RecordedTopic = read(bags, source, start, end)
         index, is_gap = aligned(rows, recording.times, source, is_held=is_held)
         findings += examine(recording, source, start, end)
         if isinstance(source, SignalSource):
@@ -127,7 +127,7 @@ def aligned(
 
 
 def _interpolate(
-    values: NDArray[np.float64], rows: NDArray[np.int64], recording: Recording, tolerance: float
+    values: NDArray[np.float64], rows: NDArray[np.int64], recording: RecordedTopic, tolerance: float
 ) -> None:
     """Replace the numbers of rows that lie between two messages within the tolerance."""
     before, is_first = matches(rows, recording.times, tolerance, "backward")

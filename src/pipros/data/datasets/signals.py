@@ -51,7 +51,7 @@ USUAL_FIELDS: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class RecordedTopic:
     """The messages of a topic during an episode. Those are left out without which times increase."""
 
     times: NDArray[np.int64]  # by which they are aligned (ns)
@@ -62,7 +62,7 @@ class Recording:
     rows: NDArray[np.int64]  # the numbers of the messages that are kept
 
 
-def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recording:
+def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> RecordedTopic:
     """Read the numbers of a topic that rows from `start` to `end` (ns) may need.
 
     Raises `BadSettings` if the description does not fit the bag, and `BagError` if the bag is damaged.
@@ -104,12 +104,12 @@ def times_of(table: Table, source: DatasetSource) -> NDArray[np.int64]:
 
 def recorded(
     times: list[NDArray[np.int64]], values: NDArray[np.float64], names: tuple[str, ...]
-) -> Recording:
+) -> RecordedTopic:
     """Return messages whose times increase, and leave out as few others as possible."""
     joined = np.concatenate(times)
     aligned, stamps, receipts = joined[:, 0], joined[:, 1], joined[:, 2]
     kept = increasing(aligned)
-    return Recording(
+    return RecordedTopic(
         aligned[kept], values[kept], names, stamps if stamps.any() else stamps[:0], receipts, kept
     )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.health.wtf.rules import Problem, Rule, problems_of
 from pipros.health.wtf.subject import Subject
-from pipros.launch.model import Node
+from pipros.launch.model import LaunchNode
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import addresses_of
 from pipros.workspace.executables import find_executables, package_of_programs
@@ -16,7 +16,7 @@ from pipros.workspace.index import Package
 ANSWER_LIMIT_S = 3.0
 
 
-def _nodes(subject: Subject) -> list[Node]:
+def _nodes(subject: Subject) -> list[LaunchNode]:
     if subject.launch is None:
         return []
     return [*subject.launch.nodes, *(test.node for test in subject.launch.tests)]
@@ -43,8 +43,8 @@ def roslaunch_duplicate_node_check(subject: Subject) -> list[str]:
     ]
 
 
-def _programs(subject: Subject) -> list[tuple[Node, list[Path]]]:
-    found: list[tuple[Node, list[Path]]] = []
+def _programs(subject: Subject) -> list[tuple[LaunchNode, list[Path]]]:
+    found: list[tuple[LaunchNode, list[Path]]] = []
     for node in _nodes(subject):
         package = _package(subject, node.package)
         if package is not None and not node.machine:

@@ -13,7 +13,7 @@ from enum import IntEnum
 from pipros.libraries.actions.status import Status
 
 
-class State(IntEnum):
+class ClientGoalState(IntEnum):
     """States of a client's goal. The values match actionlib.CommState."""
 
     WAITING_FOR_GOAL_ACK = 0
@@ -27,14 +27,14 @@ class State(IntEnum):
     LOST = 8
 
 
-_PENDING, _ACTIVE, _WAIT = State.PENDING, State.ACTIVE, State.WAITING_FOR_RESULT
-_RECALLING, _PREEMPTING = State.RECALLING, State.PREEMPTING
+_PENDING, _ACTIVE, _WAIT = ClientGoalState.PENDING, ClientGoalState.ACTIVE, ClientGoalState.WAITING_FOR_RESULT
+_RECALLING, _PREEMPTING = ClientGoalState.RECALLING, ClientGoalState.PREEMPTING
 _FINISHED = (Status.SUCCEEDED, Status.ABORTED)
 
-STAYS: tuple[State, ...] = ()
+STAYS: tuple[ClientGoalState, ...] = ()
 
-TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
-    State.WAITING_FOR_GOAL_ACK: {
+TRANSITIONS: dict[ClientGoalState, dict[Status, tuple[ClientGoalState, ...]]] = {
+    ClientGoalState.WAITING_FOR_GOAL_ACK: {
         Status.PENDING: (_PENDING,),
         Status.ACTIVE: (_ACTIVE,),
         Status.REJECTED: (_PENDING, _WAIT),
@@ -44,7 +44,7 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         Status.PREEMPTING: (_ACTIVE, _PREEMPTING),
         **dict.fromkeys(_FINISHED, (_ACTIVE, _WAIT)),
     },
-    State.PENDING: {
+    ClientGoalState.PENDING: {
         Status.PENDING: STAYS,
         Status.ACTIVE: (_ACTIVE,),
         Status.REJECTED: (_WAIT,),
@@ -54,16 +54,16 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         Status.PREEMPTING: (_ACTIVE, _PREEMPTING),
         **dict.fromkeys(_FINISHED, (_ACTIVE, _WAIT)),
     },
-    State.ACTIVE: {
+    ClientGoalState.ACTIVE: {
         Status.ACTIVE: STAYS,
         Status.PREEMPTED: (_PREEMPTING, _WAIT),
         Status.PREEMPTING: (_PREEMPTING,),
         **dict.fromkeys(_FINISHED, (_WAIT,)),
     },
-    State.WAITING_FOR_RESULT: dict.fromkeys(
+    ClientGoalState.WAITING_FOR_RESULT: dict.fromkeys(
         (Status.ACTIVE, Status.REJECTED, Status.RECALLED, Status.PREEMPTED, *_FINISHED), STAYS
     ),
-    State.WAITING_FOR_CANCEL_ACK: {
+    ClientGoalState.WAITING_FOR_CANCEL_ACK: {
         Status.PENDING: STAYS,
         Status.ACTIVE: STAYS,
         Status.REJECTED: (_WAIT,),
@@ -73,7 +73,7 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         Status.PREEMPTING: (_PREEMPTING,),
         **dict.fromkeys(_FINISHED, (_PREEMPTING, _WAIT)),
     },
-    State.RECALLING: {
+    ClientGoalState.RECALLING: {
         Status.RECALLING: STAYS,
         Status.REJECTED: (_WAIT,),
         Status.RECALLED: (_WAIT,),
@@ -81,7 +81,10 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
         Status.PREEMPTING: (_PREEMPTING,),
         **dict.fromkeys(_FINISHED, (_PREEMPTING, _WAIT)),
     },
-    State.PREEMPTING: {Status.PREEMPTING: STAYS, **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,))},
+    ClientGoalState.PREEMPTING: {
+        Status.PREEMPTING: STAYS,
+        **dict.fromkeys((Status.PREEMPTED, *_FINISHED), (_WAIT,)),
+    },
 }
 """The states to enter when a status arrives, in order.
 
@@ -89,9 +92,16 @@ A status that is not listed for a state is invalid in that state.
 """
 
 MAY_BE_CANCELLED = frozenset(
-    {State.WAITING_FOR_GOAL_ACK, State.PENDING, State.ACTIVE, State.WAITING_FOR_CANCEL_ACK}
+    {
+        ClientGoalState.WAITING_FOR_GOAL_ACK,
+        ClientGoalState.PENDING,
+        ClientGoalState.ACTIVE,
+        ClientGoalState.WAITING_FOR_CANCEL_ACK,
+    }
 )
-MAY_BE_MISSING = frozenset({State.WAITING_FOR_GOAL_ACK, State.WAITING_FOR_RESULT, State.DONE})
+MAY_BE_MISSING = frozenset(
+    {ClientGoalState.WAITING_FOR_GOAL_ACK, ClientGoalState.WAITING_FOR_RESULT, ClientGoalState.DONE}
+)
 """States in which the server may omit the goal: it has not arrived there yet, or has already been removed."""
 
 
@@ -99,10 +109,10 @@ class ClientGoal:
     """State of a goal. Each event method returns the states entered, in order."""
 
     def __init__(self) -> None:
-        self.state = State.WAITING_FOR_GOAL_ACK
+        self.state = ClientGoalState.WAITING_FOR_GOAL_ACK
         self.status = Status.PENDING
 
-    def on_status(self, status: int | None) -> list[State]:
+    def on_status(self, status: int | None) -> list[ClientGoalState]:
         """Handle a status list from the server.
 
         `status` is this goal's status, or None if the list omits the goal. If the goal's current state does
@@ -111,13 +121,13 @@ class ClientGoal:
         Raises:
             ValueError: the status is unknown, or invalid in the current state. The state is unchanged.
         """
-        if self.state is State.DONE:
+        if self.state is ClientGoalState.DONE:
             return []
         if status is None:
             if self.state in MAY_BE_MISSING:
                 return []
             self.status = Status.LOST
-            return self._enter((State.DONE,))
+            return self._enter((ClientGoalState.DONE,))
         if status not in Status._value2member_map_:
             raise ValueError(f"server reported unknown goal status {status}")
         self.status = Status(status)
@@ -128,24 +138,26 @@ class ClientGoal:
             )
         return self._enter(states)
 
-    def on_result(self, status: int) -> list[State]:
+    def on_result(self, status: int) -> list[ClientGoalState]:
         """Handle a result and the final status in it. Do nothing if the goal is already done.
 
         The goal becomes DONE even if the status is invalid.
         """
-        if self.state is State.DONE:
+        if self.state is ClientGoalState.DONE:
             return []
         try:
             states = self.on_status(status)
         except ValueError:  # missed statuses no longer matter
             states = []
-        return states + self._enter((State.DONE,))
+        return states + self._enter((ClientGoalState.DONE,))
 
-    def on_cancel(self) -> list[State]:
+    def on_cancel(self) -> list[ClientGoalState]:
         """Handle a cancellation by the client. Do nothing if the goal is already ending."""
-        return self._enter((State.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
+        return (
+            self._enter((ClientGoalState.WAITING_FOR_CANCEL_ACK,)) if self.state in MAY_BE_CANCELLED else []
+        )
 
-    def _enter(self, states: tuple[State, ...]) -> list[State]:
+    def _enter(self, states: tuple[ClientGoalState, ...]) -> list[ClientGoalState]:
         if states:
             self.state = states[-1]
         return list(states)

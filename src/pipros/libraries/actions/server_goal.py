@@ -11,7 +11,7 @@ from enum import Enum
 from pipros.libraries.actions.status import Status
 
 
-class Event(Enum):
+class GoalEvent(Enum):
     """Events of a goal. The values complete "a goal must be … to be" in error texts."""
 
     ACCEPT = "active"
@@ -22,27 +22,27 @@ class Event(Enum):
     CANCEL_REQUESTED = "cancelled by request"
 
 
-TRANSITIONS: dict[Event, dict[Status, Status]] = {
-    Event.ACCEPT: {Status.PENDING: Status.ACTIVE, Status.RECALLING: Status.PREEMPTING},
-    Event.REJECT: {Status.PENDING: Status.REJECTED, Status.RECALLING: Status.REJECTED},
-    Event.CANCEL: {
+TRANSITIONS: dict[GoalEvent, dict[Status, Status]] = {
+    GoalEvent.ACCEPT: {Status.PENDING: Status.ACTIVE, Status.RECALLING: Status.PREEMPTING},
+    GoalEvent.REJECT: {Status.PENDING: Status.REJECTED, Status.RECALLING: Status.REJECTED},
+    GoalEvent.CANCEL: {
         Status.PENDING: Status.RECALLED,
         Status.RECALLING: Status.RECALLED,
         Status.ACTIVE: Status.PREEMPTED,
         Status.PREEMPTING: Status.PREEMPTED,
     },
-    Event.ABORT: {Status.ACTIVE: Status.ABORTED, Status.PREEMPTING: Status.ABORTED},
-    Event.SUCCEED: {Status.ACTIVE: Status.SUCCEEDED, Status.PREEMPTING: Status.SUCCEEDED},
-    Event.CANCEL_REQUESTED: {Status.PENDING: Status.RECALLING, Status.ACTIVE: Status.PREEMPTING},
+    GoalEvent.ABORT: {Status.ACTIVE: Status.ABORTED, Status.PREEMPTING: Status.ABORTED},
+    GoalEvent.SUCCEED: {Status.ACTIVE: Status.SUCCEEDED, Status.PREEMPTING: Status.SUCCEEDED},
+    GoalEvent.CANCEL_REQUESTED: {Status.PENDING: Status.RECALLING, Status.ACTIVE: Status.PREEMPTING},
 }
 
 
-def after(status: int, event: Event) -> Status | None:
+def after(status: int, event: GoalEvent) -> Status | None:
     """Return the status after the event, or None if `status` is unknown or does not permit the event."""
     return TRANSITIONS[event].get(Status(status)) if status in Status._value2member_map_ else None
 
 
-def why_not(status: int, event: Event) -> str:
+def why_not(status: int, event: GoalEvent) -> str:
     """Return the error message for an event that is invalid in this status."""
     possible = " or ".join(known.name for known in TRANSITIONS[event])
     now = Status(status).name if status in Status._value2member_map_ else str(status)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from enum import Enum, auto
 
 
-class State(Enum):
+class BondState(Enum):
     """States of one side of a bond. The values are the names in Noetic's state machine."""
 
     WAITING = "SM.WaitingForSister"
@@ -21,7 +21,7 @@ class State(Enum):
     DEAD = "SM.Dead"
 
 
-class Event(Enum):
+class BondEvent(Enum):
     """Events of one side of a bond."""
 
     SISTER_ALIVE = auto()
@@ -33,19 +33,19 @@ class Event(Enum):
     DISCONNECT_TIMEOUT = auto()
 
 
-_W, _A, _E, _D = State.WAITING, State.ALIVE, State.ENDING, State.DEAD
+_W, _A, _E, _D = BondState.WAITING, BondState.ALIVE, BondState.ENDING, BondState.DEAD
 
 # An event that is not listed for a state does not change it.
-NEXT: Mapping[tuple[State, Event], State] = {
-    (_W, Event.SISTER_ALIVE): _A,
-    (_W, Event.SISTER_ENDS): _E,
-    (_W, Event.CONNECT_TIMEOUT): _D,
-    (_W, Event.BREAK): _D,
-    (_A, Event.SISTER_ENDS): _E,
-    (_A, Event.HEARTBEAT_TIMEOUT): _D,
-    (_A, Event.BREAK): _E,
-    (_E, Event.SISTER_ENDS): _D,
-    (_E, Event.DISCONNECT_TIMEOUT): _D,
+NEXT: Mapping[tuple[BondState, BondEvent], BondState] = {
+    (_W, BondEvent.SISTER_ALIVE): _A,
+    (_W, BondEvent.SISTER_ENDS): _E,
+    (_W, BondEvent.CONNECT_TIMEOUT): _D,
+    (_W, BondEvent.BREAK): _D,
+    (_A, BondEvent.SISTER_ENDS): _E,
+    (_A, BondEvent.HEARTBEAT_TIMEOUT): _D,
+    (_A, BondEvent.BREAK): _E,
+    (_E, BondEvent.SISTER_ENDS): _D,
+    (_E, BondEvent.DISCONNECT_TIMEOUT): _D,
 }
 
 
@@ -53,18 +53,18 @@ class Life:
     """State of one side of a bond.
 
     >>> life = Life()
-    >>> [life.take(event).name for event in (Event.SISTER_ALIVE, Event.BREAK, Event.SISTER_ENDS)]
+    >>> [life.take(event).name for event in (BondEvent.SISTER_ALIVE, BondEvent.BREAK, BondEvent.SISTER_ENDS)]
     ['ALIVE', 'ENDING', 'DEAD']
     """
 
     def __init__(self) -> None:
-        self.state = State.WAITING
+        self.state = BondState.WAITING
         self.was_formed = False
         """Whether a message from the sister arrived while this side was waiting for it."""
 
-    def take(self, event: Event) -> State:
+    def take(self, event: BondEvent) -> BondState:
         """Handle an event and return the new state."""
         before, self.state = self.state, NEXT.get((self.state, event), self.state)
-        if before is State.WAITING and event in (Event.SISTER_ALIVE, Event.SISTER_ENDS):
+        if before is BondState.WAITING and event in (BondEvent.SISTER_ALIVE, BondEvent.SISTER_ENDS):
             self.was_formed = True
         return self.state

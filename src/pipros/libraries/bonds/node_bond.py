@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.bonds.life import Event, State
+from pipros.libraries.bonds.life import BondEvent, BondState
 from pipros.libraries.bonds.side import BondSide
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -38,9 +38,9 @@ class NodeBond:
         self._period_s = float(constants.DEFAULT_HEARTBEAT_PERIOD)
         self._side = BondSide(
             {
-                Event.CONNECT_TIMEOUT: float(constants.DEFAULT_CONNECT_TIMEOUT),
-                Event.HEARTBEAT_TIMEOUT: self._timeout_s,
-                Event.DISCONNECT_TIMEOUT: float(constants.DEFAULT_DISCONNECT_TIMEOUT),
+                BondEvent.CONNECT_TIMEOUT: float(constants.DEFAULT_CONNECT_TIMEOUT),
+                BondEvent.HEARTBEAT_TIMEOUT: self._timeout_s,
+                BondEvent.DISCONNECT_TIMEOUT: float(constants.DEFAULT_DISCONNECT_TIMEOUT),
             },
             send=self._send,
             notify=self._notify,
@@ -56,7 +56,7 @@ class NodeBond:
 
     def break_bond(self) -> None:
         """Tell the other side that this one ends. Does not block; may be called repeatedly."""
-        self._side.handle(Event.BREAK)
+        self._side.handle(BondEvent.BREAK)
 
     def _run(self) -> None:
         self._side.publish_heartbeats(self._period_s, float(self._constants.DEAD_PUBLISH_PERIOD))
@@ -72,10 +72,10 @@ class NodeBond:
         if message.id == self.bond_id and message.instance_id != self._instance:
             is_sister = self._side.receive(message.instance_id, bool(message.active))
             if is_sister and not message.active:
-                self._side.handle(Event.SISTER_ENDS)  # the answer was sent, so this side need not wait
+                self._side.handle(BondEvent.SISTER_ENDS)  # the answer was sent, so this side need not wait
 
-    def _notify(self, state: State) -> None:
-        if state is State.DEAD and not self._node.is_ending:
+    def _notify(self, state: BondState) -> None:
+        if state is BondState.DEAD and not self._node.is_ending:
             self._on_broken()
 
     def _ignores_silence(self) -> bool:

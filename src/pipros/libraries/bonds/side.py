@@ -8,12 +8,12 @@ from functools import partial
 from threading import Condition, Timer
 
 from pipros.basics.interruptible_wait import wait_in_slices
-from pipros.libraries.bonds.life import Event, Life, State
+from pipros.libraries.bonds.life import BondEvent, BondState, Life
 
-TIMEOUTS: Mapping[State, Event] = {
-    State.WAITING: Event.CONNECT_TIMEOUT,
-    State.ALIVE: Event.HEARTBEAT_TIMEOUT,
-    State.ENDING: Event.DISCONNECT_TIMEOUT,
+TIMEOUTS: Mapping[BondState, BondEvent] = {
+    BondState.WAITING: BondEvent.CONNECT_TIMEOUT,
+    BondState.ALIVE: BondEvent.HEARTBEAT_TIMEOUT,
+    BondState.ENDING: BondEvent.DISCONNECT_TIMEOUT,
 }
 """The timeout that runs in each state. None runs in DEAD."""
 
@@ -55,10 +55,10 @@ class BondSide:
         sister_ended_first: whether the other side ended before this side.
     """
 
-    durations_s: dict[Event, float]
+    durations_s: dict[BondEvent, float]
     send: Callable[[bool], object]
-    notify: Callable[[State], object]
-    enter: Callable[[State], object]
+    notify: Callable[[BondState], object]
+    enter: Callable[[BondState], object]
     ignores_silence: Callable[[], bool]
     is_over: Callable[[], bool]
     sister_id: str | None = field(default=None, init=False)
@@ -67,10 +67,10 @@ class BondSide:
     _timer: RestartableTimer = field(default_factory=RestartableTimer, init=False)
     # reentrant, because callbacks may call other methods
     _changed: Condition = field(default_factory=Condition, init=False)
-    _pending: list[State] = field(default_factory=list, init=False)
+    _pending: list[BondState] = field(default_factory=list, init=False)
 
     @property
-    def state(self) -> State:
+    def state(self) -> BondState:
         return self._life.state
 
     def start_timeout(self) -> None:
@@ -82,8 +82,8 @@ class BondSide:
             else:
                 self._timer.restart(self.durations_s[event], lambda: self._expire(event))
 
-    def _expire(self, event: Event) -> None:
-        if event is Event.HEARTBEAT_TIMEOUT and self.ignores_silence():
+    def _expire(self, event: BondEvent) -> None:
+        if event is BondEvent.HEARTBEAT_TIMEOUT and self.ignores_silence():
             self.start_timeout()
         else:
             self.handle(event)
@@ -97,29 +97,29 @@ class BondSide:
             self.sister_id = instance_id if self.sister_id is None else self.sister_id
         if instance_id != self.sister_id:
             return False
-        self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
-        if is_alive and self.state is State.DEAD:
+        self.handle(BondEvent.SISTER_ALIVE if is_alive else BondEvent.SISTER_ENDS)
+        if is_alive and self.state is BondState.DEAD:
             self.publish()  # the sister missed the message that announced the end of this side
         return True
 
-    def handle(self, event: Event) -> None:
+    def handle(self, event: BondEvent) -> None:
         """Handle an event. Call `enter` and `notify` for the changes that it causes."""
         with self._changed:
             before, was_formed = self._life.state, self._life.was_formed
             state = self._life.take(event)
-            if event is Event.SISTER_ENDS and before in (State.WAITING, State.ALIVE):
+            if event is BondEvent.SISTER_ENDS and before in (BondState.WAITING, BondState.ALIVE):
                 self.sister_ended_first = True
             if self._life.was_formed and not was_formed:
-                self._pending.append(State.ALIVE)
+                self._pending.append(BondState.ALIVE)
             if state is not before:
                 self.enter(state)
                 self.start_timeout()
-                if state is State.DEAD:
-                    self._pending.append(State.DEAD)
+                if state is BondState.DEAD:
+                    self._pending.append(BondState.DEAD)
                 self._changed.notify_all()
-            elif event is Event.SISTER_ALIVE and state is State.ALIVE:
+            elif event is BondEvent.SISTER_ALIVE and state is BondState.ALIVE:
                 self.start_timeout()
-        if state is State.ENDING and before is not State.ENDING:
+        if state is BondState.ENDING and before is not BondState.ENDING:
             self.publish()
         with self._changed:
             pending, self._pending = self._pending, []
@@ -128,18 +128,18 @@ class BondSide:
 
     def publish(self) -> None:
         """Publish the status of this side."""
-        self.send(self.state in (State.WAITING, State.ALIVE))
+        self.send(self.state in (BondState.WAITING, BondState.ALIVE))
 
     def publish_heartbeats(self, period_s: float, ending_period_s: float) -> None:
         """Publish the status periodically until the bond is broken, then once more."""
-        while (state := self.state) is not State.DEAD and not self.is_over():
+        while (state := self.state) is not BondState.DEAD and not self.is_over():
             self.publish()
             with self._changed:
                 if self.state is state and not self.is_over():
-                    self._changed.wait(ending_period_s if state is State.ENDING else period_s)
+                    self._changed.wait(ending_period_s if state is BondState.ENDING else period_s)
         self.publish()
 
-    def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
+    def wait(self, is_reached: Callable[[BondState], bool], timeout_s: float | None) -> bool:
         """Wait until `is_reached` accepts the state. Return whether it was reached.
 
         Stop waiting at the timeout (None for no limit), or when `is_over` returns True.

@@ -40,7 +40,7 @@ _LIMITS: Final = (
 )
 
 
-class FilterNode(LazyNode):
+class CloudFilterNodelet(LazyNode):
     """Base of nodelets that publish `~output` from `~input` while it has subscribers."""
 
     settings: ClassVar[tuple[Setting, ...]] = ()
@@ -119,7 +119,7 @@ def transformed(cloud: Any, matrix: Any) -> Any:
     return reorganized(cloud, rows, is_dense=cloud.is_dense)
 
 
-class PassThrough(FilterNode):
+class PassThrough(CloudFilterNodelet):
     """`pcl/PassThrough`."""
 
     settings = _LIMITS
@@ -129,7 +129,7 @@ class PassThrough(FilterNode):
         return filters.pass_through(cloud, self.values)
 
 
-class VoxelGrid(FilterNode):
+class VoxelGrid(CloudFilterNodelet):
     """`pcl/VoxelGrid`."""
 
     settings = (
@@ -143,7 +143,7 @@ class VoxelGrid(FilterNode):
         return filters.voxel_grid(cloud, self.values)
 
 
-class CropBox(FilterNode):
+class CropBox(CloudFilterNodelet):
     """`pcl/CropBox`."""
 
     settings = (
@@ -158,7 +158,7 @@ class CropBox(FilterNode):
         return filters.crop_box(cloud, self.values, indices)
 
 
-class ExtractIndices(FilterNode):
+class ExtractIndices(CloudFilterNodelet):
     """`pcl/ExtractIndices`."""
 
     settings = (Setting("negative", False),)
@@ -168,7 +168,7 @@ class ExtractIndices(FilterNode):
         return filters.extract_indices(cloud, indices, self.values)
 
 
-class StatisticalOutlierRemoval(FilterNode):
+class StatisticalOutlierRemoval(CloudFilterNodelet):
     """`pcl/StatisticalOutlierRemoval`."""
 
     settings = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pipros.libraries.images.ports import Input, synchronized
+from pipros.libraries.images.ports import ImageInput, synchronized
 from pipros.libraries.topic_tools.lazy import LazyInputs
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -52,7 +52,7 @@ class CloudInputs:
         if self._has_indices:
             return synchronized(
                 self._node,
-                [Input("~input", _CLOUD), Input("~indices", "pcl_msgs/PointIndices")],
+                [ImageInput("~input", _CLOUD), ImageInput("~indices", "pcl_msgs/PointIndices")],
                 lambda cloud, indices: self._receive(cloud, indices.indices),
                 self.queue_size,
                 is_exact=not self._is_approximate,

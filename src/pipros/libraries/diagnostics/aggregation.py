@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pipros.libraries.diagnostics.analyzers import AnalyzerGroup, BadAnalyzer, OtherAnalyzer
-from pipros.libraries.diagnostics.items import ERROR, OK, STALE, Status
+from pipros.libraries.diagnostics.items import ERROR, OK, STALE, ComponentStatus
 
 OWNER_LIMIT = 100
 """Maximum number of nodes with added analyzers. Each of these nodes requires a bond."""
@@ -55,13 +55,13 @@ class Aggregation:
         """Remove the analyzers that a node has added, if any."""
         self._added.pop(owner, None)
 
-    def take(self, status: Status, now_s: float) -> None:
+    def take(self, status: ComponentStatus, now_s: float) -> None:
         """Process a received status."""
         taken = [group.analyze(status, now_s) for group in (self._configured, *self._added.values())]
         if not any(taken):
             self._other.analyze(status, now_s)
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         """Return the statuses to publish. Their names are paths."""
         reported = self._configured.report(now_s)
         for group in self._added.values():
@@ -70,10 +70,11 @@ class Aggregation:
         return [*reported, *self._other.report(now_s)]
 
 
-def whole_level(reported: list[Status]) -> int:
+def whole_level(reported: list[ComponentStatus]) -> int:
     """Return the highest level. Stale statuses count as errors unless all statuses are stale.
 
-    >>> whole_level([Status("/a", 0), Status("/b", 3)]), whole_level([Status("/b", 3)]), whole_level([])
+    >>> fine, stale = ComponentStatus("/a", OK), ComponentStatus("/b", STALE)
+    >>> whole_level([fine, stale]), whole_level([stale]), whole_level([])
     (2, 3, 0)
     """
     levels = [status.level for status in reported]

@@ -12,7 +12,7 @@ from math import isinf
 from typing import Any, Protocol
 
 from pipros.basics.errors import PiprosError
-from pipros.libraries.diagnostics.items import ERROR, OK, STALE, Item, Status, level_name
+from pipros.libraries.diagnostics.items import ERROR, OK, STALE, ComponentStatus, Item, level_name
 from pipros.libraries.diagnostics.name_patterns import NamePatterns
 
 TIMEOUT_S = 5.0
@@ -53,10 +53,10 @@ class Analyzer(Protocol):
     def match(self, name: str) -> bool:
         """Return whether the analyzer accepts statuses with the given name."""
 
-    def analyze(self, status: Status, now_s: float) -> bool:
+    def analyze(self, status: ComponentStatus, now_s: float) -> bool:
         """Process a status whose name `match` accepts. Return whether the status was accepted."""
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         """Return the statuses of the analyzer itself, named `path`, and of its items.
 
         The list may be empty.
@@ -110,15 +110,15 @@ class Items:
         self.name, self.path = name, path
         self._prefixes = tuple(prefixes)
         self._timeout_s, self._count, self._discards_stale = timeout_s, count, discards_stale
-        self._items = {item: Item(Status(item)) for item in expected}
+        self._items = {item: Item(ComponentStatus(item)) for item in expected}
 
-    def analyze(self, status: Status, now_s: float) -> bool:
+    def analyze(self, status: ComponentStatus, now_s: float) -> bool:
         if status.name not in self._items and len(self._items) >= ITEM_LIMIT:
             return False
         self._items[status.name] = Item(status, now_s)
         return True
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         """Return the summary and the items.
 
         The summary is stale if all items are stale, and an error if only some of them are.
@@ -138,7 +138,7 @@ class Items:
         if self._count > 0 and len(reported) != self._count:
             level = max(level, ERROR)
             message = f"Expected {self._count}, found {len(reported)}"
-        return [Status(self.path, level, message, values=tuple(values)), *reported]
+        return [ComponentStatus(self.path, level, message, values=tuple(values)), *reported]
 
     def _is_stale(self, item: Item, now_s: float) -> bool:
         if item.updated_s is None:
@@ -166,19 +166,19 @@ class GenericAnalyzer(Items):
     def match(self, name: str) -> bool:
         return self._criteria.match(name)
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         """Like `Items.report`, but add an error if a regular expression takes too long."""
         header, *reported = super().report(now_s)
         if self._criteria.patterns.slow:
             values = tuple((SLOW_REGEX, pattern) for pattern in self._criteria.patterns.slow)
-            header = Status(header.name, ERROR, SLOW_REGEX, values=(*header.values, *values))
+            header = ComponentStatus(header.name, ERROR, SLOW_REGEX, values=(*header.values, *values))
         return [header, *reported]
 
 
 class DiscardAnalyzer(GenericAnalyzer):
     """Analyzer that accepts statuses like a GenericAnalyzer, but reports nothing."""
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         del now_s
         return []
 
@@ -193,11 +193,11 @@ class IgnoreAnalyzer:
         del name
         return False
 
-    def analyze(self, status: Status, now_s: float) -> bool:
+    def analyze(self, status: ComponentStatus, now_s: float) -> bool:
         del status, now_s
         return False
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         del now_s
         return []
 
@@ -236,13 +236,13 @@ class AnalyzerGroup:
     def match(self, name: str) -> bool:
         return any(analyzer.match(name) for analyzer in self._analyzers)
 
-    def analyze(self, status: Status, now_s: float) -> bool:
+    def analyze(self, status: ComponentStatus, now_s: float) -> bool:
         taken = [
             analyzer.analyze(status, now_s) for analyzer in self._analyzers if analyzer.match(status.name)
         ]
         return any(taken)
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         values, levels, reported = [], [], []
         for analyzer in self._analyzers:
             of_one = analyzer.report(now_s)
@@ -253,7 +253,7 @@ class AnalyzerGroup:
                     levels.append(status.level)
         for key, error in self.problems.items():
             reported.append(
-                Status(f"{self.path}/{key}", ERROR, error.summary, values=(("reason", str(error)),))
+                ComponentStatus(f"{self.path}/{key}", ERROR, error.summary, values=(("reason", str(error)),))
             )
             values.append((key, error.summary))
             levels.append(ERROR)
@@ -263,7 +263,7 @@ class AnalyzerGroup:
         message = level_name(level)
         if not self._analyzers and not self.problems:
             level, message = ERROR, "No analyzers"
-        return [Status(self.path, level, message, values=tuple(values)), *reported]
+        return [ComponentStatus(self.path, level, message, values=tuple(values)), *reported]
 
 
 class OtherAnalyzer(Items):
@@ -273,13 +273,13 @@ class OtherAnalyzer(Items):
         super().__init__("Other", f"{path}/Other", discards_stale=True)
         self._as_errors = as_errors
 
-    def report(self, now_s: float) -> list[Status]:
+    def report(self, now_s: float) -> list[ComponentStatus]:
         header, *reported = super().report(now_s)
         if not reported:
             return []
         if self._as_errors:
             message = 'Unanalyzed items found in "Other"'
-            header = Status(header.name, ERROR, message, values=header.values)
+            header = ComponentStatus(header.name, ERROR, message, values=header.values)
         return [header, *reported]
 
 

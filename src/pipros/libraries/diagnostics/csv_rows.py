@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 
-from pipros.libraries.diagnostics.items import Status
+from pipros.libraries.diagnostics.items import ComponentStatus
 
 NAME_LIMIT = 200
 """Maximum length of a file name without its suffix. Limited because any peer can choose status names."""
@@ -40,7 +40,7 @@ class CsvColumns:
     def __init__(self) -> None:
         self._places: dict[str, int] = {}
 
-    def add(self, status: Status) -> None:
+    def add(self, status: ComponentStatus) -> None:
         for key, _ in status.values:
             self._places.setdefault(key, len(self._places))
 
@@ -49,7 +49,7 @@ class CsvColumns:
         keys = [key.replace(",", "").replace("\n", " ").replace("\r", " ") for key in self._places]
         return ",".join([*_HEAD, *keys]) + "\n"
 
-    def row(self, status: Status, stamp_s: float) -> str:
+    def row(self, status: ComponentStatus, stamp_s: float) -> str:
         """Return a row of the file, with the time in the local time zone and a cell for each known key."""
         self.add(status)
         cells = [""] * len(self._places)

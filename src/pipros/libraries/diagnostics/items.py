@@ -16,7 +16,7 @@ def level_name(level: int) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Status:
+class ComponentStatus:
     """Contents of a diagnostic_msgs/DiagnosticStatus."""
 
     name: str
@@ -33,10 +33,10 @@ class Item:
     The time is None if the status is expected but has not arrived.
     """
 
-    status: Status
+    status: ComponentStatus
     updated_s: float | None = None
 
-    def below(self, path: str, prefixes: Sequence[str], is_stale: bool) -> Status:
+    def below(self, path: str, prefixes: Sequence[str], is_stale: bool) -> ComponentStatus:
         """Return the status to publish below an analyzer's path, with prefixes removed from its name."""
         name = f"{path}/{output_name(self.status.name, prefixes)}"
         return replace(self.status, name=name, level=STALE if is_stale else self.status.level)

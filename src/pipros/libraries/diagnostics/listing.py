@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from pipros.basics.printable import printable
-from pipros.libraries.diagnostics.items import OK, Status, level_name
+from pipros.libraries.diagnostics.items import OK, ComponentStatus, level_name
 
 _LONGEST = 2_000
 
 
 def listed(
-    statuses: Iterable[Status], *, least: int = OK, part: str = "", details: bool = False
+    statuses: Iterable[ComponentStatus], *, least: int = OK, part: str = "", details: bool = False
 ) -> list[str]:
     """Return a line for each status, sorted by name.
 
@@ -21,7 +21,7 @@ def listed(
         part: the substring that names must contain.
         details: whether to add a line with the hardware ID, and a line for each value.
 
-    >>> listed([Status("/b", 0, "fine"), Status("/a", 2, "broken")], least=1)
+    >>> listed([ComponentStatus("/b", 0, "fine"), ComponentStatus("/a", 2, "broken")], least=1)
     ['Error    /a: broken']
     """
     lines = []

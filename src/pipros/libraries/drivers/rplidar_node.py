@@ -15,7 +15,7 @@ from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.drivers.retrying import Driver
 from pipros.libraries.drivers.rplidar.lidar import Lidar, Mode
 from pipros.libraries.drivers.rplidar.samples import Point
-from pipros.libraries.drivers.rplidar.turns import Turns, cells_per_degree, sweep_of
+from pipros.libraries.drivers.rplidar.turns import TurnCollector, cells_per_degree, sweep_of
 from pipros.libraries.drivers.streams import DeviceError, Port, Stream, network_port, serial_port
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
@@ -108,7 +108,7 @@ class RplidarNode:
     def _publish_scans(self, lidar: Lidar, mode: Mode) -> None:
         """Scan until the motor is to be stopped, or the node shuts down."""
         lidar.turn_motor(self._scan_hz)
-        decoder, turns = lidar.start(mode), Turns()
+        decoder, turns = lidar.start(mode), TurnCollector()
         began_ns, last_s = self._node.clock.now_ns(), time.monotonic()
         while self._is_on.is_set() and not self._driver.is_ending:
             for segment in decoder.feed(lidar.read()):

@@ -15,9 +15,9 @@ from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.drivers.retrying import Driver
 from pipros.libraries.drivers.streams import DeviceError, Port, Stream, network_port, serial_port
 from pipros.libraries.drivers.urg.clock import DeviceClock
-from pipros.libraries.drivers.urg.health import Health
-from pipros.libraries.drivers.urg.scip import Reply, clock_ms, echoes_of, scan_of
-from pipros.libraries.drivers.urg.sensor import Request, Sensor
+from pipros.libraries.drivers.urg.health import LidarHealth
+from pipros.libraries.drivers.urg.scip import ScipReply, clock_ms, echoes_of, scan_of
+from pipros.libraries.drivers.urg.sensor import ScanRequest, UrgSensor
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
@@ -59,8 +59,8 @@ class UrgNode:
         self._settings: Reconfigurable | None = None
         self._is_changed = threading.Event()
         self._latency_s = 0.0
-        self._sensor: Sensor | None = None
-        self._health = Health(node, place, "Laser Echoes" if self._has_echoes else "Laser Scan")
+        self._sensor: UrgSensor | None = None
+        self._health = LidarHealth(node, place, "Laser Echoes" if self._has_echoes else "Laser Scan")
 
     def run(self) -> int:
         """Publish until the node is shut down, and return the exit code."""
@@ -69,7 +69,9 @@ class UrgNode:
 
     def _session(self, stream: Stream) -> None:
         try:
-            sensor = Sensor(stream, self._port.name, lambda: self._driver.is_ending, self._node.clock.now_ns)
+            sensor = UrgSensor(
+                stream, self._port.name, lambda: self._driver.is_ending, self._node.clock.now_ns
+            )
             self._configure(sensor)
             if self._measures_latency:
                 self._latency_s = sensor.latency_s(self._request(sensor))
@@ -86,7 +88,7 @@ class UrgNode:
             self._health.disconnect(str(error))
             raise
 
-    def _configure(self, sensor: Sensor) -> None:
+    def _configure(self, sensor: UrgSensor) -> None:
         """Report the device, and offer the settings when the first one has told its limits."""
         version = sensor.version
         self._driver.describe(", ".join(version.get(key, "?") for key in ("PROD", "SERI", "FIRM")))
@@ -111,15 +113,15 @@ class UrgNode:
     def _setting(self, name: str) -> Any:
         return self._settings.values[name] if self._settings else None
 
-    def _request(self, sensor: Sensor) -> Request:
+    def _request(self, sensor: UrgSensor) -> ScanRequest:
         first, last = (sensor.parameters.step(self._setting(name)) for name in ("angle_min", "angle_max"))
         if first > last:
             self._log.error("~angle_min must be <= ~angle_max, got more: using the whole scan")
             first, last = sensor.parameters.first, sensor.parameters.last
         how = self._setting("cluster"), self._setting("skip"), self._has_intensities, self._has_echoes
-        return Request(first, last, *how)
+        return ScanRequest(first, last, *how)
 
-    def _started(self, sensor: Sensor) -> Request:
+    def _started(self, sensor: UrgSensor) -> ScanRequest:
         request = self._request(sensor)
         if sensor.start(request):
             return request
@@ -130,7 +132,7 @@ class UrgNode:
         self._has_intensities = False
         return self._started(sensor)
 
-    def _publish_scans(self, sensor: Sensor, request: Request) -> None:
+    def _publish_scans(self, sensor: UrgSensor, request: ScanRequest) -> None:
         """Publish until the settings change, or the node shuts down."""
         last_s, errors = time.monotonic(), sensor.errors
         while not self._driver.is_ending and not self._is_changed.is_set():
@@ -144,7 +146,7 @@ class UrgNode:
             if time.monotonic() - last_s > SILENCE_S:
                 raise DeviceError(f"{self._port.name} sends no scans")
 
-    def _publish(self, reply: Reply, sensor: Sensor, request: Request) -> None:
+    def _publish(self, reply: ScipReply, sensor: UrgSensor, request: ScanRequest) -> None:
         known, cluster = sensor.parameters, request.cluster
         fields: dict[str, Any] = {
             "angle_min": known.angle(request.first),

@@ -6,7 +6,7 @@ from bisect import insort
 from typing import Any
 
 
-class History:
+class MessageHistory:
     """The last `size` messages and their timestamps, in order of arrival."""
 
     def __init__(self, size: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from pipros.libraries.images.arrays import BadImage
-from pipros.libraries.vision.conversions import ConversionError, convert
+from pipros.libraries.vision.conversions import ImageConversionError, convert
 from pipros.libraries.vision.opencv import opencv
 from pipros.pictures.encodings import Color, encoding
 
@@ -71,6 +71,6 @@ def colors(image: Any, name: str, method: int) -> tuple[Any, str]:
     if kind.color in _YUV:
         try:
             return convert(image, name, "bgr8"), "bgr8"
-        except ConversionError as error:
+        except ImageConversionError as error:
             raise BadImage(str(error)) from error
     raise BadImage(f"cannot find colours in [{name}]")

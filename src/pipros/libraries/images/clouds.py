@@ -6,7 +6,7 @@ import copy
 from typing import Any, Final
 
 from pipros.libraries.images.arrays import BadImage
-from pipros.libraries.vision.conversions import ConversionError, convert
+from pipros.libraries.vision.conversions import ImageConversionError, convert
 from pipros.libraries.vision.extras import numpy as np
 from pipros.msg import load_message_class
 
@@ -37,7 +37,7 @@ def set_colors(points: Any, image: Any, name: str, alpha: int) -> None:
     packed = points[:, :, _RGB_AT : _RGB_AT + 1].view(np.uint8)
     try:
         bgr = image if name in ("bgr8", "bgra8") else convert(image, name, "bgr8")
-    except ConversionError as error:
+    except ImageConversionError as error:
         raise BadImage(str(error)) from error
     packed[:, :, :3] = bgr[:, :, :3]
     packed[:, :, 3] = alpha

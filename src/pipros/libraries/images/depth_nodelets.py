@@ -15,8 +15,8 @@ from pipros.libraries.images.disparity import CAMERA_INFO
 from pipros.libraries.images.pinhole import Pinhole, binning, check_size
 from pipros.libraries.images.ports import (
     ERRORS_S,
+    ImageInput,
     ImageOutput,
-    Input,
     camera,
     inside,
     subscribe_image,
@@ -25,7 +25,7 @@ from pipros.libraries.images.ports import (
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.matrices.quaternions import quaternion_matrix
-from pipros.libraries.vision.conversions import ConversionError, convert
+from pipros.libraries.vision.conversions import ImageConversionError, convert
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -87,9 +87,9 @@ class PointCloudXyzrgb(LazyNode):
         queue_size, is_exact = private(node, "queue_size", 5), private(node, "exact_sync", False)
         transport = private(node, "depth_image_transport", "raw")
         inputs = [
-            Input(inside(node, depth, "image_rect"), transport=transport),
-            Input(inside(node, rgb, "image_rect_color")),
-            Input(inside(node, rgb, "camera_info"), CAMERA_INFO),
+            ImageInput(inside(node, depth, "image_rect"), transport=transport),
+            ImageInput(inside(node, rgb, "image_rect_color")),
+            ImageInput(inside(node, rgb, "camera_info"), CAMERA_INFO),
         ]
         self._inputs = LazyInputs(
             [self._output],
@@ -128,7 +128,7 @@ def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, s
         raise BadImage(f"the depths have {depth.height} rows, too few for the size of the colours")
     try:
         pixels = convert(pixels, rgb.encoding, "bgr8")[: int(depth.height / ratio)]
-    except ConversionError as error:
+    except ImageConversionError as error:
         raise BadImage(str(error)) from error
     cv2 = opencv("resizing images")
     scaled = replace(
@@ -157,9 +157,9 @@ class Register:
         )
         queue_size = private(node, "queue_size", 5)
         inputs = [
-            Input(inside(node, "depth", "image_rect")),
-            Input(inside(node, "depth", "camera_info"), CAMERA_INFO),
-            Input(inside(node, "rgb", "camera_info"), CAMERA_INFO),
+            ImageInput(inside(node, "depth", "image_rect")),
+            ImageInput(inside(node, "depth", "camera_info"), CAMERA_INFO),
+            ImageInput(inside(node, "rgb", "camera_info"), CAMERA_INFO),
         ]
         self._inputs = LazyInputs(
             [*self._output.publishers, self._info],

@@ -15,11 +15,11 @@ from pipros.libraries.images.matching import (
     SETTINGS,
     STEREO_BM,
     STEREO_SGBM,
-    Matcher,
+    BlockMatcher,
     corrected,
 )
 from pipros.libraries.images.pinhole import Pinhole
-from pipros.libraries.images.ports import ERRORS_S, Input, enum, inside, synchronized
+from pipros.libraries.images.ports import ERRORS_S, ImageInput, enum, inside, synchronized
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.opencv import opencv
@@ -48,17 +48,17 @@ class Disparity(LazyNode):
         self._factor = max(private(node, "downsampling_factor", 1), 1)
         self._message: Any = load_message_class("stereo_msgs/DisparityImage")
         self._output = node.advertise("disparity", self._message, queue_size=1)
-        self._matcher: Matcher
+        self._matcher: BlockMatcher
         self._settings = Reconfigurable(node, "~", [_ALGORITHM, *SETTINGS], self._apply)
         queue_size, is_exact = (
             private(node, "queue_size", 5),
             not private(node, "approximate_sync", False),
         )
         inputs = [
-            Input(inside(node, "left", "image_rect")),
-            Input(inside(node, "left", "camera_info"), CAMERA_INFO),
-            Input(inside(node, "right", "image_rect")),
-            Input(inside(node, "right", "camera_info"), CAMERA_INFO),
+            ImageInput(inside(node, "left", "image_rect")),
+            ImageInput(inside(node, "left", "camera_info"), CAMERA_INFO),
+            ImageInput(inside(node, "right", "image_rect")),
+            ImageInput(inside(node, "right", "camera_info"), CAMERA_INFO),
         ]
         self._inputs = LazyInputs(
             [self._output],
@@ -69,7 +69,7 @@ class Disparity(LazyNode):
 
     def _apply(self, values: Mapping[str, Value], _level: int) -> Mapping[str, Value]:
         accepted = corrected(values)
-        self._matcher = Matcher(accepted)
+        self._matcher = BlockMatcher(accepted)
         return accepted
 
     def _on_images(self, left: Any, left_info: Any, right: Any, right_info: Any) -> None:

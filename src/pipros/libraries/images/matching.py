@@ -41,7 +41,7 @@ def corrected(values: Mapping[str, Value]) -> dict[str, Value]:
     return new
 
 
-class Matcher:
+class BlockMatcher:
     """A block matcher with settings that `corrected` returned."""
 
     def __init__(self, values: Mapping[str, Any]) -> None:

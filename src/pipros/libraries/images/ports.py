@@ -99,7 +99,7 @@ def subscribe_image(
     )
 
 
-class Input(NamedTuple):
+class ImageInput(NamedTuple):
     """A synchronized input. Its transport is that in `~image_transport` if it is None."""
 
     topic: str
@@ -107,15 +107,15 @@ class Input(NamedTuple):
     transport: str | None = None
 
 
-def camera(node: Node, topic: str) -> tuple[Input, Input]:
+def camera(node: Node, topic: str) -> tuple[ImageInput, ImageInput]:
     """Return the inputs for an image topic and the `camera_info` in the same namespace."""
     info = names.namespace(node.resolve(topic)) + "camera_info"
-    return Input(topic), Input(info, "sensor_msgs/CameraInfo")
+    return ImageInput(topic), ImageInput(info, "sensor_msgs/CameraInfo")
 
 
 def synchronized(
     node: Node,
-    inputs: Sequence[Input],
+    inputs: Sequence[ImageInput],
     callback: Callable[..., object],
     queue_size: int,
     *,

@@ -11,7 +11,7 @@ from pipros.libraries.images.arrays import BadImage, array_of
 from pipros.libraries.images.clouds import cloud_message, empty_points, set_colors
 from pipros.libraries.images.disparity import CAMERA_INFO
 from pipros.libraries.images.pinhole import Pinhole
-from pipros.libraries.images.ports import ERRORS_S, Input, inside, synchronized
+from pipros.libraries.images.ports import ERRORS_S, ImageInput, inside, synchronized
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
@@ -33,10 +33,10 @@ class StereoCloud(LazyNode):
         queue_size = private(node, "queue_size", 5)
         is_exact = not private(node, "approximate_sync", False)
         inputs = [
-            Input(inside(node, "left", "image_rect_color")),
-            Input(inside(node, "left", "camera_info"), CAMERA_INFO),
-            Input(inside(node, "right", "camera_info"), CAMERA_INFO),
-            Input("disparity", "stereo_msgs/DisparityImage"),
+            ImageInput(inside(node, "left", "image_rect_color")),
+            ImageInput(inside(node, "left", "camera_info"), CAMERA_INFO),
+            ImageInput(inside(node, "right", "camera_info"), CAMERA_INFO),
+            ImageInput("disparity", "stereo_msgs/DisparityImage"),
         ]
         self._inputs = LazyInputs(
             [self._output],

@@ -9,7 +9,7 @@ from typing import Any, Final
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.points import cloud_of
-from pipros.libraries.laser.filters.base import FilterFailed, InvalidFilter, Place, ScanFilter
+from pipros.libraries.laser.filters.base import FilterFailed, FilterHost, InvalidFilter, ScanFilter
 from pipros.libraries.laser.filters.chain import FilterChain, chain_of
 from pipros.libraries.laser.filters.shapes import PolygonFilter
 from pipros.libraries.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
@@ -91,7 +91,7 @@ class ScanChain:
             return self._chain.update(Scan.of(message))
 
 
-class _LazyPlace(Place):
+class _LazyPlace(FilterHost):
     """Subscribes to transforms when the first filter needs them."""
 
     def __init__(self, listen: Callable[[], TransformListener]) -> None:

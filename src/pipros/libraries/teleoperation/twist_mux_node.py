@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.teleoperation.velocity_mux import InvalidSource, Source, VelocityMux, source
+from pipros.libraries.teleoperation.velocity_mux import InvalidSource, VelocityMux, VelocitySource, source
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
@@ -24,7 +24,7 @@ DIAGNOSTICS_S: Final = 1.0
 class TwistMux:
     """Subscribes to the sources, and publishes `cmd_vel_out`."""
 
-    def __init__(self, node: Node, inputs: Sequence[Source], locks: Sequence[Source]) -> None:
+    def __init__(self, node: Node, inputs: Sequence[VelocitySource], locks: Sequence[VelocitySource]) -> None:
         """Advertise and subscribe. Blocks until the master answers."""
         twist: Any = load_message_class("geometry_msgs/Twist")
         flag: Any = load_message_class("std_msgs/Bool")
@@ -37,12 +37,12 @@ class TwistMux:
         for each in inputs:
             node.subscribe(each.topic, twist, partial(self._on_velocity, each), queue_size=1)
 
-    def _on_velocity(self, one: Source, message: Any) -> None:
+    def _on_velocity(self, one: VelocitySource, message: Any) -> None:
         with self._lock:
             if self._mux.passes(one, self._now_s()):
                 self._output.publish(message)
 
-    def _on_lock(self, one: Source, message: Any) -> None:
+    def _on_lock(self, one: VelocitySource, message: Any) -> None:
         with self._lock:
             self._mux.lock(one, bool(message.data), self._now_s())
 
@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _sources(node: Node, name: str, log: logging.Logger) -> list[Source]:
+def _sources(node: Node, name: str, log: logging.Logger) -> list[VelocitySource]:
     """Return the valid sources in a private parameter, and log the mistakes in the others."""
     entries = raw(node, name, None)
     if not isinstance(entries, list):

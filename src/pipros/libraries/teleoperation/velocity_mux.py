@@ -21,7 +21,7 @@ class InvalidSource(PiprosError, ValueError):
 
 
 @dataclass(slots=True)
-class Source:
+class VelocitySource:
     """A topic with velocities, or a lock.
 
     Attributes:
@@ -45,7 +45,7 @@ class Source:
         return f"(listening to {self.topic} @ {self.timeout_s:.6f}s with priority #{self.priority})"
 
 
-def source(entry: Any, place: str) -> Source:
+def source(entry: Any, place: str) -> VelocitySource:
     """Return the source that an entry of `~topics` or `~locks` describes.
 
     Raises:
@@ -66,7 +66,7 @@ def source(entry: Any, place: str) -> Source:
     if not math.isfinite(timeout_s):
         raise InvalidSource(f"{place}: timeout must be a number of seconds, got {timeout_s}")
     priority = value("priority", (int,), "an integer from 0 to 255")
-    return Source(
+    return VelocitySource(
         value("name", (str,), "a name"),
         value("topic", (str,), "the name of a topic"),
         timeout_s,
@@ -77,20 +77,20 @@ def source(entry: Any, place: str) -> Source:
 class VelocityMux:
     """Decides whose velocities are passed on. The caller provides the time."""
 
-    def __init__(self, inputs: Sequence[Source], locks: Sequence[Source]) -> None:
+    def __init__(self, inputs: Sequence[VelocitySource], locks: Sequence[VelocitySource]) -> None:
         self.inputs = inputs
         self.locks = locks
 
-    def passes(self, one: Source, now_s: float) -> bool:
+    def passes(self, one: VelocitySource, now_s: float) -> bool:
         """Note a velocity that arrives from an input now, and return whether it is passed on."""
         one.received_s = now_s
         return self.winner(now_s) is one
 
-    def lock(self, one: Source, is_set: bool, now_s: float) -> None:
+    def lock(self, one: VelocitySource, is_set: bool, now_s: float) -> None:
         """Note the value of a lock that arrives now."""
         one.is_set, one.received_s = is_set, now_s
 
-    def is_locked(self, one: Source, now_s: float) -> bool:
+    def is_locked(self, one: VelocitySource, now_s: float) -> bool:
         """Return whether a lock is on: it is set, or its source is silent."""
         return one.is_set or one.is_expired(now_s)
 
@@ -98,12 +98,12 @@ class VelocityMux:
         """Return the highest priority of the locks that are on, or 0."""
         return max((lock.priority for lock in self.locks if self.is_locked(lock, now_s)), default=0)
 
-    def unmasked(self, now_s: float) -> list[Source]:
+    def unmasked(self, now_s: float) -> list[VelocitySource]:
         """Return the inputs that are neither expired nor locked."""
         level = self.level(now_s)
         return [each for each in self.inputs if not each.is_expired(now_s) and each.priority >= level]
 
-    def winner(self, now_s: float) -> Source | None:
+    def winner(self, now_s: float) -> VelocitySource | None:
         """Return the input whose velocities are passed on; of equal priorities, the first in the list."""
         free = [each for each in self.unmasked(now_s) if each.priority > 0]
         return max(free, key=lambda each: each.priority, default=None)
@@ -122,5 +122,5 @@ class VelocityMux:
         return {**dict(rows), "current priority": str(self.level(now_s))}
 
 
-def _is_in(one: Source, sources: Iterable[Source]) -> bool:
+def _is_in(one: VelocitySource, sources: Iterable[VelocitySource]) -> bool:
     return any(each is one for each in sources)

@@ -35,7 +35,7 @@ class Feedback(IntEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class VelocityLimits:
     """Limits in m/s and rad/s, and m/s2 and rad/s2. `deceleration` is a multiple of the acceleration."""
 
     speed: Velocity = (1.0, 5.0)
@@ -51,7 +51,7 @@ class VelocitySmoother:
     """
 
     def __init__(
-        self, limits: Limits, period_s: float, feedback: Feedback, log: Callable[[int, str], object]
+        self, limits: VelocityLimits, period_s: float, feedback: Feedback, log: Callable[[int, str], object]
     ) -> None:
         """Begin with a robot that stands still.
 

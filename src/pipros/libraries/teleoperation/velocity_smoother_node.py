@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
-from pipros.libraries.teleoperation.velocity_smoother import Feedback, Limits, VelocitySmoother
+from pipros.libraries.teleoperation.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.private_params import number, raw
 from pipros.node.rate import Timer
 
-_LIMITS: Final = Limits()
+_LIMITS: Final = VelocityLimits()
 SETTINGS: Final = (
     Setting("speed_lim_v", _LIMITS.speed[0], 0, 10, "maximum forward speed, m/s"),
     Setting("accel_lim_v", _LIMITS.acceleration[0], 0, 10, "maximum forward acceleration, m/s2"),
@@ -58,7 +58,7 @@ class SmootherNode:
 
     def _apply(self, values: Mapping[str, Value], _level: int) -> None:
         v = {name: float(value) for name, value in values.items()}
-        limits = Limits(
+        limits = VelocityLimits(
             (v["speed_lim_v"], v["speed_lim_w"]), (v["accel_lim_v"], v["accel_lim_w"]), v["decel_factor"]
         )
         with self._lock:

@@ -16,7 +16,7 @@ from pipros.libraries.vision.label_colors import color_of_label
 from pipros.pictures.encodings import COLORS, Color, Encoding, UnknownEncoding, encoding
 
 
-class ConversionError(RuntimeError):
+class ImageConversionError(RuntimeError):
     """An image cannot be converted to an encoding, or its array does not match its encoding."""
 
 
@@ -28,11 +28,13 @@ def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     `encoding_in`.
 
     Raises:
-        ConversionError: an encoding is unknown, the conversion is not supported, or the array does not match
-            `encoding_in`.
+        ImageConversionError: an encoding is unknown, the conversion is not supported, or the array does not
+            match `encoding_in`.
     """
     if not _is_image(image):
-        raise ConversionError(f"the image must be a two- or three-dimensional array, got {_describe(image)}")
+        raise ImageConversionError(
+            f"the image must be a two- or three-dimensional array, got {_describe(image)}"
+        )
     if encoding_out in ("", encoding_in):
         return image.copy()
     source, target = _named(encoding_in), _named(encoding_out)
@@ -52,29 +54,29 @@ def _named(name: str) -> Encoding:
     try:
         return encoding(name)
     except UnknownEncoding:
-        raise ConversionError(f"Unknown encoding {name}") from None
+        raise ImageConversionError(f"Unknown encoding {name}") from None
 
 
 def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
     """Return the pixel formats of the source and target, or None if only the value type changes."""
     names = f"[{source.name}]", f"[{target.name}]"
     if source.color is None and target.color is not None:
-        raise ConversionError(
+        raise ImageConversionError(
             f"{names[0]} is not a color format. but {names[1]} is. The conversion does not make sense"
         )
     if source.color is None or target.color is None:
         if source.channels == target.channels:
             return None
         if source.color is None:
-            raise ConversionError(f"{names[0]} and {names[1]} do not have the same number of channel")
-        raise ConversionError(
+            raise ImageConversionError(f"{names[0]} and {names[1]} do not have the same number of channel")
+        raise ImageConversionError(
             f"{names[0]} is a color format but {names[1]} is not so they must have the same OpenCV type, "
             "CV_8UC3, CV16UC1 ...."
         )
     if source.color is target.color and source.color in _WITH_DEPTHS:
         return None
     if source.color is target.color or not is_supported(source.color, target.color):
-        raise ConversionError(f"Unsupported conversion from {names[0]} to {names[1]}")
+        raise ImageConversionError(f"Unsupported conversion from {names[0]} to {names[1]}")
     return source.color, target.color
 
 
@@ -88,15 +90,17 @@ def _is_image(image: Any) -> bool:
 
 def _check(image: Any, expected: Encoding) -> None:
     if not _is_image(image):
-        raise ConversionError(f"the image must be a two- or three-dimensional array, got {_describe(image)}")
+        raise ImageConversionError(
+            f"the image must be a two- or three-dimensional array, got {_describe(image)}"
+        )
     channels = image.shape[2] if image.ndim == 3 else 1
     if channels != expected.channels or image.dtype != expected.dtype or image.size == 0:
-        raise ConversionError(
+        raise ImageConversionError(
             f"an image in [{expected.name}] must have {expected.channels} {expected.dtype} per pixel, "
             f"got {_describe(image)}"
         )
     if expected.color is Color.YUV422 and image.shape[1] % 2:
-        raise ConversionError(
+        raise ImageConversionError(
             f"an image in [{expected.name}] must have an even width, got {_describe(image)}"
         )
 
@@ -125,7 +129,7 @@ def convert_for_display(
     In bgr8, a 32SC1 image is displayed as labels, each with its own colour (see `color_of_label`).
 
     Raises:
-        ConversionError: as for `convert`; or `encoding_out` is not an 8-bit grey or colour encoding, or
+        ImageConversionError: as for `convert`; or `encoding_out` is not an 8-bit grey or colour encoding, or
             scaling was requested for an image with more than one channel.
     """
     target = _display_encoding(encoding_in, encoding_out)
@@ -142,7 +146,7 @@ def convert_for_display(
             return np.full((*image.shape[:2], 3), 128, np.uint8)
     if min_image_value != max_image_value:
         if kind.channels != 1:
-            raise ConversionError(
+            raise ImageConversionError(
                 "cv_bridge.cvtColorForDisplay() scaling for images with more than one channel is unsupported"
             )
         above = image.astype(np.float64) - min_image_value
@@ -155,7 +159,7 @@ def convert_for_display(
         # Show depth images in grey. As in genuine cv_bridge, only 16UC1 images count as depth images.
         return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
     except RuntimeError as error:
-        raise ConversionError(
+        raise ImageConversionError(
             f"cv_bridge.cvtColorForDisplay() while trying to convert image from '{encoding_in}' to "
             f"'{target.name}' an exception was thrown ({error})"
         ) from None
@@ -165,7 +169,7 @@ def _display_encoding(encoding_in: str, encoding_out: str) -> Encoding:
     if encoding_out:
         target = COLORS.get(encoding_out)
         if target is None or target.color not in _WITH_DEPTHS or target.bits != 8:
-            raise ConversionError(
+            raise ImageConversionError(
                 "cv_bridge.cvtColorForDisplay() does not have an output encoding that is color or mono, and "
                 "has is bit in depth"
             )
@@ -176,7 +180,7 @@ def _display_encoding(encoding_in: str, encoding_out: str) -> Encoding:
     except RuntimeError:
         known = False
     if not known:
-        raise ConversionError(
+        raise ImageConversionError(
             "cv_bridge.cvtColorForDisplay() output encoding is empty and cannot be guessed."
         )
     return encoding("bgr8")

@@ -26,8 +26,8 @@ from pipros.navigation.amcl.sensors import Beams, read_beams
 from pipros.navigation.amcl.settings import (
     LASER_MODELS,
     ODOMETRY_MODELS,
+    AmclSettings,
     Belief,
-    Settings,
     checked,
     read_belief,
     read_settings,
@@ -83,7 +83,7 @@ class AmclNode:
             subscribe(node, "map", "nav_msgs/OccupancyGrid", self._on_map)
         else:
             self._request_map()
-        Reconfigurable(node, "~", settings_of(Settings), self._reconfigure)
+        Reconfigurable(node, "~", settings_of(AmclSettings), self._reconfigure)
         schedule.every(NO_SCAN_S, self._check_scans)
 
     # -- the map and the initial pose ------------------------------------------------

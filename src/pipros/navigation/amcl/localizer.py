@@ -11,7 +11,7 @@ from pipros.navigation.amcl.grid import Array, GridMap
 from pipros.navigation.amcl.motion import moved
 from pipros.navigation.amcl.particles import ParticleFilter
 from pipros.navigation.amcl.sensors import Beams, sensor_model
-from pipros.navigation.amcl.settings import Belief, Settings
+from pipros.navigation.amcl.settings import AmclSettings, Belief
 from pipros.navigation.plane import Triple
 
 
@@ -24,7 +24,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ScanOutcome:
     """What a scan has changed: whether the weights are new, and the new estimate, if any."""
 
     is_updated: bool
@@ -34,7 +34,9 @@ class Outcome:
 class Localizer:
     """Monte Carlo localisation on one map. Not thread-safe."""
 
-    def __init__(self, grid: GridMap, settings: Settings, belief: Belief, rng: np.random.Generator) -> None:
+    def __init__(
+        self, grid: GridMap, settings: AmclSettings, belief: Belief, rng: np.random.Generator
+    ) -> None:
         """Draw the particles around `belief`."""
         self._grid, self._settings, self._rng = grid, settings, rng
         self._sensor = sensor_model(grid, settings)
@@ -60,7 +62,7 @@ class Localizer:
         """Update with the next scan, even if the robot has not moved."""
         self._is_forced = True
 
-    def scan(self, laser: str, odometry: Triple, beams: Beams) -> Outcome:
+    def scan(self, laser: str, odometry: Triple, beams: Beams) -> ScanOutcome:
         """Update the particles with a scan, if it is the first or the robot has moved far enough.
 
         After that motion, each laser contributes one scan.
@@ -81,7 +83,7 @@ class Localizer:
                 self._pending = dict.fromkeys(self._pending, True)
             self._is_forced = False
             if not self._pending[laser]:
-                return Outcome(is_updated=False)
+                return ScanOutcome(is_updated=False)
             particles.poses = moved(
                 settings.odom_model_type, particles.poses, before, odometry, settings.alphas, self._rng
             )
@@ -99,4 +101,4 @@ class Localizer:
         if before is None or is_resampled:
             estimate = Estimate(particles.heaviest_cluster()[1], particles.covariance())
         # As in amcl, the cloud is published by the forced update that follows, not by the first one.
-        return Outcome(not self._is_forced, estimate)
+        return ScanOutcome(not self._is_forced, estimate)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipros.navigation.amcl.grid import Array
-from pipros.navigation.amcl.settings import Settings
+from pipros.navigation.amcl.settings import AmclSettings
 from pipros.navigation.plane import Triple
 
 Labels = NDArray[np.int64]
@@ -39,7 +39,7 @@ class ParticleFilter:
         has_converged: see `CONVERGED_M`; computed by `resample`.
     """
 
-    def __init__(self, settings: Settings, rng: np.random.Generator) -> None:
+    def __init__(self, settings: AmclSettings, rng: np.random.Generator) -> None:
         self._settings, self._rng = settings, rng
         self._slow = self._fast = 0.0
         self.poses = np.zeros((1, 3))
@@ -127,7 +127,7 @@ class ParticleFilter:
         return float(totals[heaviest]), (x, y, yaw)
 
 
-def kld_limits(occupied: Labels, settings: Settings) -> Array:
+def kld_limits(occupied: Labels, settings: AmclSettings) -> Array:
     """Return the number of particles for each number of occupied bins, within the limits.
 
     With k bins, the error e and the quantile z, it is

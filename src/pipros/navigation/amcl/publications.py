@@ -13,7 +13,7 @@ from pipros.libraries.transforms.pose import Pose, composed, inverted
 from pipros.msg.time import NS_PER_S
 from pipros.navigation import plane
 from pipros.navigation.amcl.localizer import Estimate
-from pipros.navigation.amcl.settings import Belief, Settings
+from pipros.navigation.amcl.settings import AmclSettings, Belief
 from pipros.navigation.plane import Poses
 from pipros.navigation.wiring import advertise, stamped
 from pipros.node import Node
@@ -30,7 +30,7 @@ class Publications:
         correction: the pose of the odometry frame in the global frame, after the first estimate.
     """
 
-    def __init__(self, node: Node, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: AmclSettings) -> None:
         self.settings = settings
         self.belief: Belief | None = None
         self.correction: Pose | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipros.navigation.amcl.grid import Array, GridMap
-from pipros.navigation.amcl.settings import Settings
+from pipros.navigation.amcl.settings import AmclSettings
 
 _SMALLEST_SIGMA: Final = 1e-9
 """Replaces smaller standard deviations, to avoid a division by 0. Only an exact reading is then a hit."""
@@ -73,7 +73,7 @@ class LikelihoodField:
     in which the beam ends, so it is computed once for each cell of the map.
     """
 
-    def __init__(self, grid: GridMap, settings: Settings) -> None:
+    def __init__(self, grid: GridMap, settings: AmclSettings) -> None:
         """Compute distances; those above the longest one, and those outside the map, count as it."""
         self._grid, self._settings = grid, settings
         self._distances = grid.obstacle_distances(settings.laser_likelihood_max_dist)
@@ -129,7 +129,7 @@ class BeamModel:
     probabilities of all beams.
     """
 
-    def __init__(self, grid: GridMap, settings: Settings) -> None:
+    def __init__(self, grid: GridMap, settings: AmclSettings) -> None:
         self._grid, self._settings = grid, settings
         free = np.pad(grid.is_free, 1).astype(np.uint8)
         distances = cv2.distanceTransform(free, cv2.DIST_C, cv2.DIST_MASK_3)
@@ -193,7 +193,7 @@ class BeamModel:
         return found.reshape(shape)
 
 
-def sensor_model(grid: GridMap, settings: Settings) -> LikelihoodField | BeamModel:
+def sensor_model(grid: GridMap, settings: AmclSettings) -> LikelihoodField | BeamModel:
     """Return the model of the settings."""
     if settings.laser_model_type == "beam":
         return BeamModel(grid, settings)

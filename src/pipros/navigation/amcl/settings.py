@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 from math import isfinite, pi
 from typing import Final
 
-from pipros.navigation.parameters import InvalidParameter, Parameters, tunable
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters, tunable
 
 LASER_MODELS: Final = ("beam", "likelihood_field", "likelihood_field_prob")
 ODOMETRY_MODELS: Final = ("diff", "omni", "diff-corrected", "omni-corrected")
@@ -33,7 +33,7 @@ _ODOMETRY: Final = _constants(ODOMETRY_MODELS, "Motion models")
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class AmclSettings:
     """The parameters, under their names. Lengths are in metres, angles in radians, times in seconds."""
 
     min_particles: int = tunable(100, "Smallest number of particles.", 0, 1000)
@@ -95,15 +95,15 @@ class Settings:
         return self.odom_alpha1, self.odom_alpha2, self.odom_alpha3, self.odom_alpha4, self.odom_alpha5
 
 
-def read_settings(parameters: Parameters) -> Settings:
+def read_settings(parameters: PrivateParameters) -> AmclSettings:
     """Read the parameters of the node; values of another type count as not set."""
-    settings = parameters.read(Settings)
+    settings = parameters.read(AmclSettings)
     old = "beam_skip_error_threshold_"  # an older spelling
     share = parameters.number(old, settings.beam_skip_error_threshold)
     return checked(replace(settings, beam_skip_error_threshold=share))
 
 
-def checked(settings: Settings) -> Settings:
+def checked(settings: AmclSettings) -> AmclSettings:
     """Return settings that the filter can run with: known models, frames without a slash.
 
     Raises:
@@ -147,7 +147,7 @@ class Belief:
     xy: float = 0.0
 
 
-def read_belief(parameters: Parameters) -> tuple[Belief, list[str]]:
+def read_belief(parameters: PrivateParameters) -> tuple[Belief, list[str]]:
     """Return the initial pose in the parameters, and the names of those that are ignored: not finite."""
     names = {"x": "pose_x", "y": "pose_y", "yaw": "pose_a", "xx": "cov_xx", "yy": "cov_yy", "aa": "cov_aa"}
     usual = Belief()

@@ -16,7 +16,7 @@ from pipros.navigation.costmap.layers import add_layers
 from pipros.navigation.costmap.output import CostmapOutput
 from pipros.navigation.frames import Frames
 from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.parameters import InvalidParameter, Parameters, search_upwards
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters, search_upwards
 from pipros.navigation.plane import flat
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
@@ -73,7 +73,7 @@ class Costmap(CostmapCore):
         else:
             radius = search_upwards(self.node, self.namespace, "robot_radius")
             if radius is not None:
-                value = Parameters({"robot_radius": radius}).number("robot_radius", 1.234)
+                value = PrivateParameters({"robot_radius": radius}).number("robot_radius", 1.234)
                 self.node.params.set(f"{self.namespace}/robot_radius", value)
         topic = search_upwards(self.node, self.namespace, "footprint_topic")
         name = f"{self.namespace}/{topic if isinstance(topic, str) else 'footprint'}"

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from pipros.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Costs, Numbers
-from pipros.navigation.costmap.layered import Bounds, Layer, LayeredCostmap, Pose2D, Window
+from pipros.navigation.costmap.layered import Bounds, CellRectangle, Layer, LayeredCostmap, Pose2D
 
 _ROUNDING = 1e-4
 """Tolerance for distances of 32 bits, in cells."""
@@ -55,7 +55,7 @@ class InflationLayer(Layer):
                 bounds.touch(bounds.max_x + self._radius, bounds.max_y + self._radius)
         self._last = now
 
-    def update_costs(self, window: Window) -> None:
+    def update_costs(self, window: CellRectangle) -> None:
         """Raise the costs around the obstacles in a part of the map, and around those near it."""
         if not self._cells:
             return

@@ -19,7 +19,7 @@ class Pose2D(NamedTuple):
     yaw: float
 
 
-class Window(NamedTuple):
+class CellRectangle(NamedTuple):
     """A rectangle of cells: the first column and row, and those after the last."""
 
     x0: int
@@ -32,17 +32,17 @@ class Window(NamedTuple):
         """The indexes of the rectangle's rows and columns."""
         return slice(self.y0, self.yn), slice(self.x0, self.xn)
 
-    def united(self, other: Window) -> Window:
+    def united(self, other: CellRectangle) -> CellRectangle:
         """Return the smallest rectangle with both; an empty one adds nothing."""
         if self.x0 >= self.xn or other.x0 >= other.xn:
             return other if self.x0 >= self.xn else self
         low = min(self.x0, other.x0), min(self.y0, other.y0)
-        return Window(*low, max(self.xn, other.xn), max(self.yn, other.yn))
+        return CellRectangle(*low, max(self.xn, other.xn), max(self.yn, other.yn))
 
-    def grown(self, cells: int, grid: CostGrid) -> Window:
+    def grown(self, cells: int, grid: CostGrid) -> CellRectangle:
         """Return the rectangle with a border of so many cells, within the grid."""
         low = max(0, self.x0 - cells), max(0, self.y0 - cells)
-        return Window(*low, min(grid.width, self.xn + cells), min(grid.height, self.yn + cells))
+        return CellRectangle(*low, min(grid.width, self.xn + cells), min(grid.height, self.yn + cells))
 
 
 class Bounds:
@@ -87,7 +87,7 @@ class Layer:
     def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
         """Widen the bounds of what must be computed again."""
 
-    def update_costs(self, window: Window) -> None:
+    def update_costs(self, window: CellRectangle) -> None:
         """Write the layer's costs into a part of the costmap's grid."""
 
     def footprint_changed(self) -> None:
@@ -117,7 +117,7 @@ class LayeredCostmap:
         self.layers: list[Layer] = []
         self.footprint: Points = []
         self.inscribed_radius, self.circumscribed_radius = radii([])
-        self.window: Window | None = None
+        self.window: CellRectangle | None = None
 
     def resize(self, *geometry: Any, lock: bool = False) -> None:
         """Set the size and place with the arguments of `CostGrid.resize`; all layers follow."""
@@ -147,12 +147,12 @@ class LayeredCostmap:
         bounds = Bounds()
         for layer in layers:
             layer.update_bounds(robot, bounds)
-        self.window = Window(0, 0, 0, 0)
+        self.window = CellRectangle(0, 0, 0, 0)
         if not layers or not grid.costs.size or bounds.min_x > bounds.max_x:
             return
         x0, y0 = grid.nearest_cell(bounds.min_x, bounds.min_y)
         xn, yn = grid.nearest_cell(bounds.max_x, bounds.max_y)
-        self.window = Window(x0, y0, xn + 1, yn + 1)
+        self.window = CellRectangle(x0, y0, xn + 1, yn + 1)
         grid.costs[self.window.slices] = grid.default
         for layer in layers:
             layer.update_costs(self.window)
@@ -186,7 +186,7 @@ class CellLayer(Layer):
         bounds.include(self._extra)
         self._extra = Bounds()
 
-    def write(self, window: Window, *, by_maximum: bool, with_unknown: bool = False) -> None:
+    def write(self, window: CellRectangle, *, by_maximum: bool, with_unknown: bool = False) -> None:
         """Write the layer's costs into the combined ones; unknown cells only if `with_unknown`."""
         mine = self.grid.costs[window.slices]
         combined: Costs = self.costmap.grid.costs[window.slices]

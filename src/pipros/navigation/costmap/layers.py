@@ -12,13 +12,13 @@ from pipros.libraries.transforms.pose import Pose
 from pipros.navigation.costmap.core import CostmapCore
 from pipros.navigation.costmap.inflation_layer import InflationLayer
 from pipros.navigation.costmap.layered import Layer
-from pipros.navigation.costmap.observations import Source, SourceSettings
+from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
 from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
 from pipros.navigation.costmap.sensor_input import DATA_TYPES, SensorInput
 from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
 from pipros.navigation.costmap.voxel_layer import VoxelLayer
 from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters, search_upwards
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters, read_parameters, search_upwards
 from pipros.navigation.wiring import advertise, stamped, subscribe
 from pipros.node.clock import stamp
 
@@ -98,7 +98,7 @@ def add_layers(costmap: CostmapCore) -> list[SensorInput]:
     return inputs
 
 
-def _listed_layers(costmap: CostmapCore, given: Parameters) -> list[tuple[str, str]]:
+def _listed_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple[str, str]]:
     for name in ("static_map", "map_type"):
         if given.has(name):
             costmap.warn("%s has no effect, because plugins is set", name)
@@ -117,7 +117,11 @@ def _listed_layers(costmap: CostmapCore, given: Parameters) -> list[tuple[str, s
 
 
 def _hand_down(
-    costmap: CostmapCore, given: Parameters, layer: str, names: tuple[str, ...], kept: tuple[str, ...] = ()
+    costmap: CostmapCore,
+    given: PrivateParameters,
+    layer: str,
+    names: tuple[str, ...],
+    kept: tuple[str, ...] = (),
 ) -> None:
     """Move parameters of the costmap to one of its layers, but leave copies of those in `kept`."""
     params, namespace = costmap.node.params, costmap.namespace
@@ -127,7 +131,7 @@ def _hand_down(
             params.delete(f"{namespace}/{name}")
 
 
-def _old_layers(costmap: CostmapCore, given: Parameters) -> list[tuple[str, str]]:
+def _old_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple[str, str]]:
     layers = []
     if given.boolean("static_map", False):
         layers.append(("static_layer", STATIC))
@@ -216,7 +220,9 @@ def _add_obstacles(costmap: CostmapCore, name: str, kind: str) -> list[SensorInp
         layer.after_update = lambda: publisher.publish(_voxel_grid(costmap, layer))
     costmap.layered.layers.append(layer)
     names = given.text("observation_sources", "").split()
-    layer.sources += [Source(_source_settings(costmap, f"{namespace}/{each}", each)) for each in names]
+    layer.sources += [
+        ObservationSource(_source_settings(costmap, f"{namespace}/{each}", each)) for each in names
+    ]
     inputs = [SensorInput(costmap, source) for source in layer.sources]
 
     def receive() -> None:
@@ -252,7 +258,7 @@ def _source_settings(costmap: CostmapCore, namespace: str, name: str) -> SourceS
     found = {
         each: search_upwards(costmap.node, namespace, each) for each in ("obstacle_range", "raytrace_range")
     }
-    values = Parameters({**given.values, **found})
+    values = PrivateParameters({**given.values, **found})
     frame = given.text("sensor_frame", "").lstrip("/")
     settings = values.read(SourceSettings, topic=given.text("topic", name), sensor_frame=frame)
     if settings.data_type not in DATA_TYPES:

@@ -44,7 +44,7 @@ class Observation:
     stamp_ns: int
 
 
-class Source:
+class ObservationSource:
     """The observations of one sensor, newest first."""
 
     def __init__(self, settings: SourceSettings) -> None:

@@ -8,8 +8,8 @@ import numpy as np
 
 from pipros.navigation.costmap.footprint import placed
 from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Numbers, Points, line_cells
-from pipros.navigation.costmap.layered import Bounds, CellLayer, LayeredCostmap, Pose2D, Window
-from pipros.navigation.costmap.observations import Observation, Source, squared_distances
+from pipros.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, LayeredCostmap, Pose2D
+from pipros.navigation.costmap.observations import Observation, ObservationSource, squared_distances
 
 OVERWRITE, MAXIMUM = 0, 1
 RAYS_AT_ONCE = 4096
@@ -37,7 +37,7 @@ class ObstacleLayer(CellLayer):
         warn: Callable[..., object] = lambda *_: None,
     ) -> None:
         super().__init__(name, costmap, UNKNOWN if tracks_unknown else FREE)
-        self.sources: list[Source] = []
+        self.sources: list[ObservationSource] = []
         self.combination = MAXIMUM
         self.max_height = 2.0
         self.clears_footprint = True
@@ -73,7 +73,7 @@ class ObstacleLayer(CellLayer):
             for x, y in self._footprint:
                 bounds.touch(x, y)
 
-    def update_costs(self, window: Window) -> None:
+    def update_costs(self, window: CellRectangle) -> None:
         if self.clears_footprint:
             self.grid.fill_polygon(self._footprint, FREE)
         if self.combination in (OVERWRITE, MAXIMUM):

@@ -7,12 +7,12 @@ from typing import Any
 from pipros.msg import load_message_class
 from pipros.navigation.costmap.core import CostmapCore
 from pipros.navigation.costmap.grid import Points
-from pipros.navigation.costmap.layered import Window
+from pipros.navigation.costmap.layered import CellRectangle
 from pipros.navigation.parameters import search_upwards
 from pipros.navigation.wiring import advertise, stamped
 from pipros.node.clock import stamp
 
-_NOTHING = Window(0, 0, 0, 0)
+_NOTHING = CellRectangle(0, 0, 0, 0)
 
 
 class CostmapOutput:
@@ -48,7 +48,7 @@ class CostmapOutput:
         """Set the publications per second; 0 for none."""
         self._period_ns = round(1e9 / frequency) if frequency > 0 else 0
 
-    def note(self, window: Window) -> None:
+    def note(self, window: CellRectangle) -> None:
         """Note cells that were computed. The caller holds the costmap's lock."""
         self._window = self._window.united(window)
 
@@ -80,7 +80,7 @@ class CostmapOutput:
             self._sent = grid.geometry
         return message
 
-    def _part(self, window: Window) -> Any:
+    def _part(self, window: CellRectangle) -> Any:
         message = self._stamped("map_msgs/OccupancyGridUpdate", x=window.x0, y=window.y0)
         message.width, message.height = window.xn - window.x0, window.yn - window.y0
         message.data = memoryview(self._costmap.grid.published(window.slices)).cast("b")

@@ -11,8 +11,8 @@ from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.messages import in_ns
 from pipros.navigation.costmap.core import CostmapCore
 from pipros.navigation.costmap.observations import (
+    ObservationSource,
     Points3D,
-    Source,
     cloud_points,
     old_cloud_points,
     scan_points,
@@ -40,7 +40,7 @@ class SensorInput:
     At most 50 messages wait for their transforms; `NavigationLimits.costmap_points` limits their points.
     """
 
-    def __init__(self, costmap: CostmapCore, source: Source) -> None:
+    def __init__(self, costmap: CostmapCore, source: ObservationSource) -> None:
         self._costmap, self._source = costmap, source
         self._limit = costmap.node.limits.of(NavigationLimits).costmap_points
         self._waiting: deque[_Arrived] = deque(maxlen=_WAITING)

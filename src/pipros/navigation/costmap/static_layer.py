@@ -10,7 +10,7 @@ import numpy as np
 
 from pipros.libraries.transforms.pose import Pose, rotation_matrix
 from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Costs
-from pipros.navigation.costmap.layered import Bounds, CellLayer, LayeredCostmap, Pose2D, Window
+from pipros.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, LayeredCostmap, Pose2D
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class StaticLayer(CellLayer):
         self.map_frame: str | None = None
         self._settings = settings
         self._find_map = find_map
-        self._updated = Window(0, 0, 0, 0)
+        self._updated = CellRectangle(0, 0, 0, 0)
         threshold = min(max(settings.lethal_cost_threshold, 0), 100)
         values = np.arange(256)
         scaled = (values / max(threshold, 1) * LETHAL).astype(np.int64)
@@ -75,7 +75,7 @@ class StaticLayer(CellLayer):
         elif self.grid.geometry != geometry:
             self.grid.resize(*geometry)
         self.map_frame = message.header.frame_id
-        self._write(message.data, Window(0, 0, info.width, info.height))
+        self._write(message.data, CellRectangle(0, 0, info.width, info.height))
 
     def set_part(self, message: Any) -> None:
         """Take over a `map_msgs/OccupancyGridUpdate`.
@@ -83,14 +83,14 @@ class StaticLayer(CellLayer):
         Raises:
             ValueError: it is not inside the map.
         """
-        part = Window(message.x, message.y, message.x + message.width, message.y + message.height)
+        part = CellRectangle(message.x, message.y, message.x + message.width, message.y + message.height)
         is_inside = part.x0 >= 0 <= part.y0 and part.xn <= self.grid.width and part.yn <= self.grid.height
         if not is_inside or len(message.data) != message.width * message.height:
             size = f"the map of {self.grid.width} X {self.grid.height}"
             raise ValueError(f"an update must lie inside {size}, got columns and rows {part}")
         self._write(message.data, part)
 
-    def _write(self, data: Any, part: Window) -> None:
+    def _write(self, data: Any, part: CellRectangle) -> None:
         values = np.array(data, np.int8).view(np.uint8)
         rows, columns = part.slices
         self.grid.costs[rows, columns] = self._table[values].reshape(part.yn - part.y0, part.xn - part.x0)
@@ -102,13 +102,13 @@ class StaticLayer(CellLayer):
         self.use_extra_bounds(bounds)
         part = self._updated
         if self.costmap.is_rolling:
-            part = Window(0, 0, self.grid.width, self.grid.height)
+            part = CellRectangle(0, 0, self.grid.width, self.grid.height)
         if part.x0 < part.xn:
             bounds.touch(*self.grid.cell_to_world(part.x0, part.y0))
             bounds.touch(*self.grid.cell_to_world(part.xn, part.yn))
-        self._updated = Window(0, 0, 0, 0)
+        self._updated = CellRectangle(0, 0, 0, 0)
 
-    def update_costs(self, window: Window) -> None:
+    def update_costs(self, window: CellRectangle) -> None:
         if self.map_frame is None:
             return
         if not self.costmap.is_rolling:
@@ -117,7 +117,7 @@ class StaticLayer(CellLayer):
         elif (pose := self._find_map(self.map_frame)) is not None:
             self._write_moved(window, pose)
 
-    def _write_moved(self, window: Window, pose: Pose) -> None:
+    def _write_moved(self, window: CellRectangle, pose: Pose) -> None:
         """Look up the centre of each cell in the map, whose frame may be turned and moved."""
         grid = self.costmap.grid
         columns, rows = np.arange(window.x0, window.xn)[None, :], np.arange(window.y0, window.yn)[:, None]

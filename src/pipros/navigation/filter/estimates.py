@@ -13,7 +13,7 @@ from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw
 from pipros.msg.time import Time
 from pipros.navigation import plane
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
-from pipros.navigation.filter.settings import Settings
+from pipros.navigation.filter.settings import FilterSettings
 from pipros.navigation.filter.state import ACCELERATION, POSE, RATES, TWIST, Array
 from pipros.navigation.frames import Frames
 from pipros.navigation.wiring import advertise, stamped
@@ -23,7 +23,7 @@ from pipros.node import Node
 class Estimates:
     """Publishes `odometry/filtered`, `accel/filtered` and the transform. Not thread-safe."""
 
-    def __init__(self, node: Node, log: logging.Logger, settings: Settings, frames: Frames) -> None:
+    def __init__(self, node: Node, log: logging.Logger, settings: FilterSettings, frames: Frames) -> None:
         self._log, self._settings, self._frames = Throttle(log, 5.0), settings, frames
         self._published_s: float | None = None
         self._odometry = advertise(node, "odometry/filtered", "nav_msgs/Odometry", 20)

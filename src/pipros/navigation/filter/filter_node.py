@@ -16,9 +16,9 @@ from pipros.msg import load_message_class
 from pipros.navigation.filter.estimates import Estimates
 from pipros.navigation.filter.health import Health
 from pipros.navigation.filter.kalman import Control
-from pipros.navigation.filter.measurements import Input, Readings, seconds
-from pipros.navigation.filter.settings import KINDS, Topic, make_timeline, read_settings
-from pipros.navigation.filter.state import POSE, RATES, SIZE, Array, Command, Measurement
+from pipros.navigation.filter.measurements import InputSettings, Readings, seconds
+from pipros.navigation.filter.settings import KINDS, InputTopic, make_timeline, read_settings
+from pipros.navigation.filter.state import POSE, RATES, SIZE, Array, Measurement, VelocityCommand
 from pipros.navigation.frames import Frames
 from pipros.navigation.parameters import read_parameters
 from pipros.navigation.programs import run_node
@@ -110,7 +110,7 @@ class FilterNode:
             self._readings.forget()
             self._timeline.clear(None if not self._timeline.has_started else self._now_s())
             self._pose_set_ns = stamp_ns
-            whole = Input("set_pose", np.ones(SIZE, bool))
+            whole = InputSettings("set_pose", np.ones(SIZE, bool))
             placed = self._readings.pose(whole, message.header.frame_id, stamp_ns, pose, covariance)
             if placed is None:
                 self._log.error("set_pose: no transform from %s", message.header.frame_id)
@@ -127,7 +127,7 @@ class FilterNode:
     def _now_s(self) -> float:
         return seconds(self._node.clock.now_ns())
 
-    def _receive(self, read: Callable[[Topic, Any, int], None], topic: Topic, message: Any) -> None:
+    def _receive(self, read: Callable[[InputTopic, Any, int], None], topic: InputTopic, message: Any) -> None:
         stamp_ns = in_ns(message.header.stamp)
         with self._lock:
             if not self._is_on:
@@ -137,29 +137,31 @@ class FilterNode:
                 return
             read(topic, message, stamp_ns)
 
-    def _on_odometry(self, topic: Topic, message: Any, stamp_ns: int) -> None:
+    def _on_odometry(self, topic: InputTopic, message: Any, stamp_ns: int) -> None:
         child = message.child_frame_id if topic.uses_child_frame else ""
         self._read_pose(topic.pose, message.header.frame_id, message.pose, stamp_ns, child)
         self._read_twist(topic.twist, message.child_frame_id, message.twist, stamp_ns)
 
-    def _on_pose(self, topic: Topic, message: Any, stamp_ns: int) -> None:
+    def _on_pose(self, topic: InputTopic, message: Any, stamp_ns: int) -> None:
         self._read_pose(topic.pose, message.header.frame_id, message.pose, stamp_ns)
 
-    def _on_twist(self, topic: Topic, message: Any, stamp_ns: int) -> None:
+    def _on_twist(self, topic: InputTopic, message: Any, stamp_ns: int) -> None:
         self._read_twist(topic.twist, message.header.frame_id, message.twist, stamp_ns)
 
-    def _read_pose(self, sensor: Input, frame: str, given: Any, stamp_ns: int, child: str = "") -> None:
+    def _read_pose(
+        self, sensor: InputSettings, frame: str, given: Any, stamp_ns: int, child: str = ""
+    ) -> None:
         if self._is_expected(sensor, stamp_ns):
             pose = self._posed(given.pose.position, given.pose.orientation)
             covariance = _square(given.covariance, 6)
             self._add(self._readings.pose(sensor, frame, stamp_ns, pose, covariance, child))
 
-    def _read_twist(self, sensor: Input, frame: str, given: Any, stamp_ns: int) -> None:
+    def _read_twist(self, sensor: InputSettings, frame: str, given: Any, stamp_ns: int) -> None:
         if self._is_expected(sensor, stamp_ns):
             twist = _six(given.twist)
             self._add(self._readings.twist(sensor, frame, stamp_ns, twist, _square(given.covariance, 6)))
 
-    def _on_imu(self, topic: Topic, message: Any, stamp_ns: int) -> None:
+    def _on_imu(self, topic: InputTopic, message: Any, stamp_ns: int) -> None:
         frame, attitude = message.header.frame_id, None
         if not _is_missing(message.orientation_covariance):
             attitude = self._posed(None, message.orientation)
@@ -187,7 +189,7 @@ class FilterNode:
             self._log.warning("an orientation of an input has the norm %.3f: it is normalized", norm)
         return (*place, x / norm, y / norm, z / norm, w / norm)
 
-    def _is_expected(self, sensor: Input, stamp_ns: int) -> bool:
+    def _is_expected(self, sensor: InputSettings, stamp_ns: int) -> bool:
         """Return False if the input has no variables, or sent a later message before."""
         if not sensor.flags.any():
             return False
@@ -217,9 +219,9 @@ class FilterNode:
     def _on_command(self, control: Control, message: Any) -> None:
         with self._lock:
             if not self._settings.stamped_control:
-                command = Command(_six(message), self._now_s())
+                command = VelocityCommand(_six(message), self._now_s())
             elif message.header.frame_id.lstrip("/") in ("", self._settings.base_link_frame):
-                command = Command(_six(message.twist), seconds(in_ns(message.header.stamp)))
+                command = VelocityCommand(_six(message.twist), seconds(in_ns(message.header.stamp)))
             else:
                 frames = self._settings.base_link_frame, message.header.frame_id
                 self._log.warning("commands must be in the frame %s, got one in %s", *frames)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipros.libraries.diagnostics.frequency import EventWindow, judged
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.navigation.filter.settings import Settings
+from pipros.navigation.filter.settings import FilterSettings
 from pipros.navigation.filter.state import Measurement
 from pipros.node import Node
 
@@ -23,7 +23,7 @@ _PERIOD_S: Final = 1.0
 class Health:
     """Publishes `/diagnostics` about once per second, from the thread that reports an estimate."""
 
-    def __init__(self, node: Node, settings: Settings) -> None:
+    def __init__(self, node: Node, settings: FilterSettings) -> None:
         self._node, self._settings = node, settings
         self._lock = threading.Lock()
         self._static = problems(settings)
@@ -75,7 +75,7 @@ class Health:
         )
 
 
-def problems(settings: Settings) -> dict[str, tuple[LinkLevel, str]]:
+def problems(settings: FilterSettings) -> dict[str, tuple[LinkLevel, str]]:
     """Return the problems of the settings: level and text, by variable or input."""
     used = [topic for topic in settings.topics if topic.is_used]
     absolute, moving = np.zeros(6, int), np.zeros(6, int)

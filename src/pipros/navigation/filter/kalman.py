@@ -19,9 +19,9 @@ from pipros.navigation.filter.state import (
     SIZE,
     TWIST,
     Array,
-    Command,
     Flags,
     Measurement,
+    VelocityCommand,
     jacobian,
     transition,
     wrapped,
@@ -53,7 +53,7 @@ class Control:
     deceleration_limits: Array
     deceleration_gains: Array
     timeout_s: float
-    command: Command | None = None
+    command: VelocityCommand | None = None
 
     def accelerations(self, velocity: Array, time_s: float) -> tuple[Flags, Array]:
         """Return the controlled axes and the accelerations; axes that are not controlled have 0.

@@ -47,7 +47,7 @@ Lookup = Callable[[str, str, int], Pose | None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Input:
+class InputSettings:
     """The settings of one kind of data of one input.
 
     Attributes:
@@ -98,7 +98,7 @@ class Readings:
         self._previous.clear()
 
     def pose(
-        self, sensor: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array, child: str = ""
+        self, sensor: InputSettings, frame: str, stamp_ns: int, pose: Pose, covariance: Array, child: str = ""
     ) -> Measurement | None:
         """Make a measurement from a pose with its 6 x 6 covariance. `child`: the frame whose pose it is."""
         frame = frame or self.world
@@ -110,7 +110,7 @@ class Readings:
         return self._placed(sensor, stamp_ns, composed(pose, source), covariance, target, turned)
 
     def attitude(
-        self, sensor: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array
+        self, sensor: InputSettings, frame: str, stamp_ns: int, pose: Pose, covariance: Array
     ) -> Measurement | None:
         """Make a measurement from the orientation of an IMU in the world, mounted in any orientation."""
         mounting = self._find(self.base, frame or self.base, stamp_ns)
@@ -126,7 +126,7 @@ class Readings:
 
     def _placed(
         self,
-        sensor: Input,
+        sensor: InputSettings,
         stamp_ns: int,
         pose: Pose,
         covariance: Array,
@@ -146,7 +146,7 @@ class Readings:
         return self._measurement(sensor, stamp_ns, values, POSE, both @ covariance @ both.T, flags)
 
     def _difference(
-        self, sensor: Input, stamp_ns: int, pose: Pose, covariance: Array, flags: Flags, both: Array
+        self, sensor: InputSettings, stamp_ns: int, pose: Pose, covariance: Array, flags: Flags, both: Array
     ) -> Measurement | None:
         previous = self._previous.get(sensor.source)
         self._previous[sensor.source] = stamp_ns, pose, covariance
@@ -158,11 +158,11 @@ class Readings:
         uncertainty = both @ (covariance + previous[2]) @ both.T * delta_s
         shifted = np.zeros(SIZE, bool)
         shifted[TWIST] = flags[POSE]
-        wanted = Input(sensor.source, shifted, sensor.threshold)
+        wanted = InputSettings(sensor.source, shifted, sensor.threshold)
         return self.twist(wanted, self.base, stamp_ns, velocity, uncertainty)
 
     def twist(
-        self, sensor: Input, frame: str, stamp_ns: int, twist: Array, covariance: Array
+        self, sensor: InputSettings, frame: str, stamp_ns: int, twist: Array, covariance: Array
     ) -> Measurement | None:
         """Make a measurement from linear and angular velocities with their 6 x 6 covariance."""
         target = self._find(self.base, frame or self.base, stamp_ns)
@@ -179,7 +179,7 @@ class Readings:
 
     def acceleration(
         self,
-        sensor: Input,
+        sensor: InputSettings,
         frame: str,
         stamp_ns: int,
         acceleration: Array,
@@ -209,7 +209,7 @@ class Readings:
             sensor, stamp_ns, values, ACCELERATION, matrix @ covariance @ matrix.T, flags
         )
 
-    def _gravity(self, sensor: Input, mounting: Array, attitude: Pose | None) -> Array:
+    def _gravity(self, sensor: InputSettings, mounting: Array, attitude: Pose | None) -> Array:
         """Return the acceleration that the sensor measures at rest, in its own frame."""
         up = np.array([0.0, 0.0, self.gravity])
         if attitude is None:
@@ -221,7 +221,13 @@ class Readings:
         return np.asarray(orientation.T @ up)
 
     def _measurement(
-        self, sensor: Input, stamp_ns: int, values: Array, part: slice, covariance: Array, flags: Flags
+        self,
+        sensor: InputSettings,
+        stamp_ns: int,
+        values: Array,
+        part: slice,
+        covariance: Array,
+        flags: Flags,
     ) -> Measurement:
         whole = np.zeros((SIZE, SIZE))
         whole[part, part] = covariance

@@ -15,11 +15,11 @@ from pipros.navigation.filter.kalman import (
     Control,
     ExtendedKalmanFilter,
 )
-from pipros.navigation.filter.measurements import Input
+from pipros.navigation.filter.measurements import InputSettings
 from pipros.navigation.filter.state import ACCELERATION, ANGLES, POSE, RATES, SIZE, TWIST, Array
 from pipros.navigation.filter.timeline import Timeline
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
-from pipros.navigation.parameters import InvalidParameter, Parameters
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 
 KINDS: Final = ("odom", "pose", "twist", "imu")
 INPUTS: Final = 100
@@ -27,7 +27,7 @@ INPUTS: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Topic:
+class InputTopic:
     """An input topic. `pose`, `twist` and `acceleration` say what to use of its messages.
 
     Attributes:
@@ -41,9 +41,9 @@ class Topic:
     queue_size: int
     nodelay: bool
     uses_child_frame: bool
-    pose: Input
-    twist: Input
-    acceleration: Input
+    pose: InputSettings
+    twist: InputSettings
+    acceleration: InputSettings
 
     @property
     def is_used(self) -> bool:
@@ -51,7 +51,7 @@ class Topic:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class FilterSettings:
     """The parameters under their names, without those of the filter itself. Times are in seconds."""
 
     frequency: float = 30.0
@@ -72,10 +72,10 @@ class Settings:
     disabled_at_startup: bool = False
     two_d_mode: bool = False
     stamped_control: bool = False
-    topics: tuple[Topic, ...] = ()
+    topics: tuple[InputTopic, ...] = ()
 
 
-def read_settings(parameters: Parameters, prefix: str) -> Settings:
+def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
     """Read the settings of the node. `prefix` is the tf prefix of its frames.
 
     Raises:
@@ -95,13 +95,13 @@ def read_settings(parameters: Parameters, prefix: str) -> Settings:
         names = "map_frame, odom_frame and base_link_frame"
         raise InvalidParameter(f"{names} must differ, got {', '.join(fixed)}")
     topics = tuple(_read_topics(parameters))
-    settings = parameters.read(Settings, **frames, base_link_frame_output=output, topics=topics)
+    settings = parameters.read(FilterSettings, **frames, base_link_frame_output=output, topics=topics)
     if not 0 < settings.frequency < inf:
         raise InvalidParameter(f"~frequency must be > 0, got {settings.frequency}")
     return settings
 
 
-def make_timeline(parameters: Parameters, *, unscented: bool) -> Timeline:
+def make_timeline(parameters: PrivateParameters, *, unscented: bool) -> Timeline:
     """Make the filter with its first estimate.
 
     Raises:
@@ -130,11 +130,11 @@ def make_timeline(parameters: Parameters, *, unscented: bool) -> Timeline:
     )
 
 
-def _square(parameters: Parameters, name: str, default: Array) -> Array:
+def _square(parameters: PrivateParameters, name: str, default: Array) -> Array:
     return np.array(parameters.numbers(name, SIZE * SIZE, default.ravel().tolist())).reshape(SIZE, SIZE)
 
 
-def _read_control(parameters: Parameters, timeout_s: float) -> Control:
+def _read_control(parameters: PrivateParameters, timeout_s: float) -> Control:
     def six(name: str, default: Any) -> Any:
         return np.array(parameters.numbers(name, 6, default))
 
@@ -147,7 +147,7 @@ def _read_control(parameters: Parameters, timeout_s: float) -> Control:
     return Control(np.array(flags), limits, gains, *slower, timeout_s)
 
 
-def _read_topics(parameters: Parameters) -> list[Topic]:
+def _read_topics(parameters: PrivateParameters) -> list[InputTopic]:
     found = []
     for kind in KINDS:
         names = takewhile(parameters.has, (f"{kind}{number}" for number in range(INPUTS)))
@@ -155,16 +155,18 @@ def _read_topics(parameters: Parameters) -> list[Topic]:
     return found
 
 
-def _read_topic(parameters: Parameters, kind: str, name: str) -> Topic:
+def _read_topic(parameters: PrivateParameters, kind: str, name: str) -> InputTopic:
     flags = np.array(parameters.booleans(f"{name}_config", SIZE))
     relative = parameters.boolean(f"{name}_relative", False)
     differential = parameters.boolean(f"{name}_differential", False)
 
-    def part(suffix: str, indices: slice, threshold: str, **options: bool) -> Input:
+    def part(suffix: str, indices: slice, threshold: str, **options: bool) -> InputSettings:
         """Return the settings for a part of the variables; the others are not used."""
         selected = np.zeros(SIZE, bool)
         selected[indices] = flags[indices]
-        return Input(f"{name}_{suffix}", selected, parameters.number(f"{name}_{threshold}", inf), **options)
+        return InputSettings(
+            f"{name}_{suffix}", selected, parameters.number(f"{name}_{threshold}", inf), **options
+        )
 
     several, nothing = kind in ("odom", "imu"), slice(0, 0)
     pose, twist, acceleration = {
@@ -179,7 +181,7 @@ def _read_topic(parameters: Parameters, kind: str, name: str) -> Topic:
     is_free = parameters.boolean(f"{name}_remove_gravitational_acceleration", False)
     pushes = {"is_relative": relative, "removes_gravity": is_free}
     moves = {"is_differential": differential, "is_relative": relative and not differential}
-    return Topic(
+    return InputTopic(
         kind,
         name,
         topic=parameters.text(name, ""),

@@ -32,7 +32,7 @@ _LEAST_VARIANCE: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Command:
+class VelocityCommand:
     """A commanded velocity: vx, vy, vz, vroll, vpitch, vyaw in the robot's frame, and its time in seconds."""
 
     velocity: Array
@@ -58,7 +58,7 @@ class Measurement:
     covariance: Array
     flags: Flags
     threshold: float = inf
-    command: Command | None = None
+    command: VelocityCommand | None = None
 
     def usable(self) -> np.ndarray[Any, np.dtype[np.intp]]:
         """Return the indices of the measured variables with finite values."""

@@ -12,7 +12,7 @@ from collections import deque
 from typing import Final
 
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
-from pipros.navigation.filter.state import Array, Command, Measurement
+from pipros.navigation.filter.state import Array, Measurement, VelocityCommand
 
 GAP_S: Final = 100_000.0
 """A longer time between two measurements is taken for a change of clocks: the prediction is for 0.01 s."""
@@ -22,7 +22,7 @@ KEPT: Final = 100_000
 """Maximum number of measurements and states in the history; the oldest are dropped."""
 
 _SAME_TIME_S: Final = 1e-9
-_Snapshot = tuple[float, Array, Array, Command | None]
+_Snapshot = tuple[float, Array, Array, VelocityCommand | None]
 
 
 class Timeline:

@@ -29,7 +29,7 @@ def cells_of(positions: Array, delta: float) -> Cells:
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class DenseWindow:
     """A part of the maps of some particles as dense arrays of the shape (particles, rows, columns).
 
     Attributes:
@@ -109,7 +109,7 @@ class HitMaps:
         table[codes] = new
         self._table = table.reshape(self._table.shape)
 
-    def window(self, particles: Cells, low: Array, high: Array) -> Window:
+    def window(self, particles: Cells, low: Array, high: Array) -> DenseWindow:
         """Return the part between two corners (x, y in metres) of the maps of some particles.
 
         It is at most as large as the maps, with a border of empty blocks.
@@ -127,4 +127,4 @@ class HitMaps:
         parts = (pool[blocks].reshape(count, tall, wide, SIDE, SIDE) for pool in self._pools)
         hits, x, y = (each.swapaxes(2, 3).reshape(count, tall * SIDE, wide * SIDE) for each in parts)
         row, column = row + min(bottom, table.shape[1] - 1), column + min(left, table.shape[2] - 1)
-        return Window(hits > 0, x, y, row * SIDE, column * SIDE)
+        return DenseWindow(hits > 0, x, y, row * SIDE, column * SIDE)

@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from pipros.navigation.mapping.hit_maps import Array, Cells, HitMaps, Window, cells_of
-from pipros.navigation.mapping.settings import Settings
+from pipros.navigation.mapping.hit_maps import Array, Cells, DenseWindow, HitMaps, cells_of
+from pipros.navigation.mapping.settings import MappingSettings
 
 CHUNK: Final = 8
 """Particles that are matched at the same time: their parts of the maps fit into the processor's cache."""
@@ -25,10 +25,10 @@ _NO_HIT: Final = -0.5
 _MOVES: Final = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 
 
-class Matcher:
+class ScanMatcher:
     """Matches scans of one laser."""
 
-    def __init__(self, settings: Settings, angles: Array) -> None:
+    def __init__(self, settings: MappingSettings, angles: Array) -> None:
         self._settings = settings
         self._cosine, self._sine = np.cos(angles), np.sin(angles)
         reach = settings.kernelSize
@@ -59,7 +59,7 @@ class Matcher:
         logs = np.where(np.isfinite(squares), -squares, _NO_HIT) / settings.lsigma
         return found, logs.sum(axis=1)
 
-    def _climb(self, window: Window, start: Array, used: Cells, ranges: Array) -> tuple[Array, Array]:
+    def _climb(self, window: DenseWindow, start: Array, used: Cells, ranges: Array) -> tuple[Array, Array]:
         """Return the best poses found from `start`, and their scores."""
         settings = self._settings
 
@@ -90,7 +90,7 @@ class Matcher:
             active = active[better | (halvings[active] < settings.iterations)]
         return poses, current
 
-    def _squares(self, window: Window, which: Cells, poses: Array, used: Cells, ranges: Array) -> Array:
+    def _squares(self, window: DenseWindow, which: Cells, poses: Array, used: Cells, ranges: Array) -> Array:
         """Return the squared distances d² of beams, infinite without a cell; shape (particles, poses, beams).
 
         Args:

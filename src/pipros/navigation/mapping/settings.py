@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Final
 
-from pipros.navigation.parameters import InvalidParameter, Parameters
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 
 LONGEST_M: Final = 1000.0
 """Longer ranges than this are ignored, whatever the laser says."""
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class MappingSettings:
     """The parameters, under their names. Lengths are in metres, angles in radians, times in seconds.
 
     NaN stands for a default that depends on the first scan or on another parameter.
@@ -54,20 +54,20 @@ class Settings:
     occ_thresh: float = 0.25
     seed: int = -1  # of pipros alone: makes the random numbers repeatable
 
-    def with_ranges(self, range_max: float) -> Settings:
+    def with_ranges(self, range_max: float) -> MappingSettings:
         """Return the settings for a laser with this longest range."""
         longest = min(self.maxRange if isfinite(self.maxRange) else range_max - 0.01, LONGEST_M)
         usable = self.maxUrange if isfinite(self.maxUrange) else longest
         return replace(self, maxRange=longest, maxUrange=min(usable, LONGEST_M))
 
 
-def read_settings(parameters: Parameters) -> Settings:
+def read_settings(parameters: PrivateParameters) -> MappingSettings:
     """Read the parameters of the node; values of another type count as not set.
 
     Raises:
         InvalidParameter: the node cannot run with a parameter.
     """
-    settings = parameters.read(Settings)
+    settings = parameters.read(MappingSettings)
     if not isfinite(settings.tf_delay):
         settings = replace(settings, tf_delay=settings.transform_publish_period)
     for name in ("delta", "sigma", "lsigma", "ogain", "lstep", "astep", "particles", "throttle_scans"):

@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from pipros.navigation.mapping.hit_maps import Array, HitMaps
-from pipros.navigation.mapping.matching import Matcher
-from pipros.navigation.mapping.settings import Settings
-from pipros.navigation.mapping.survey import Step
+from pipros.navigation.mapping.matching import ScanMatcher
+from pipros.navigation.mapping.settings import MappingSettings
+from pipros.navigation.mapping.survey import TrajectoryStep
 from pipros.navigation.plane import Triple
 
 
@@ -25,14 +25,16 @@ class GridSlam:
         steps: the last step on each particle's trajectory.
     """
 
-    def __init__(self, settings: Settings, angles: Array, start: Triple, rng: np.random.Generator) -> None:
+    def __init__(
+        self, settings: MappingSettings, angles: Array, start: Triple, rng: np.random.Generator
+    ) -> None:
         """Start all particles at a pose, the laser's pose in the odometry frame."""
         count = settings.particles
         self._settings, self._angles, self._rng = settings, angles, rng
-        self._matcher = Matcher(settings, angles)
+        self._matcher = ScanMatcher(settings, angles)
         self._maps = HitMaps(count, settings.delta)
         self.poses = np.tile(np.array(start), (count, 1))
-        self.steps: list[Step | None] = [None] * count
+        self.steps: list[TrajectoryStep | None] = [None] * count
         self._odometry = start
         self._logs = np.zeros(count)
         self._totals = np.zeros(count)
@@ -71,7 +73,9 @@ class GridSlam:
             self._totals += logs
         self._processed_s, self._distance, self._turn = time_s, 0.0, 0.0
         poses = map(tuple, self.poses.tolist())
-        self.steps = [Step(pose, ranges, parent) for pose, parent in zip(poses, self.steps, strict=True)]
+        self.steps = [
+            TrajectoryStep(pose, ranges, parent) for pose, parent in zip(poses, self.steps, strict=True)
+        ]
         self._resample()
         self._register(ranges)
         return True

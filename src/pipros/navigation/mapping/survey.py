@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pipros.navigation.costmap.grid import line_cells
 from pipros.navigation.mapping.hit_maps import Array, Cells, cells_of
-from pipros.navigation.mapping.settings import Settings
+from pipros.navigation.mapping.settings import MappingSettings
 
 GROWTH_M: Final = 10.0
 """How far the map grows beyond a scan that leaves it."""
@@ -19,12 +19,12 @@ _MULTIPLE: Final = 32
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
+class TrajectoryStep:
     """A processed scan on the trajectory of a particle, after the step `parent`."""
 
     pose: tuple[float, float, float]
     ranges: Array
-    parent: Step | None
+    parent: TrajectoryStep | None
 
 
 class Survey:
@@ -34,7 +34,7 @@ class Survey:
     which they differ.
     """
 
-    def __init__(self, settings: Settings, angles: Array, limit: int = 100_000_000) -> None:
+    def __init__(self, settings: MappingSettings, angles: Array, limit: int = 100_000_000) -> None:
         """Start with an empty map. It does not grow beyond `limit` cells: scans outside are cut off."""
         self._settings, self._angles, self._limit = settings, angles, limit
         delta = settings.delta
@@ -45,9 +45,9 @@ class Survey:
         self.origin = settings.xmin, settings.ymin
         self._visits = np.zeros((height, width), np.int32)
         self._hits = np.zeros((height, width), np.int32)
-        self._last: Step | None = None
+        self._last: TrajectoryStep | None = None
 
-    def follow(self, last: Step | None) -> None:
+    def follow(self, last: TrajectoryStep | None) -> None:
         """Change the counts to those of the trajectory that ends with a step."""
         old, new = _path(self._last), _path(last)
         shared = set(map(id, old)) & set(map(id, new))
@@ -72,7 +72,7 @@ class Survey:
             values[part] = np.where(visits > 0, known, -1)
         return values
 
-    def _add(self, step: Step, sign: int) -> None:
+    def _add(self, step: TrajectoryStep, sign: int) -> None:
         settings, (x, y, yaw) = self._settings, step.pose
         is_used = (step.ranges > 0.0) & (step.ranges <= settings.maxRange)  # False for NaN
         reach = np.minimum(step.ranges[is_used], settings.maxUrange)
@@ -119,8 +119,8 @@ class Survey:
             setattr(self, name, grown)
 
 
-def _path(last: Step | None) -> list[Step]:
-    steps: list[Step] = []
+def _path(last: TrajectoryStep | None) -> list[TrajectoryStep]:
+    steps: list[TrajectoryStep] = []
     while last is not None:
         steps.append(last)
         last = last.parent

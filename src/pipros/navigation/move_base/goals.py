@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from pipros.libraries.actions.goal_table import GoalTable
-from pipros.libraries.actions.server_goal import Event, after
+from pipros.libraries.actions.server_goal import GoalEvent, after
 from pipros.libraries.actions.status import TERMINAL, Status
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
@@ -87,14 +87,14 @@ class GoalServer:
             if goal is None:
                 raise RuntimeError("accept was called without a new goal")
             if self.is_active:
-                self._end(self._current, Event.CANCEL, REPLACED)
+                self._end(self._current, GoalEvent.CANCEL, REPLACED)
             self._current = goal
             self.is_cancelled, self._is_next_cancelled = self._is_next_cancelled, False
-            self._change(goal, Event.ACCEPT, _ACCEPTED)
+            self._change(goal, GoalEvent.ACCEPT, _ACCEPTED)
             self._publish_statuses()
             return goal.content
 
-    def end(self, event: Event, text: str) -> None:
+    def end(self, event: GoalEvent, text: str) -> None:
         """End the current goal."""
         with self._lock:
             self.is_cancelled = False
@@ -122,7 +122,7 @@ class GoalServer:
             known = self._goals.find(goal_id.id) if goal_id.id else None
             if known is not None:
                 if known.status.status == Status.RECALLING:
-                    self._end(known, Event.CANCEL, "")
+                    self._end(known, GoalEvent.CANCEL, "")
                 return
             is_late = 0 < in_ns(goal_id.stamp) <= self._last_cancel_ns
             if not goal_id.id:
@@ -134,19 +134,19 @@ class GoalServer:
             goal = Goal(message.goal, _status(goal_id, Status.PENDING))
             if not self._goals.add(goal_id.id, goal):
                 self._node.log.warning("a goal is rejected: there are too many, or its ID is too long")
-                self._end(goal, Event.REJECT, "this action server has too many goals")
+                self._end(goal, GoalEvent.REJECT, "this action server has too many goals")
             elif is_late or any(_is_older(goal, other) for other in (self._current, self._next)):
-                self._end(goal, Event.CANCEL, REPLACED)
+                self._end(goal, GoalEvent.CANCEL, REPLACED)
             else:
                 if self._next is not None:
-                    self._end(self._next, Event.CANCEL, REPLACED)
+                    self._end(self._next, GoalEvent.CANCEL, REPLACED)
                 self._next, self._is_next_cancelled = goal, False
 
     def _on_cancel(self, message: Any) -> None:
         with self._lock:
             stamp_ns = in_ns(message.stamp)
             for goal in self._goals.meant_by(message.id, stamp_ns, _stamp_of):
-                if self._change(goal, Event.CANCEL_REQUESTED, goal.status.text):
+                if self._change(goal, GoalEvent.CANCEL_REQUESTED, goal.status.text):
                     self.is_cancelled |= goal is self._current
                     self._is_next_cancelled |= goal is self._next
             if message.id and self._goals.find(message.id) is None:
@@ -157,7 +157,7 @@ class GoalServer:
 
     # -- statuses ----------------------------------------------------------------
 
-    def _change(self, goal: Goal, event: Event, text: str) -> bool:
+    def _change(self, goal: Goal, event: GoalEvent, text: str) -> bool:
         status = after(goal.status.status, event)
         if status is None:
             return False
@@ -166,7 +166,7 @@ class GoalServer:
             goal.ended_ns = self._node.clock.now_ns() or 1
         return True
 
-    def _end(self, goal: Goal | None, event: Event, text: str) -> None:
+    def _end(self, goal: Goal | None, event: GoalEvent, text: str) -> None:
         if goal is not None and self._change(goal, event, text):
             self._publish(self._results, f"{self._action}ActionResult", status=deepcopy(goal.status))
             self._publish_statuses()

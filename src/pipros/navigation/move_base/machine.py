@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from pipros.libraries.actions.server_goal import Event
-from pipros.navigation.move_base.settings import Settings
+from pipros.libraries.actions.server_goal import GoalEvent
+from pipros.navigation.move_base.settings import MoveBaseSettings
 from pipros.navigation.plane import Poses, Triple
 
 STILL: Triple = (0.0, 0.0, 0.0)
 
 
-class State(Enum):
+class DrivingState(Enum):
     """What the robot is doing."""
 
     PLANNING = "planning"
@@ -41,7 +41,7 @@ class Trigger(Enum):
 class End:
     """The end of a goal: the event for the action, and the text of the result."""
 
-    event: Event
+    event: GoalEvent
     text: str
 
 
@@ -73,7 +73,7 @@ class Base(Protocol):
         """Continue the behaviour. Return True when it has ended."""
 
 
-class Machine:
+class GoalMachine:
     """The state of the present goal. Not thread-safe.
 
     Attributes:
@@ -82,14 +82,14 @@ class Machine:
         settings: the parameters; may be replaced.
     """
 
-    def __init__(self, base: Base, settings: Settings) -> None:
+    def __init__(self, base: Base, settings: MoveBaseSettings) -> None:
         self.settings = settings
         self._base = base
         self._plan: Poses | None = None
         self._reset()
 
     def _reset(self) -> None:
-        self.state = State.PLANNING
+        self.state = DrivingState.PLANNING
         self.wants_plan = False
         self.is_recovering = False
         self._index, self._trigger = 0, Trigger.PLANNING
@@ -97,7 +97,7 @@ class Machine:
 
     def begin(self, now_s: float, *, replaces: bool) -> None:
         """Begin with a goal. If it replaces another, the robot goes on until there is a plan."""
-        self.state, self._index = State.PLANNING, 0
+        self.state, self._index = DrivingState.PLANNING, 0
         self.wants_plan = True
         if not replaces:
             self._base.drive(STILL)
@@ -116,9 +116,9 @@ class Machine:
             return
         if plan is not None:
             self._plan, self._plan_s, self._retries = plan, now_s, 0
-            self.state = State.CONTROLLING
+            self.state = DrivingState.CONTROLLING
             self.wants_plan = self.settings.planner_frequency > 0
-        elif self.state is State.PLANNING:
+        elif self.state is DrivingState.PLANNING:
             self._retries += 1
             is_over = 0 <= self.settings.max_planning_retries < self._retries
             if is_over or now_s > self._plan_s + self.settings.planner_patience:
@@ -126,7 +126,7 @@ class Machine:
                 self._clear(Trigger.PLANNING)
 
     def _clear(self, trigger: Trigger) -> None:
-        self.state, self._trigger = State.CLEARING, trigger
+        self.state, self._trigger = DrivingState.CLEARING, trigger
         self._base.drive(STILL)
 
     def cycle(self, now_s: float) -> End | None:
@@ -142,15 +142,15 @@ class Machine:
             plan, self._plan = self._plan, None
             if not self._base.follow(plan):
                 self.stop()
-                return End(Event.ABORT, "Failed to pass global plan to the controller.")
+                return End(GoalEvent.ABORT, "Failed to pass global plan to the controller.")
             if self._trigger is Trigger.PLANNING:
                 self._index = 0
-        if self.state is State.PLANNING:
+        if self.state is DrivingState.PLANNING:
             self.wants_plan = True
-        elif self.state is State.CONTROLLING:
+        elif self.state is DrivingState.CONTROLLING:
             if self._base.has_arrived():
                 self.stop()
-                return End(Event.SUCCEED, "Goal reached.")
+                return End(GoalEvent.SUCCEED, "Goal reached.")
             self._control(now_s)
         elif self.settings.recovery_behavior_enabled and self._base.begin_recovery(
             self._index, self._trigger
@@ -158,7 +158,7 @@ class Machine:
             self.is_recovering = True
             self._continue_recovery(now_s)
         else:
-            end = End(Event.ABORT, self._trigger.value)
+            end = End(GoalEvent.ABORT, self._trigger.value)
             self.stop()
             return end
         return None
@@ -186,12 +186,12 @@ class Machine:
             self._clear(Trigger.CONTROLLING)
         else:
             self._base.drive(STILL)
-            self.state, self._plan_s, self._retries = State.PLANNING, now_s, 0
+            self.state, self._plan_s, self._retries = DrivingState.PLANNING, now_s, 0
             self.wants_plan = True
 
     def _continue_recovery(self, now_s: float) -> None:
         if self._base.recover():
             self.is_recovering = False
-            self.state, self._index = State.PLANNING, self._index + 1
+            self.state, self._index = DrivingState.PLANNING, self._index + 1
             self._swing_s = self._plan_s = now_s
             self._retries = 0

@@ -1,4 +1,4 @@
-"""The node move_base: costmaps, planners and recovery behaviours around a `Machine`."""
+"""The node move_base: costmaps, planners and recovery behaviours around a `GoalMachine`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
 
-from pipros.libraries.actions.server_goal import Event
+from pipros.libraries.actions.server_goal import GoalEvent
 from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.messages import in_ns, pose_of
@@ -22,10 +22,10 @@ from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros.navigation.frames import Frames
 from pipros.navigation.move_base import plugins
 from pipros.navigation.move_base.goals import GoalServer
-from pipros.navigation.move_base.machine import STILL, End, Machine, State, Trigger
+from pipros.navigation.move_base.machine import STILL, DrivingState, End, GoalMachine, Trigger
 from pipros.navigation.move_base.recovery import Tools
 from pipros.navigation.move_base.services import PlanService
-from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS, Settings
+from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS, MoveBaseSettings
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.navigation.plane import Poses, Triple
@@ -35,8 +35,8 @@ from pipros.navigation.wiring import advertise, subscribe
 from pipros.node import Node
 from pipros.node.clock import stamp
 
-BAD_QUATERNION = End(Event.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
-KILLED = End(Event.ABORT, "Aborting on the goal because the node has been killed")
+BAD_QUATERNION = End(GoalEvent.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
+KILLED = End(GoalEvent.ABORT, "Aborting on the goal because the node has been killed")
 
 
 class MoveBase:
@@ -71,7 +71,7 @@ class MoveBase:
         self._goal: Any = None
         self._target: Triple | None = None
         self._planned_s = -math.inf
-        self._machine, self._has_settings = Machine(self, Settings()), False
+        self._machine, self._has_settings = GoalMachine(self, MoveBaseSettings()), False
         Reconfigurable(node, "~", SETTINGS, self._apply)
         radius = read_parameters(node, "~local_costmap").number("circumscribed_radius", 0.46)
         PlanService(
@@ -105,7 +105,7 @@ class MoveBase:
 
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
         with self._lock:
-            before, settings = self._machine.settings, Settings(**values)
+            before, settings = self._machine.settings, MoveBaseSettings(**values)
             if not self._has_settings:
                 self._has_settings = True
                 patience = read_parameters(self._node, "~").number("controller_patience", INITIAL_PATIENCE)
@@ -150,7 +150,7 @@ class MoveBase:
                     self._accept(now_s)
                 if self._goals.is_active and self._goals.is_cancelled:
                     self._machine.stop()
-                    self._finish(End(Event.CANCEL, ""))
+                    self._finish(End(GoalEvent.CANCEL, ""))
             if not self._goals.is_active or not now_s:
                 return
             if not self._machine.is_recovering:
@@ -218,7 +218,9 @@ class MoveBase:
         with self._lock:
             machine, now_s, target = self._machine, self._node.clock.now_ns() / 1e9, self._target
             frequency = machine.settings.planner_frequency
-            is_due = machine.state is State.PLANNING or now_s >= self._planned_s + 1 / max(frequency, 1e-6)
+            is_due = machine.state is DrivingState.PLANNING or now_s >= self._planned_s + 1 / max(
+                frequency, 1e-6
+            )
             if not (self._goals.is_active and machine.wants_plan and is_due):
                 return
             self._planned_s = now_s

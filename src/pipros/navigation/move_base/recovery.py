@@ -15,7 +15,7 @@ import numpy as np
 
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.dwa.grid_costs import outline_costs
-from pipros.navigation.parameters import Parameters, read_parameters
+from pipros.navigation.parameters import PrivateParameters, read_parameters
 from pipros.navigation.plane import Triple
 from pipros.node import Node
 
@@ -130,7 +130,7 @@ class Rotate:
             return bool((outline_costs(costmap.grid, costmap.footprint, *places, yaw) >= 0).all())
 
 
-def _texts(given: Parameters, name: str, default: Sequence[str]) -> Sequence[str]:
+def _texts(given: PrivateParameters, name: str, default: Sequence[str]) -> Sequence[str]:
     value = given.values.get(name)
     if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
         return default

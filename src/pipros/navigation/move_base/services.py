@@ -13,7 +13,7 @@ from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import FREE
 from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.move_base.settings import Settings
+from pipros.navigation.move_base.settings import MoveBaseSettings
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.plane import Triple
 from pipros.navigation.wiring import serve
@@ -34,7 +34,7 @@ class PlanService:
         clearing_radius: float,
         locate: Callable[[Any], Triple | None],
         is_active: Callable[[], bool],
-        settings: Callable[[], Settings],
+        settings: Callable[[], MoveBaseSettings],
     ) -> None:
         """Offer the services.
 

@@ -9,7 +9,7 @@ from pipros.navigation.parameters import settings_of, tunable
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class MoveBaseSettings:
     """The parameters, under their names. Lengths are in metres, times in seconds, frequencies in Hz."""
 
     base_global_planner: str = tunable("navfn/NavfnROS", "The global planner")
@@ -30,6 +30,6 @@ class Settings:
     restore_defaults: bool = tunable(False, "Return to the settings of the start")
 
 
-SETTINGS: Final = settings_of(Settings)
+SETTINGS: Final = settings_of(MoveBaseSettings)
 INITIAL_PATIENCE: Final = 15.0
 """`controller_patience` until a client first changes a setting, if the parameter is not set."""

@@ -13,7 +13,7 @@ from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import FREE, CostGrid
 from pipros.navigation.costmap.layered import Pose2D
 from pipros.navigation.frames import Frames
-from pipros.navigation.navfn.plan import Field, find_field
+from pipros.navigation.navfn.plan import PotentialField, find_field
 from pipros.navigation.navfn.potential import UNREACHED, Cell
 from pipros.navigation.parameters import read_parameters
 from pipros.navigation.plane import Poses
@@ -73,7 +73,7 @@ class NavfnPlanner:
         self.publish_plan(np.empty((0, 3)) if poses is None else poses)
         return poses
 
-    def _poses(self, grid: CostGrid, field: Field, goal: Pose2D) -> Poses | None:
+    def _poses(self, grid: CostGrid, field: PotentialField, goal: Pose2D) -> Poses | None:
         end = self._nearest_legal(grid, field, goal)
         cell = grid.world_to_cell(end.x, end.y) if end is not None else None
         if end is None or cell is None:
@@ -88,7 +88,7 @@ class NavfnPlanner:
         poses[-1] = end
         return poses
 
-    def _nearest_legal(self, grid: CostGrid, field: Field, goal: Pose2D) -> Pose2D | None:
+    def _nearest_legal(self, grid: CostGrid, field: PotentialField, goal: Pose2D) -> Pose2D | None:
         """Return the reached pose that is nearest to the goal, within the square of the tolerance."""
         steps = math.floor(2 * self._tolerance / grid.resolution + 1e-9) + 1
         offsets = [at * grid.resolution - self._tolerance for at in range(min(steps, 2 * grid.width + 1))]
@@ -107,7 +107,7 @@ class NavfnPlanner:
         """Publish a path, which may be empty."""
         self._plans.publish(plane.path(poses, self._costmap.global_frame, stamp(self._node.clock)))
 
-    def _publish_potentials(self, grid: CostGrid, field: Field, goal: Cell) -> None:
+    def _publish_potentials(self, grid: CostGrid, field: PotentialField, goal: Cell) -> None:
         rows, columns = np.nonzero(field.values < UNREACHED)
         values = field.values[rows, columns]
         x = grid.origin_x + (columns + field.window.x0) * grid.resolution

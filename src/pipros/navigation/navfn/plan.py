@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from pipros.navigation.costmap.grid import Costs
-from pipros.navigation.costmap.layered import Window
+from pipros.navigation.costmap.layered import CellRectangle
 from pipros.navigation.navfn.potential import NEUTRAL, UNREACHED, Cell, Potential, crossing_costs, spread
 
 Point = tuple[float, float]
@@ -104,7 +104,7 @@ class Descent:
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class PotentialField:
     """The potentials around a start, in a part of the map.
 
     Attributes:
@@ -114,7 +114,7 @@ class Field:
     """
 
     start: Cell
-    window: Window
+    window: CellRectangle
     values: Potential
 
     def potential(self, cell: Cell) -> float:
@@ -151,28 +151,28 @@ def plan(
 
 def find_field(
     costs: Costs, start: Cell, goal: Cell, *, allow_unknown: bool = True, use_astar: bool = False
-) -> Field:
+) -> PotentialField:
     """Return potentials from which the cheapest path to the goal follows.
 
     The region between start and goal is searched first. If every way out of it is longer than the path that
     was found there, this is the cheapest of all. Otherwise the whole map is searched.
     """
     height, width = costs.shape
-    whole = Window(0, 0, width, height)
+    whole = CellRectangle(0, 0, width, height)
     for window in (_region(start, goal, whole), whole):
         crossing = crossing_costs(costs[window.slices], allow_unknown=allow_unknown)
         ends = [(cell[0] - window.x0, cell[1] - window.y0) for cell in (start, goal)]
-        field = Field(start, window, spread(crossing, ends[0], ends[1], use_astar=use_astar))
+        field = PotentialField(start, window, spread(crossing, ends[0], ends[1], use_astar=use_astar))
         if window == whole or field.potential(goal) <= _way_outside(start, goal, window, whole):
             break
     return field
 
 
-def _region(start: Cell, goal: Cell, whole: Window) -> Window:
+def _region(start: Cell, goal: Cell, whole: CellRectangle) -> CellRectangle:
     left, right = sorted((start[0], goal[0]))
     low, high = sorted((start[1], goal[1]))
     margin = max(_LEAST_CELLS, (right - left + high - low) // 4)
-    region = Window(
+    region = CellRectangle(
         max(0, left - margin),
         max(0, low - margin),
         min(whole.xn, right + margin + 1),
@@ -182,7 +182,7 @@ def _region(start: Cell, goal: Cell, whole: Window) -> Window:
     return region if 2 * area <= whole.xn * whole.yn else whole
 
 
-def _way_outside(start: Cell, goal: Cell, window: Window, whole: Window) -> float:
+def _way_outside(start: Cell, goal: Cell, window: CellRectangle, whole: CellRectangle) -> float:
     """Return the least potential of a way that touches an edge of the region that is not one of the map."""
     across, along = abs(start[0] - goal[0]), abs(start[1] - goal[1])
     edges = (

@@ -45,7 +45,7 @@ class OutOfRange(PiprosError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Grid:
+class GridPosition:
     """A position on the grid of a zone.
 
     Attributes:
@@ -87,7 +87,7 @@ def zone_of_name(name: str) -> tuple[int, bool]:
     raise OutOfRange(f"a UTM zone must be a number from 1 to 60 and a band, such as 31U, got {name!r}")
 
 
-def to_grid(latitude: float, longitude: float, zone: int | None = None) -> Grid:
+def to_grid(latitude: float, longitude: float, zone: int | None = None) -> GridPosition:
     """Return the coordinates in a zone; by default, in that of the position.
 
     Raises:
@@ -116,7 +116,7 @@ def to_grid(latitude: float, longitude: float, zone: int | None = None) -> Grid:
     if not 0.0 <= x <= 2 * _EASTING:
         raise OutOfRange(f"longitude {longitude} is too far from UTM zone {zone}")
     y = _SCALE * _RADIUS * north + (0.0 if is_north else _NORTHING)
-    return Grid(zone, is_north, x, y, math.degrees(convergence))
+    return GridPosition(zone, is_north, x, y, math.degrees(convergence))
 
 
 def from_grid(zone: int, is_north: bool, x: float, y: float) -> tuple[float, float]:
@@ -134,13 +134,13 @@ def from_grid(zone: int, is_north: bool, x: float, y: float) -> tuple[float, flo
     return math.degrees(math.atan(_geodetic(tangent))), math.remainder(longitude, 360.0)
 
 
-def _to_ups(latitude: float, longitude: float, is_north: bool) -> Grid:
+def _to_ups(latitude: float, longitude: float, is_north: bool) -> GridPosition:
     tangent = _conformal(math.tan(math.radians(abs(latitude))))
     reach = _UPS_RADIUS / (math.hypot(1.0, tangent) + tangent)
     turn = math.radians(longitude)
     y = reach * math.cos(turn) * (-1.0 if is_north else 1.0)
     convergence = math.remainder(longitude if is_north else -longitude, 360.0)
-    return Grid(0, is_north, _UPS_SHIFT + reach * math.sin(turn), _UPS_SHIFT + y, convergence)
+    return GridPosition(0, is_north, _UPS_SHIFT + reach * math.sin(turn), _UPS_SHIFT + y, convergence)
 
 
 def _from_ups(is_north: bool, x: float, y: float) -> tuple[float, float]:

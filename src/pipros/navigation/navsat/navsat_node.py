@@ -22,7 +22,7 @@ from pipros.navigation.frames import Frames
 from pipros.navigation.navsat.alignment import Alignment
 from pipros.navigation.navsat.geodesy import OutOfRange, zone_of_name
 from pipros.navigation.navsat.messages import filtered_fix, position, turned
-from pipros.navigation.parameters import InvalidParameter, Parameters, read_parameters
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters, read_parameters
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
 from pipros.navigation.wiring import advertise, serve, subscribe
@@ -35,7 +35,7 @@ _ORIGIN: Final = SimpleNamespace(x=0.0, y=0.0, z=0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class NavsatSettings:
     """The parameters, under their names: angles in radians, times in seconds, frequencies in Hz."""
 
     frequency: float = 10.0
@@ -64,7 +64,7 @@ class NavsatNode:
         """
         self._node, self._log = node, log
         given = self._renamed(read_parameters(node))
-        self._settings = settings = given.read(Settings)
+        self._settings = settings = given.read(NavsatSettings)
         if not 0.0 < settings.frequency < math.inf:
             raise InvalidParameter(f"~frequency must be > 0, got {settings.frequency}")
         turn = settings.magnetic_declination_radians + settings.yaw_offset
@@ -97,7 +97,7 @@ class NavsatNode:
             node.clock.sleep(settings.delay)
         schedule.every(1.0 / settings.frequency, self._cycle)
 
-    def _renamed(self, given: Parameters) -> Parameters:
+    def _renamed(self, given: PrivateParameters) -> PrivateParameters:
         """Return the parameters with the new names of those that had another one before."""
         values = dict(given.values)
         for ending in ("", "_as_parent_frame"):
@@ -105,7 +105,7 @@ class NavsatNode:
             if old in values:
                 self._log.warning("~%s is deprecated: use ~%s", old, new)
                 values.setdefault(new, values[old])
-        return Parameters(values)
+        return PrivateParameters(values)
 
     def _locked(self, handle: Callable[[Any], Any], request: Any) -> Any:
         with self._lock:
@@ -116,13 +116,13 @@ class NavsatNode:
 
     # -- services --------------------------------------------------------------------
 
-    def _read_datum(self, given: Parameters) -> None:
+    def _read_datum(self, given: PrivateParameters) -> None:
         values = given.values["datum"]
         if not isinstance(values, list) or len(values) < 3:
             raise InvalidParameter(f"~datum must be a list of latitude, longitude and yaw, got {values!r}")
         if len(values) > 3:
             self._log.warning("only the first three elements of ~datum are used: latitude, longitude, yaw")
-        latitude, longitude, yaw = Parameters({"datum": values[:3]}).numbers("datum", 3, ())
+        latitude, longitude, yaw = PrivateParameters({"datum": values[:3]}).numbers("datum", 3, ())
         try:
             self._use_datum((latitude, longitude, 0.0), plane.raised((0.0, 0.0, yaw)))
         except OutOfRange as error:

@@ -28,7 +28,7 @@ from pipros.ros2.rtps.parameters import (
     read_text,
     text,
 )
-from pipros.ros2.rtps.qos import Durability, Liveliness, Qos, Reliability
+from pipros.ros2.rtps.qos import DurabilityKind, Liveliness, Qos, ReliabilityKind
 
 _BUILTIN_ENDPOINTS: Final = 0x3F
 """Bits for the built-in writers and readers of participants, publications and subscriptions."""
@@ -218,11 +218,11 @@ def read_endpoint(payload: bytes | memoryview) -> EndpointData | None:
     topic, type_name = values.text(Parameter.TOPIC_NAME), values.text(Parameter.TYPE_NAME)
     if guid is None or topic is None or type_name is None:
         return None
-    default = Reliability.RELIABLE if is_writer(guid) else Reliability.BEST_EFFORT
+    default = ReliabilityKind.RELIABLE if is_writer(guid) else ReliabilityKind.BEST_EFFORT
     ownership = read_integer(values.raw(Parameter.OWNERSHIP) or bytes(4), values.is_little) or 0
     qos = Qos(
-        reliability=values.enum(Parameter.RELIABILITY, Reliability, default),
-        durability=values.enum(Parameter.DURABILITY, Durability, Durability.VOLATILE),
+        reliability=values.enum(Parameter.RELIABILITY, ReliabilityKind, default),
+        durability=values.enum(Parameter.DURABILITY, DurabilityKind, DurabilityKind.VOLATILE),
         deadline_s=values.duration(Parameter.DEADLINE),
         liveliness=values.enum(Parameter.LIVELINESS, Liveliness, Liveliness.AUTOMATIC),
         lease_s=values.duration(Parameter.LIVELINESS, offset=4),

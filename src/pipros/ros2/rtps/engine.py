@@ -336,8 +336,8 @@ def _guids(end: TopicReader | RtpsTopicWriter | RtpsServer | RtpsClient) -> Sequ
 
 def _dds(qos: TopicQos) -> dds.Qos:
     return dds.Qos(
-        dds.Reliability[qos.reliability.name],
-        dds.Durability[qos.durability.name],
+        dds.ReliabilityKind[qos.reliability.name],
+        dds.DurabilityKind[qos.durability.name],
         depth=qos.depth,
     )
 

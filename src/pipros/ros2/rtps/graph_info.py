@@ -15,14 +15,14 @@ from struct import Struct, error
 from typing import Final, Protocol
 
 from pipros.ros2.rtps.identity import GUID_BYTES
-from pipros.ros2.rtps.qos import Durability, Qos, Reliability
+from pipros.ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
 
 TOPIC: Final = "ros_discovery_info"
 TYPE_NAME: Final = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
 TYPE_HASH: Final = b"typehash=RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e;"
 """Entry of USER_DATA. Since Jazzy, rmw_cyclonedds warns if it is missing. Humble has no type hashes."""
-WRITER_QOS: Final = Qos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL, depth=1)
-READER_QOS: Final = Qos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL, depth=0)
+WRITER_QOS: Final = Qos(ReliabilityKind.RELIABLE, DurabilityKind.TRANSIENT_LOCAL, depth=1)
+READER_QOS: Final = Qos(ReliabilityKind.RELIABLE, DurabilityKind.TRANSIENT_LOCAL, depth=0)
 
 _ENCAPSULATION: Final = b"\0\1\0\0"
 _COUNT = Struct("<I")

@@ -58,7 +58,7 @@ from pipros.ros2.rtps.parameters import (
 )
 from pipros.ros2.rtps.peers import Peer, Peers
 from pipros.ros2.rtps.presence import ParticipantPresence
-from pipros.ros2.rtps.qos import Durability, Qos, Reliability
+from pipros.ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
 from pipros.ros2.rtps.reader import Reader, RtpsSample
 from pipros.ros2.rtps.submessages import (
     AckNack,
@@ -81,7 +81,7 @@ _ANSWERS_S: Final = 3.0
 """How long our announcement is repeated to a new peer that has not answered."""
 _ENDED_ENDPOINTS: Final = 256
 _MAX_NAME_CHARACTERS: Final = 255
-_DISCOVERY_QOS: Final = Qos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL, depth=0)
+_DISCOVERY_QOS: Final = Qos(ReliabilityKind.RELIABLE, DurabilityKind.TRANSIENT_LOCAL, depth=0)
 _DISCOVERY: Final = (
     (PUBLICATIONS_WRITER, PUBLICATIONS_READER),
     (SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER),

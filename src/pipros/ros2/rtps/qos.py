@@ -8,14 +8,14 @@ from enum import Enum, IntEnum
 from typing import Final
 
 
-class Reliability(IntEnum):
+class ReliabilityKind(IntEnum):
     """The reliability policy, with its values on the wire."""
 
     BEST_EFFORT = 1
     RELIABLE = 2
 
 
-class Durability(IntEnum):
+class DurabilityKind(IntEnum):
     """The durability policy, with its values on the wire.
 
     TRANSIENT and PERSISTENT need a storage service; ROS 2 does not use them.
@@ -65,8 +65,8 @@ class Qos:
             understands; empty means XCDR1.
     """
 
-    reliability: Reliability = Reliability.RELIABLE
-    durability: Durability = Durability.VOLATILE
+    reliability: ReliabilityKind = ReliabilityKind.RELIABLE
+    durability: DurabilityKind = DurabilityKind.VOLATILE
     depth: int = 10
     deadline_s: float = math.inf
     liveliness: Liveliness = Liveliness.AUTOMATIC
@@ -77,12 +77,12 @@ class Qos:
 
     @property
     def is_reliable(self) -> bool:
-        return self.reliability is Reliability.RELIABLE
+        return self.reliability is ReliabilityKind.RELIABLE
 
     @property
     def is_latched(self) -> bool:
         """True if late readers get, or request, earlier samples."""
-        return self.durability is not Durability.VOLATILE
+        return self.durability is not DurabilityKind.VOLATILE
 
 
 def mismatch(offered: Qos, requested: Qos) -> QosPolicy | None:

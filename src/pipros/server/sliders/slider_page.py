@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Final
 
-from pipros.server.view_server import RequestRefused, Services
+from pipros.server.view_server import RequestRefused, ServedViews
 
 PERIOD_S: Final = 0.1
 """Interval (s) at which the server checks whether values or ranges have changed."""
@@ -49,9 +49,9 @@ class SliderPage:
     buttons: Mapping[str, Callable[[], object]]
     on_left: Callable[[], object] = lambda: None
 
-    def services(self) -> Services:
+    def served_views(self) -> ServedViews:
         """Return the views and actions for a server."""
-        return Services(
+        return ServedViews(
             views={"sliders": self._show},
             actions={"move": self._move, "press": self._press},
             pages=("pipros.server.sliders", "pipros.server"),

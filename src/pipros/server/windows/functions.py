@@ -178,7 +178,9 @@ class WindowFunctions:
         with self._windows.lock:
             if self._page is None:
                 self._page = contextlib.ExitStack()
-                self._page.enter_context(served_page(self._windows.services(), self.node.name, self.node.log))
+                self._page.enter_context(
+                    served_page(self._windows.served_views(), self.node.name, self.node.log)
+                )
                 self.node.on_shutdown(self._page.close)
             return self._windows.by_name.setdefault(name, Window(name))
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from queue import SimpleQueue
 from typing import Any, Final
 
-from pipros.server.view_server import RequestRefused, Services
+from pipros.server.view_server import RequestRefused, ServedViews
 
 PERIOD_S: Final = 0.03
 """Interval (s) at which the server checks for new images."""
@@ -63,9 +63,9 @@ class Windows:
         self._node = node
         self._encode = encode
 
-    def services(self) -> Services:
+    def served_views(self) -> ServedViews:
         """Return the views and actions for a server."""
-        return Services(
+        return ServedViews(
             views={"windows": self._show, "image": self._show_image},
             actions={"key": self._key, "mouse": self._mouse, "move": self._move, "close": self._close},
             pages=("pipros.server.windows", "pipros.server.sliders", "pipros.server"),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pipros.node import Node
 from pipros.pictures.png import png
-from pipros.server.view_server import RequestRefused, Services
+from pipros.server.view_server import RequestRefused, ServedViews
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import Rejected
 from pipros.simulation.robots.robots_node import RobotsNode
@@ -37,9 +37,9 @@ class SimPage:
         self._robots = robots
         self._node = node
 
-    def services(self) -> Services:
+    def served_views(self) -> ServedViews:
         """Return the views and actions for a server."""
-        return Services(
+        return ServedViews(
             views={"world": self.world},
             actions={"place": self.place, "steer": self.steer, "reset": self.reset, "close": self.close},
             pages=("pipros.simulation.robots", "pipros.server"),

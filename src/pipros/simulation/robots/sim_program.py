@@ -59,7 +59,7 @@ def run(node: Node, log: logging.Logger, make: Any) -> int:
             from pipros.server.node_page import served_page
             from pipros.simulation.robots.sim_page import SimPage
 
-            stack.enter_context(served_page(SimPage(robots, node).services(), node.name, log))
+            stack.enter_context(served_page(SimPage(robots, node).served_views(), node.name, log))
         robots.run()
     return 0
 

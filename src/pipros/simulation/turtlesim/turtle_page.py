@@ -14,7 +14,7 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
 from pipros.node import Node
-from pipros.server.view_server import RequestRefused, Services
+from pipros.server.view_server import RequestRefused, ServedViews
 from pipros.simulation.turtlesim.picture import SIDE, Point
 from pipros.simulation.turtlesim.turtle import Line, TurtleCommand
 from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
@@ -33,9 +33,9 @@ class TurtlePage:
         self._turtlesim = turtlesim
         self._node = node
 
-    def services(self) -> Services:
+    def served_views(self) -> ServedViews:
         """Return the views and actions for a server."""
-        return Services(
+        return ServedViews(
             views={"world": self.world},
             actions={"steer": self.steer, "close": self.close},
             pages=("pipros.simulation.turtlesim", "pipros.server"),

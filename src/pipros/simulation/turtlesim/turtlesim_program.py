@@ -20,6 +20,6 @@ def main(argv: Sequence[str] | None = None) -> int:
             from pipros.server.node_page import served_page
             from pipros.simulation.turtlesim.turtle_page import TurtlePage
 
-            stack.enter_context(served_page(TurtlePage(turtlesim, node).services(), node.name, log))
+            stack.enter_context(served_page(TurtlePage(turtlesim, node).served_views(), node.name, log))
         turtlesim.run()
     return 0

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from pipros.server.browser_share import Browser, current_browser
-from pipros.server.view_server import RequestRefused, Services
+from pipros.server.view_server import RequestRefused, ServedViews
 from pipros.web.bags.playback import BagPlayback
 from pipros.web.watched_system import WatchedSystem
 
@@ -17,11 +17,11 @@ class _OpenBag:
     """A browser's bag.
 
     Attributes:
-        shown: the system for which services were last created, and these services.
+        shown: the system for which views were last created, and these views.
     """
 
     playback: BagPlayback
-    shown: tuple[WatchedSystem, Services] | None = None
+    shown: tuple[WatchedSystem, ServedViews] | None = None
 
 
 class OpenBags:
@@ -57,8 +57,8 @@ class OpenBags:
             del self._bags[browser]
             playback.close()
 
-    def services(self, make: Callable[[WatchedSystem], Services]) -> Services | None:
-        """Return the services that show the browser's bag, or None if it has not opened a bag.
+    def served_views(self, make: Callable[[WatchedSystem], ServedViews]) -> ServedViews | None:
+        """Return the views that show the browser's bag, or None if it has not opened a bag.
 
         `make` is called again after each jump.
         """

@@ -7,7 +7,7 @@ import functools
 from collections.abc import AsyncIterator, Callable, Mapping
 from typing import Any
 
-from pipros.server.view_server import Action, Services, View
+from pipros.server.view_server import Action, ServedViews, View
 from pipros.web.bags.open_bags import OpenBags
 from pipros.web.watched_system import WatchedSystem
 
@@ -18,8 +18,8 @@ class ShownBags:
     def __init__(
         self,
         open_bags: OpenBags,
-        live: Services,
-        of_bag: Callable[[WatchedSystem], Services],
+        live: ServedViews,
+        of_bag: Callable[[WatchedSystem], ServedViews],
         names: frozenset[str],
     ) -> None:
         """Redirect those of `names`.
@@ -45,8 +45,8 @@ class ShownBags:
 
     def _view(self, name: str, live: View) -> View:
         async def view(arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-            services = self._open_bags.services(self._of_bag)
-            chosen = live if services is None else services.views[name]
+            shown = self._open_bags.served_views(self._of_bag)
+            chosen = live if shown is None else shown.views[name]
             async with contextlib.aclosing(chosen(arguments)) as values:  # type: ignore[type-var]
                 async for value in values:
                     yield value
@@ -56,7 +56,7 @@ class ShownBags:
     def _action(self, name: str, live: Action) -> Action:
         @functools.wraps(live)
         async def act(arguments: Mapping[str, Any]) -> Any:
-            services = self._open_bags.services(self._of_bag)
-            return await (live if services is None else services.actions[name])(arguments)
+            shown = self._open_bags.served_views(self._of_bag)
+            return await (live if shown is None else shown.actions[name])(arguments)
 
         return act

@@ -17,7 +17,7 @@ from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
 from pipros.pictures.image_message import IMAGE_TYPES
 from pipros.server.view_server import RequestRefused
-from pipros.web.image_overlays import Camera, Markers, detection_shapes, marker_shapes
+from pipros.web.image_overlays import Camera, OverlayMarkers, detection_shapes, marker_shapes
 from pipros.web.image_pairs import APART_S, ImagePairs, stamp_ns
 from pipros.web.image_pixels import packed
 from pipros.web.messages.known_topic import KnownTopic
@@ -110,7 +110,7 @@ class _Overlay:
     ) -> None:
         self._system = system
         self._watch = watch
-        self._markers = Markers()
+        self._markers = OverlayMarkers()
         self._camera: Camera | None = None
         self._error = ""
         self._detections: tuple[int, Mapping[str, Any]] = -1, {"shapes": [], "error": ""}

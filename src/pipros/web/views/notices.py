@@ -49,7 +49,7 @@ class NoticeViews:
                     yield values
 
 
-class _Collected:
+class _CollectedNotices:
     """Notices from all sources, updated once per observation, however many browsers there are.
 
     It subscribes to a source's topic once the topic is published.
@@ -120,6 +120,6 @@ def leaves(levels: Mapping[str, T]) -> Mapping[str, T]:
 
 
 @contextlib.contextmanager
-def _open(system: WatchedSystem) -> Iterator[_Collected]:
+def _open(system: WatchedSystem) -> Iterator[_CollectedNotices]:
     with contextlib.ExitStack() as stack:
-        yield _Collected(system, stack)
+        yield _CollectedNotices(system, stack)

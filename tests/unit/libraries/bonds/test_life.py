@@ -9,11 +9,11 @@ import pytest
 
 import rospy
 from bondpy import bondpy
-from pipros.libraries.bonds.life import NEXT, Event, Life, State
+from pipros.libraries.bonds.life import NEXT, BondEvent, BondState, Life
 from smclib import statemap
 
 
-def after(*events: Event) -> Life:
+def after(*events: BondEvent) -> Life:
     life = Life()
     for event in events:
         life.take(event)
@@ -21,34 +21,36 @@ def after(*events: Event) -> Life:
 
 
 def test_a_bond_is_formed_and_ends_in_agreement() -> None:
-    assert after(Event.SISTER_ALIVE).state is State.ALIVE
-    assert after(Event.SISTER_ALIVE, Event.BREAK).state is State.ENDING
-    assert after(Event.SISTER_ALIVE, Event.BREAK, Event.SISTER_ENDS).state is State.DEAD
-    assert after(Event.SISTER_ALIVE, Event.SISTER_ENDS).state is State.ENDING
-    assert after(Event.SISTER_ALIVE, Event.BREAK, Event.DISCONNECT_TIMEOUT).state is State.DEAD
+    assert after(BondEvent.SISTER_ALIVE).state is BondState.ALIVE
+    assert after(BondEvent.SISTER_ALIVE, BondEvent.BREAK).state is BondState.ENDING
+    assert after(BondEvent.SISTER_ALIVE, BondEvent.BREAK, BondEvent.SISTER_ENDS).state is BondState.DEAD
+    assert after(BondEvent.SISTER_ALIVE, BondEvent.SISTER_ENDS).state is BondState.ENDING
+    assert (
+        after(BondEvent.SISTER_ALIVE, BondEvent.BREAK, BondEvent.DISCONNECT_TIMEOUT).state is BondState.DEAD
+    )
 
 
 def test_silence_ends_a_bond_at_once() -> None:
-    assert after(Event.CONNECT_TIMEOUT).state is State.DEAD
-    assert after(Event.SISTER_ALIVE, Event.HEARTBEAT_TIMEOUT).state is State.DEAD
+    assert after(BondEvent.CONNECT_TIMEOUT).state is BondState.DEAD
+    assert after(BondEvent.SISTER_ALIVE, BondEvent.HEARTBEAT_TIMEOUT).state is BondState.DEAD
 
 
 def test_a_sister_that_only_announces_its_end_has_formed_the_bond() -> None:
-    life = after(Event.SISTER_ENDS)
-    assert (life.state, life.was_formed) == (State.ENDING, True)
-    assert not after(Event.BREAK).was_formed
+    life = after(BondEvent.SISTER_ENDS)
+    assert (life.state, life.was_formed) == (BondState.ENDING, True)
+    assert not after(BondEvent.BREAK).was_formed
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_a_dead_bond_stays_dead_after_any_event(seed: int) -> None:
     chance = random.Random(seed)  # noqa: S311
-    order = [State.WAITING, State.ALIVE, State.ENDING, State.DEAD]
+    order = [BondState.WAITING, BondState.ALIVE, BondState.ENDING, BondState.DEAD]
     life, reached = Life(), 0
     for _ in range(50):
-        state = life.take(chance.choice(list(Event)))
+        state = life.take(chance.choice(list(BondEvent)))
         assert order.index(state) >= reached
         reached = order.index(state)
-    assert not any(state is State.DEAD for state, _ in NEXT)
+    assert not any(state is BondState.DEAD for state, _ in NEXT)
 
 
 def test_a_bond_before_its_start() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from threading import Thread
 
-from pipros.libraries.bonds.life import Event, State
+from pipros.libraries.bonds.life import BondEvent, BondState
 from pipros.libraries.bonds.side import BondSide
 from tests.support.waiting import wait_until
 
@@ -15,15 +15,15 @@ class Owner:
     """The messages and reports of a side."""
 
     def __init__(
-        self, durations_s: dict[Event, float], ignored_silences: int = 0, is_over: bool = False
+        self, durations_s: dict[BondEvent, float], ignored_silences: int = 0, is_over: bool = False
     ) -> None:
         self.published: list[bool] = []
-        self.changes: list[State] = []
-        self.states: list[State] = []
+        self.changes: list[BondState] = []
+        self.states: list[BondState] = []
         self.ignored_silences = ignored_silences
         self.is_over = is_over
         self.side = BondSide(
-            dict.fromkeys(Event, NEVER_S) | durations_s,
+            dict.fromkeys(BondEvent, NEVER_S) | durations_s,
             send=self.published.append,
             notify=self.changes.append,
             enter=self.states.append,
@@ -38,28 +38,28 @@ class Owner:
 
 
 def test_a_bond_without_a_sister_breaks_at_the_connect_timeout() -> None:
-    owner = Owner({Event.CONNECT_TIMEOUT: SOON_S})
+    owner = Owner({BondEvent.CONNECT_TIMEOUT: SOON_S})
     owner.side.start_timeout()
 
-    assert owner.side.wait(lambda state: state is State.DEAD, NEVER_S)
-    wait_until(lambda: owner.changes == [State.DEAD])
+    assert owner.side.wait(lambda state: state is BondState.DEAD, NEVER_S)
+    wait_until(lambda: owner.changes == [BondState.DEAD])
 
 
 def test_silence_breaks_a_bond_once_it_is_no_longer_ignored() -> None:
-    owner = Owner({Event.HEARTBEAT_TIMEOUT: SOON_S}, ignored_silences=2)
+    owner = Owner({BondEvent.HEARTBEAT_TIMEOUT: SOON_S}, ignored_silences=2)
 
     assert owner.side.receive("sister", is_alive=True)
 
-    wait_until(lambda: owner.changes == [State.ALIVE, State.DEAD])
-    assert (owner.ignored_silences, owner.states) == (-1, [State.ALIVE, State.DEAD])
+    wait_until(lambda: owner.changes == [BondState.ALIVE, BondState.DEAD])
+    assert (owner.ignored_silences, owner.states) == (-1, [BondState.ALIVE, BondState.DEAD])
 
 
 def test_an_end_that_no_sister_confirms_ends_at_the_disconnect_timeout() -> None:
-    owner = Owner({Event.DISCONNECT_TIMEOUT: SOON_S})
+    owner = Owner({BondEvent.DISCONNECT_TIMEOUT: SOON_S})
     owner.side.receive("sister", is_alive=True)
-    owner.side.handle(Event.BREAK)
+    owner.side.handle(BondEvent.BREAK)
 
-    wait_until(lambda: owner.changes == [State.ALIVE, State.DEAD])
+    wait_until(lambda: owner.changes == [BondState.ALIVE, BondState.DEAD])
     assert (owner.published, owner.side.sister_ended_first) == ([False], False)
 
 
@@ -75,7 +75,7 @@ def test_a_third_instance_is_refused_and_a_sister_that_missed_the_end_learns_of_
 
 
 def test_heartbeats_end_with_the_bond_and_once_more_thereafter() -> None:
-    owner = Owner({Event.CONNECT_TIMEOUT: SOON_S})
+    owner = Owner({BondEvent.CONNECT_TIMEOUT: SOON_S})
     owner.side.start_timeout()
 
     owner.side.publish_heartbeats(NEVER_S, NEVER_S)
@@ -87,7 +87,7 @@ def test_heartbeats_end_with_the_bond_and_once_more_thereafter() -> None:
 def test_heartbeats_and_waits_end_when_their_owner_does() -> None:
     owner = Owner({}, is_over=True)
 
-    assert not owner.side.wait(lambda state: state is State.ALIVE, None)
+    assert not owner.side.wait(lambda state: state is BondState.ALIVE, None)
     owner.side.publish_heartbeats(NEVER_S, NEVER_S)
     owner.side.wake()
 
@@ -99,14 +99,14 @@ def test_more_messages_of_a_living_sister_change_nothing() -> None:
     owner.side.receive("sister", is_alive=True)
     owner.side.receive("sister", is_alive=True)
 
-    assert (owner.changes, owner.states, owner.published) == ([State.ALIVE], [State.ALIVE], [])
-    owner.side.handle(Event.HEARTBEAT_TIMEOUT)
-    assert owner.side.state is State.DEAD
+    assert (owner.changes, owner.states, owner.published) == ([BondState.ALIVE], [BondState.ALIVE], [])
+    owner.side.handle(BondEvent.HEARTBEAT_TIMEOUT)
+    assert owner.side.state is BondState.DEAD
 
 
 def test_a_wait_without_limit_ends_with_its_owner_even_before_the_start() -> None:
     owner = Owner({})
-    waiting = Thread(target=owner.side.wait, args=(lambda state: state is State.ALIVE, None), daemon=True)
+    waiting = Thread(target=owner.side.wait, args=(lambda state: state is BondState.ALIVE, None), daemon=True)
     waiting.start()
 
     owner.is_over = True  # nothing wakes the side: it was not started

@@ -9,7 +9,7 @@ import pytest
 from pipros.libraries.diagnostics.aggregation import Aggregation, whole_level
 from pipros.libraries.diagnostics.analyzers import ITEM_LIMIT, BadAnalyzer, Items
 from pipros.libraries.diagnostics.csv_rows import CsvColumns, file_names
-from pipros.libraries.diagnostics.items import ERROR, OK, STALE, WARN, Status, output_name
+from pipros.libraries.diagnostics.items import ERROR, OK, STALE, WARN, ComponentStatus, output_name
 from pipros.libraries.diagnostics.listing import listed
 
 ROBOT = {
@@ -39,13 +39,13 @@ def reported(aggregation: Aggregation, now_s: float) -> dict[str, tuple[int, str
 
 def feed(aggregation: Aggregation, now_s: float, **levels: int) -> None:
     for name, level in levels.items():
-        aggregation.take(Status(name.replace("_", " "), level, f"is {level}"), now_s)
+        aggregation.take(ComponentStatus(name.replace("_", " "), level, f"is {level}"), now_s)
 
 
 def one(now_s: float, *names: str, **parameters: Any) -> dict[str, tuple[int, str]]:
     aggregation = Aggregation("", {"a": {"type": "GenericAnalyzer", "path": "A", **parameters}})
     for name in names:
-        aggregation.take(Status(name, OK, "fine"), 0.0)
+        aggregation.take(ComponentStatus(name, OK, "fine"), 0.0)
     return reported(aggregation, now_s)
 
 
@@ -113,8 +113,8 @@ def test_names_lose_prefixes_and_slashes() -> None:
 
 
 def test_the_level_of_everything() -> None:
-    assert whole_level([Status("a", WARN), Status("b", OK)]) == WARN
-    assert whole_level([Status("a", STALE), Status("b", WARN)]) == ERROR
+    assert whole_level([ComponentStatus("a", WARN), ComponentStatus("b", OK)]) == WARN
+    assert whole_level([ComponentStatus("a", STALE), ComponentStatus("b", WARN)]) == ERROR
 
 
 @pytest.mark.parametrize(
@@ -204,17 +204,17 @@ def test_analyzers_are_removed_with_their_owner() -> None:
 
 def test_an_endless_number_of_names_takes_bounded_memory() -> None:
     items = Items("A", "/A")
-    taken = [items.analyze(Status(str(number)), 0.0) for number in range(ITEM_LIMIT + 5)]
+    taken = [items.analyze(ComponentStatus(str(number)), 0.0) for number in range(ITEM_LIMIT + 5)]
 
     assert taken.count(True) == ITEM_LIMIT
-    assert items.analyze(Status("0", OK), 1.0), "one that is known"
+    assert items.analyze(ComponentStatus("0", OK), 1.0), "one that is known"
 
 
 def test_statuses_are_listed_by_name_and_are_fit_for_a_terminal() -> None:
     statuses = [
-        Status("/b", OK, "fine", "hw", [("key", "value")]),
-        Status("/a\x1b[2J", STALE, ""),
-        Status("/c", 7, "odd"),
+        ComponentStatus("/b", OK, "fine", "hw", [("key", "value")]),
+        ComponentStatus("/a\x1b[2J", STALE, ""),
+        ComponentStatus("/c", 7, "odd"),
     ]
 
     assert listed(statuses, part="/b", details=True) == [
@@ -229,8 +229,8 @@ def test_statuses_are_listed_by_name_and_are_fit_for_a_terminal() -> None:
 
 def test_rows_have_no_line_breaks_and_names_stay_in_their_folder() -> None:
     columns = CsvColumns()
-    first = columns.row(Status("a", OK, "two\nlines, one", "h\r\nw", [("k,1\n", "v\n,")]), 0.0)
-    second = columns.row(Status("a", ERROR, "", "", [("new", "x")]), 0.0)
+    first = columns.row(ComponentStatus("a", OK, "two\nlines, one", "h\r\nw", [("k,1\n", "v\n,")]), 0.0)
+    second = columns.row(ComponentStatus("a", ERROR, "", "", [("new", "x")]), 0.0)
 
     assert columns.header() == "Timestamp,Level,Message,Hardware ID,k1 ,new\n"
     assert first.partition(",")[2] == "0,two  lines  one,h   w,v   \n"
@@ -249,7 +249,7 @@ def test_a_regex_that_takes_too_long_is_an_error_of_its_analyzer_only() -> None:
         },
     )
     for name in ("x" * 40 + "!", "fine"):
-        aggregation.take(Status(name, OK, "m"), 0.0)
+        aggregation.take(ComponentStatus(name, OK, "m"), 0.0)
 
     assert reported(aggregation, 1.0) == {
         "/Slow": (ERROR, "A regex takes too long and is no longer used"),

@@ -12,7 +12,7 @@ import pyrplidar_protocol as independent
 import pytest
 
 from pipros.libraries.drivers.rplidar.samples import Point, decoder_of
-from pipros.libraries.drivers.rplidar.turns import Turns
+from pipros.libraries.drivers.rplidar.turns import TurnCollector
 from tests.support import simulated_rplidar as device
 
 SAMPLE_US = 250.0
@@ -179,7 +179,7 @@ def test_nodes_are_found_again_after_garbage() -> None:
 
 
 def test_turns_without_a_beginning_are_bounded() -> None:
-    turns, point = Turns(), Point(1.0, 1000, 47)
+    turns, point = TurnCollector(), Point(1.0, 1000, 47)
     assert turns.add((False, [point] * 100)) is None
     assert turns.add((True, [point])) is None
     for _ in range(100):

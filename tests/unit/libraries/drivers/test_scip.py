@@ -12,7 +12,7 @@ from pipros.libraries.drivers.urg.clock import USED_AFTER, DeviceClock
 from tests.support import simulated_urg as device
 
 
-def replies(data: bytes, sizes: list[int] | None = None) -> tuple[list[scip.Reply], int]:
+def replies(data: bytes, sizes: list[int] | None = None) -> tuple[list[scip.ScipReply], int]:
     """Return the replies in data that arrives in pieces, and the number of errors."""
     splitter, found, at = scip.Replies(), [], 0
     for number, size in enumerate([*(sizes or []), len(data)]):
@@ -54,7 +54,7 @@ def test_keys_and_values_are_read() -> None:
 
 
 def test_a_reply_without_checksum_of_the_status_is_read() -> None:
-    assert replies(b"SCIP2.0\n0\n\n")[0] == [scip.Reply("SCIP2.0", "0", [], 0)]
+    assert replies(b"SCIP2.0\n0\n\n")[0] == [scip.ScipReply("SCIP2.0", "0", [], 0)]
 
 
 def test_damage_costs_one_reply() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.libraries.filters.history import History, Sequencer
+from pipros.libraries.filters.history import MessageHistory, Sequencer
 from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
 
 
@@ -97,7 +97,7 @@ def test_the_first_combination_equals_that_of_an_exhaustive_search(
 
 
 def test_a_history_is_in_the_order_of_arrival() -> None:
-    history = History(3)
+    history = MessageHistory(3)
     for stamp in (9, 30, 10, 20):
         history.add(stamp, f"m{stamp}")
 

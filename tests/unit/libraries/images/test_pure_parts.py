@@ -12,7 +12,7 @@ from pipros.libraries.images.bayer import VNG, colors, gray
 from pipros.libraries.images.clouds import empty_points, set_colors
 from pipros.libraries.images.depths import checked, converted_metric, registered, set_points
 from pipros.libraries.images.disparity_view import shown
-from pipros.libraries.images.matching import SETTINGS, Matcher, corrected
+from pipros.libraries.images.matching import SETTINGS, BlockMatcher, corrected
 from pipros.libraries.images.pinhole import Pinhole, Rectifier, Uncalibrated
 from pipros.libraries.images.stereo_cloud import positions
 from pipros.msg import load_message_class
@@ -122,8 +122,8 @@ def test_settings_of_matchers_are_corrected_and_bound_the_valid_window() -> None
     values = {each.name: each.default for each in SETTINGS} | {"stereo_algorithm": 0}
     fixed = corrected(values | {"correlation_window_size": 8, "disparity_range": 70})
     assert (fixed["correlation_window_size"], fixed["disparity_range"]) == (9, 64)
-    assert Matcher(fixed).valid_window(640, 480) == (67, 4, 568, 471)
-    below = Matcher(corrected(values | {"min_disparity": -16}))
+    assert BlockMatcher(fixed).valid_window(640, 480) == (67, 4, 568, 471)
+    below = BlockMatcher(corrected(values | {"min_disparity": -16}))
     assert below.valid_window(640, 480) == (54, 7, 569, 465)
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.laser.filters.base import FilterFailed, InvalidFilter, Place
+from pipros.libraries.laser.filters.base import FilterFailed, FilterHost, InvalidFilter
 from pipros.libraries.laser.filters.chain import TYPES, chain_of
 from pipros.libraries.laser.filters.shapes import in_polygon
 from pipros.libraries.laser.scan import Scan
@@ -45,7 +45,7 @@ def scan(*ranges: float, step: float = 0.1, intensities: tuple[float, ...] = ())
 
 def filtered(kind: str, params: dict[str, Any], *scans: Scan) -> list[float]:
     """Return the ranges of the last scan after a filter."""
-    chain = chain_of([{"name": "one", "type": f"laser_filters/{kind}", "params": params}], Place())
+    chain = chain_of([{"name": "one", "type": f"laser_filters/{kind}", "params": params}], FilterHost())
     return [round(float(each), 4) for each in [chain.update(each) for each in scans][-1].ranges]
 
 
@@ -61,7 +61,7 @@ def test_ranges_at_or_beyond_the_thresholds_are_replaced() -> None:
 def test_a_scan_is_cut_to_the_bounds() -> None:
     chain = chain_of(
         [{"name": "a", "type": "laser_filters/LaserScanAngularBoundsFilter",
-          "params": {"lower_angle": 0.15, "upper_angle": 0.35}}], Place(),
+          "params": {"lower_angle": 0.15, "upper_angle": 0.35}}], FilterHost(),
     )  # fmt: skip
     cut = chain.update(scan(1, 2, 3, 4, 5, intensities=(1, 2, 3, 4, 5)))
     assert (list(cut.ranges), list(cut.intensities), cut.stamp_ns) == ([3, 4], [3, 4], 10**9 + 2 * 10**6)
@@ -126,13 +126,13 @@ def test_points_in_a_polygon() -> None:
 )  # fmt: skip
 def test_mistakes_in_chains_are_named(chain: Any, text: str) -> None:
     with pytest.raises(InvalidFilter, match=text):
-        chain_of(chain, Place())
+        chain_of(chain, FilterHost())
 
 
 def test_an_old_chain_and_an_empty_one_are_accepted() -> None:
-    assert chain_of(None, Place()).filters == []
+    assert chain_of(None, FilterHost()).filters == []
     old = {"filter_chain": [{"name": "a", "type": "laser_filters/InterpolationFilter"}]}
-    assert len(chain_of(old, Place()).filters) == 1
+    assert len(chain_of(old, FilterHost()).filters) == 1
 
 
 def strange_scan(numbers: Any) -> Scan:
@@ -154,7 +154,7 @@ def strange_scan(numbers: Any) -> Scan:
 def test_strange_scans_are_filtered_or_dropped(kind: str) -> None:
     numbers = np.random.default_rng(1)
     description = [{"name": "one", "type": f"laser_filters/{kind}", "params": PARAMS.get(kind, {})}]
-    chain, accepted = chain_of(description, Place()), 0
+    chain, accepted = chain_of(description, FilterHost()), 0
     for _ in range(200):
         given = strange_scan(numbers)
         try:

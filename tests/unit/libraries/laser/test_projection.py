@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pipros.libraries.laser.assembler import Assembler, StoredScan
-from pipros.libraries.laser.filters.base import FilterFailed, Place
+from pipros.libraries.laser.filters.base import FilterFailed, FilterHost
 from pipros.libraries.laser.filters.chain import chain_of
 from pipros.libraries.laser.projection import channels, moving, projected, valid_beams
 from pipros.libraries.laser.scan import Scan
@@ -63,7 +63,7 @@ class Listener:
         return IDENTITY if target == "laser" else LEFT
 
 
-class Turned(Place):
+class Turned(FilterHost):
     @property
     def listener(self) -> Any:
         return Listener()
@@ -88,7 +88,7 @@ def test_shapes_are_in_their_frame(kind: str, params: dict[str, Any], removed: l
     for _ in range(2):
         assert np.flatnonzero(np.isnan(chain.update(scan(1, 1, 1)).ranges)).tolist() == removed
     with pytest.raises(FilterFailed, match="needs a node with transforms"):
-        chain_of(description, Place()).update(scan(1, 1, 1))
+        chain_of(description, FilterHost()).update(scan(1, 1, 1))
 
 
 def test_a_missing_transform_drops_the_scan() -> None:

@@ -4,11 +4,13 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.teleoperation.velocity_mux import InvalidSource, Source, VelocityMux, source
+from pipros.libraries.teleoperation.velocity_mux import InvalidSource, VelocityMux, VelocitySource, source
 
 
-def mux(*priorities: int, lock: Source | None = None, timeout_s: float = 0.5) -> VelocityMux:
-    inputs = [Source(f"i{number}", f"v{number}", timeout_s, each) for number, each in enumerate(priorities)]
+def mux(*priorities: int, lock: VelocitySource | None = None, timeout_s: float = 0.5) -> VelocityMux:
+    inputs = [
+        VelocitySource(f"i{number}", f"v{number}", timeout_s, each) for number, each in enumerate(priorities)
+    ]
     return VelocityMux(inputs, [lock] if lock else [])
 
 
@@ -35,7 +37,7 @@ def test_an_input_without_a_timeout_wins_even_if_it_never_sent() -> None:
 
 
 def test_a_lock_masks_lower_priorities_only() -> None:
-    lock = Source("pause", "pause", 0.0, 50)
+    lock = VelocitySource("pause", "pause", 0.0, 50)
     one = mux(10, 50, lock=lock)
     assert one.passes(one.inputs[0], 5.0)
     one.lock(lock, True, 5.0)
@@ -46,7 +48,7 @@ def test_a_lock_masks_lower_priorities_only() -> None:
 
 
 def test_a_lock_with_a_timeout_is_on_while_its_source_is_silent() -> None:
-    lock = Source("alive", "alive", 0.5, 255)
+    lock = VelocitySource("alive", "alive", 0.5, 255)
     one = mux(10, lock=lock)
     assert not one.passes(one.inputs[0], 5.0)
     one.lock(lock, False, 5.0)
@@ -55,7 +57,7 @@ def test_a_lock_with_a_timeout_is_on_while_its_source_is_silent() -> None:
 
 
 def test_the_state_is_shown_as_by_twist_mux() -> None:
-    one = mux(10, lock=Source("pause", "stop", 0.0, 200))
+    one = mux(10, lock=VelocitySource("pause", "stop", 0.0, 200))
     one.passes(one.inputs[0], 5.0)
     assert one.values(5.0) == {
         "velocity i0": " unmasked (listening to v0 @ 0.500000s with priority #10)",
@@ -70,7 +72,7 @@ def test_the_state_is_shown_as_by_twist_mux() -> None:
 
 def test_sources_are_read_from_parameters() -> None:
     entry = {"name": "joy", "topic": "joy_vel", "timeout": 1, "priority": 300}
-    assert source(entry, "~topics[0]") == Source("joy", "joy_vel", 1.0, 255)
+    assert source(entry, "~topics[0]") == VelocitySource("joy", "joy_vel", 1.0, 255)
     wrong: tuple[tuple[str, Any, str], ...] = (
         ("name", 3, r"~topics\[0\]: name must be a name, got 3"),
         ("topic", "", "topic must be the name of a topic"),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.teleoperation.velocity_smoother import Feedback, Limits, VelocitySmoother
+from pipros.libraries.teleoperation.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
 
-LIMITS = Limits(speed=(1.0, 2.0), acceleration=(1.0, 2.0), deceleration=3.0)
+LIMITS = VelocityLimits(speed=(1.0, 2.0), acceleration=(1.0, 2.0), deceleration=3.0)
 
 
 def smoother(feedback: Feedback = Feedback.NONE) -> tuple[VelocitySmoother, list[str]]:

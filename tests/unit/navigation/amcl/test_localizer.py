@@ -12,16 +12,18 @@ from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.localizer import Localizer
 from pipros.navigation.amcl.particles import ParticleFilter, kld_limits
 from pipros.navigation.amcl.sensors import Beams, read_beams
-from pipros.navigation.amcl.settings import Belief, Settings, checked, read_settings
-from pipros.navigation.parameters import InvalidParameter, Parameters
+from pipros.navigation.amcl.settings import AmclSettings, Belief, checked, read_settings
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 from tests.support.drives import ROUTE, START, Moment, apartment, drive
 
 ROBOT = Belief(START.x, START.y, START.yaw, 0.04, 0.04, 0.02)
-SETTINGS = replace(Settings(), min_particles=500, max_particles=2000, laser_max_beams=60)
+SETTINGS = replace(AmclSettings(), min_particles=500, max_particles=2000, laser_max_beams=60)
 
 
-def sampling(least: int, most: int, error: float = 0.01, slow: float = 0.0, fast: float = 0.0) -> Settings:
-    return Settings(
+def sampling(
+    least: int, most: int, error: float = 0.01, slow: float = 0.0, fast: float = 0.0
+) -> AmclSettings:
+    return AmclSettings(
         min_particles=least,
         max_particles=most,
         kld_err=error,
@@ -166,7 +168,7 @@ def test_scans_count_after_a_motion_or_a_request_only(grid: GridMap, moments: li
 def test_parameters_are_read_with_the_rules_of_amcl() -> None:
     given = {"max_particles": 50.4, "odom_frame_id": "/odom", "laser_model_type": "magic", "tf_broadcast": 1}
 
-    settings = read_settings(Parameters(given))
+    settings = read_settings(PrivateParameters(given))
 
     assert settings.max_particles == 100  # not less than the minimum
     assert settings.odom_frame_id == "odom"

@@ -11,7 +11,7 @@ import pytest
 from pipros.navigation.amcl.grid import GridMap
 from pipros.navigation.amcl.motion import moved
 from pipros.navigation.amcl.sensors import BeamModel, LikelihoodField, LikelihoodProduct, read_beams
-from pipros.navigation.amcl.settings import Settings
+from pipros.navigation.amcl.settings import AmclSettings
 
 ALPHAS = (0.1, 0.2, 0.3, 0.15, 0.25)
 BEFORE, AFTER = (1.0, 2.0, 0.4), (1.5, 2.3, 1.0)
@@ -79,7 +79,7 @@ WALLS[30:, 5:9] = -1
 ORIGIN, SIZE, FAR, LIMIT = (-1.0, 0.5), 0.1, 4.0, 1.5
 LASER = (0.1, -0.05)
 Z_HIT, Z_SHORT, Z_MAX, Z_RAND, SIGMA, DECAY = 0.8, 0.1, 0.05, 0.06, 0.2, 0.3
-SETTINGS = Settings(
+SETTINGS = AmclSettings(
     laser_z_hit=Z_HIT, laser_z_short=Z_SHORT, laser_z_max=Z_MAX, laser_z_rand=Z_RAND, laser_sigma_hit=SIGMA,
     laser_lambda_short=DECAY, laser_likelihood_max_dist=LIMIT,
 )  # fmt: skip

@@ -15,8 +15,8 @@ from pipros.msg import load_message_class
 from pipros.navigation.costmap.footprint import circle
 from pipros.navigation.costmap.grid import LETHAL, UNKNOWN
 from pipros.navigation.costmap.inflation_layer import InflationLayer
-from pipros.navigation.costmap.layered import Bounds, LayeredCostmap, Pose2D, Window
-from pipros.navigation.costmap.observations import Source, SourceSettings
+from pipros.navigation.costmap.layered import Bounds, CellRectangle, LayeredCostmap, Pose2D
+from pipros.navigation.costmap.observations import ObservationSource, SourceSettings
 from pipros.navigation.costmap.obstacle_layer import ObstacleLayer
 from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
 from pipros.navigation.costmap.voxel_layer import VoxelLayer
@@ -116,7 +116,7 @@ class Filled:
         bounds.touch(robot.x - 99.0, robot.y - 99.0)
         bounds.touch(robot.x + 99.0, robot.y + 99.0)
 
-    def update_costs(self, window: Window) -> None:
+    def update_costs(self, window: CellRectangle) -> None:
         self._costmap.grid.costs[window.slices] = self._cost
 
     def footprint_changed(self) -> None: ...
@@ -159,7 +159,7 @@ def obstacles(
     costmap.resize(60, 60, 0.1, -3.0, -3.0)
     layer = ObstacleLayer("obstacles", costmap, lambda: 0, tracks_unknown=False)
     layer.clears_footprint = clears_footprint
-    layer.sources += map(Source, sources)
+    layer.sources += map(ObservationSource, sources)
     costmap.layers.append(layer)
     return costmap, layer
 
@@ -216,14 +216,14 @@ def test_points_that_are_not_finite_are_ignored() -> None:
 
 
 def test_observations_are_kept_for_their_time_and_within_the_limit() -> None:
-    source = Source(SourceSettings("cloud", observation_persistence=2.0, expected_update_rate=1.0))
+    source = ObservationSource(SourceSettings("cloud", observation_persistence=2.0, expected_update_rate=1.0))
     for at in range(5):
         source.add(np.zeros((10, 3), np.float32), IDENTITY, IDENTITY, at * 10**9, at * 10**9, 25)
     assert [each.stamp_ns for each in source.observations()] == [4 * 10**9, 3 * 10**9]
     assert source.is_current(5 * 10**9)
     assert not source.is_current(5 * 10**9 + 1)
 
-    only_last = Source(SourceSettings("cloud"))
+    only_last = ObservationSource(SourceSettings("cloud"))
     for at in range(3):
         only_last.add(np.zeros((1, 3), np.float32), IDENTITY, IDENTITY, at, at, 100)
     assert [each.stamp_ns for each in only_last.observations()] == [2]
@@ -276,7 +276,7 @@ def test_inflation_of_a_long_map_with_tiny_cells_takes_little_memory() -> None:
     inflation = InflationLayer("inflation", costmap)
     inflation.configure(radius=0.5, scaling=3.0, inflate_unknown=False)
     costmap.grid.costs[0, 0] = LETHAL
-    inflation.update_costs(Window(0, 0, 40_001, 1))
+    inflation.update_costs(CellRectangle(0, 0, 40_001, 1))
     assert np.count_nonzero(costmap.grid.costs == 253) == 40_000
 
 
@@ -343,7 +343,7 @@ def test_the_costs_of_the_documentation() -> None:
     inflation = InflationLayer("inflation", costmap)
     inflation.configure(radius=0.55, scaling=10.0, inflate_unknown=False)
     costmap.grid.costs[0, 0] = LETHAL
-    inflation.update_costs(Window(0, 0, 31, 1))
+    inflation.update_costs(CellRectangle(0, 0, 31, 1))
     assert [int(costmap.grid.costs[0, at]) for at in (6, 7, 10, 11, 12)] == [253, 196, 43, 26, 0]
 
 
@@ -358,7 +358,9 @@ def test_voxels_are_cleared_at_the_height_of_the_ray_only() -> None:
         {"origin_z": 0.0, "z_resolution": 0.5, "z_voxels": 4, "mark_threshold": 0, "unknown_threshold": 2}
     )
     layer.clears_footprint = False
-    layer.sources.append(Source(replace(SCANNER, data_type="PointCloud2", min_obstacle_height=-1.0)))
+    layer.sources.append(
+        ObservationSource(replace(SCANNER, data_type="PointCloud2", min_obstacle_height=-1.0))
+    )
     costmap.layers.append(layer)
 
     def cost(height: float, x: float = 2.05) -> int:

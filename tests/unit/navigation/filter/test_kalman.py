@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from pipros.navigation.filter.kalman import Control, ExtendedKalmanFilter
-from pipros.navigation.filter.state import SIZE, Array, Command, Measurement, jacobian, transition, wrapped
+from pipros.navigation.filter.state import (
+    SIZE,
+    Array,
+    Measurement,
+    VelocityCommand,
+    jacobian,
+    transition,
+    wrapped,
+)
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
 
 FILTERS = [ExtendedKalmanFilter, lambda **options: UnscentedKalmanFilter(alpha=1.0, **options)]
@@ -129,7 +137,7 @@ def test_commands_accelerate_within_limits(
     control = Control(
         np.array([True] + [False] * 5), 2 * axes, 0.5 * axes, 1 * axes, 0.5 * axes, timeout_s=1.0
     )
-    control.command = Command(command * axes, time_s=0.0)
+    control.command = VelocityCommand(command * axes, time_s=0.0)
 
     _, found = control.accelerations(velocity * axes, age_s)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipros.libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
-from pipros.navigation.filter.measurements import Input, Readings
+from pipros.navigation.filter.measurements import InputSettings, Readings
 from pipros.navigation.filter.state import OUT_OF_PLANE, SIZE, Flags
 
 FRAMES: dict[tuple[str, str], Pose] = {
@@ -31,7 +31,9 @@ def flags(*indices: int) -> Flags:
 
 
 def test_a_pose_is_converted_with_its_flags_and_covariance() -> None:
-    found = readings().pose(Input("a", flags(0, 5)), "start", 10**9, (1.0, 0.0, 0.0, *IDENTITY[3:]), SIX)
+    found = readings().pose(
+        InputSettings("a", flags(0, 5)), "start", 10**9, (1.0, 0.0, 0.0, *IDENTITY[3:]), SIX
+    )
 
     assert found is not None
     assert found.values[:6] == pytest.approx([1.0, 3.0, 0.0, 0.0, 0.0, np.pi / 2])
@@ -43,13 +45,13 @@ def test_a_pose_is_converted_with_its_flags_and_covariance() -> None:
 def test_an_unknown_frame_gives_nothing_but_the_target_itself_is_known() -> None:
     made = readings()
 
-    assert made.pose(Input("a", flags(0)), "mars", 0, IDENTITY, SIX) is None
-    assert made.pose(Input("a", flags(0)), "odom", 0, IDENTITY, SIX) is not None
-    assert made.pose(Input("a", flags(0)), "", 0, IDENTITY, SIX) is not None
+    assert made.pose(InputSettings("a", flags(0)), "mars", 0, IDENTITY, SIX) is None
+    assert made.pose(InputSettings("a", flags(0)), "odom", 0, IDENTITY, SIX) is not None
+    assert made.pose(InputSettings("a", flags(0)), "", 0, IDENTITY, SIX) is not None
 
 
 def test_a_differential_pose_measures_velocity_from_the_second_on() -> None:
-    made, own = readings(), Input("a", flags(0, 1, 5), is_differential=True)
+    made, own = readings(), InputSettings("a", flags(0, 1, 5), is_differential=True)
     turned = from_roll_pitch_yaw(0, 0, np.pi / 2)
     assert made.pose(own, "odom", 10**9, (1.0, 1.0, 0.0, *turned), SIX) is None
 
@@ -63,7 +65,7 @@ def test_a_differential_pose_measures_velocity_from_the_second_on() -> None:
 
 
 def test_a_relative_pose_begins_at_zero() -> None:
-    made, own = readings(), Input("a", flags(0, 1, 5), is_relative=True)
+    made, own = readings(), InputSettings("a", flags(0, 1, 5), is_relative=True)
     start: Pose = (4.0, 5.0, 0.0, *from_roll_pitch_yaw(0, 0, np.pi))
     made.pose(own, "odom", 0, start, SIX)
 
@@ -78,8 +80,8 @@ def test_a_sensor_off_the_center_moves_when_the_robot_turns() -> None:
     made.state = np.zeros(SIZE)
     made.state[11] = 2.0
 
-    twist = made.twist(Input("a", flags(6)), "imu", 0, np.zeros(6), SIX)
-    push = made.acceleration(Input("a", flags(12)), "imu", 0, np.zeros(3), np.eye(3), None)
+    twist = made.twist(InputSettings("a", flags(6)), "imu", 0, np.zeros(6), SIX)
+    push = made.acceleration(InputSettings("a", flags(12)), "imu", 0, np.zeros(3), np.eye(3), None)
 
     assert twist is not None
     assert push is not None
@@ -92,7 +94,7 @@ def test_a_sensor_off_the_center_moves_when_the_robot_turns() -> None:
 
 
 def test_gravity_is_removed_with_the_attitude() -> None:
-    made, own = readings(), Input("a", flags(12, 14), removes_gravity=True)
+    made, own = readings(), InputSettings("a", flags(12, 14), removes_gravity=True)
     tilted: Pose = (0.0, 0.0, 0.0, *from_roll_pitch_yaw(0.3, 0.2, 1.0))
     upside: Pose = (0.0, 0.0, 0.0, *from_roll_pitch_yaw(np.pi, 0.0, 0.0))
     measured = np.array(
@@ -109,7 +111,7 @@ def test_gravity_is_removed_with_the_attitude() -> None:
 
 
 def test_in_the_plane_everything_else_is_zero_with_certainty() -> None:
-    found = readings(in_plane=True).twist(Input("a", flags(6)), "", 0, np.ones(6), SIX)
+    found = readings(in_plane=True).twist(InputSettings("a", flags(6)), "", 0, np.ones(6), SIX)
 
     assert found is not None
     assert found.flags[OUT_OF_PLANE].all()

@@ -12,14 +12,14 @@ import pytest
 from pipros.navigation.filter.health import problems
 from pipros.navigation.filter.settings import make_timeline, read_settings
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
-from pipros.navigation.parameters import InvalidParameter, Parameters
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 
 ALL = [True] * 15
 NONE = [False] * 15
 
 
 def settings(prefix: str = "", **values: Any) -> Any:
-    return read_settings(Parameters(values), prefix)
+    return read_settings(PrivateParameters(values), prefix)
 
 
 def test_defaults_and_prefix() -> None:
@@ -76,20 +76,20 @@ def test_settings_that_cannot_work_are_explained(values: dict[str, Any], text: s
 
 
 def test_matrices_may_have_integers_but_not_another_length() -> None:
-    made = make_timeline(Parameters({"initial_estimate_covariance": [1] * 225, "use_control": True,
+    made = make_timeline(PrivateParameters({"initial_estimate_covariance": [1] * 225, "use_control": True,
                                      "control_config": [True] * 6}), unscented=False)  # fmt: skip
 
     assert made.kalman.covariance.sum() == 225.0
     with pytest.raises(InvalidParameter, match="must be a list of 225 numbers"):
-        make_timeline(Parameters({"process_noise_covariance": [0.0]}), unscented=False)
+        make_timeline(PrivateParameters({"process_noise_covariance": [0.0]}), unscented=False)
 
 
 def test_the_unscented_filter_is_another_filter() -> None:
-    assert isinstance(make_timeline(Parameters({}), unscented=True).kalman, UnscentedKalmanFilter)
+    assert isinstance(make_timeline(PrivateParameters({}), unscented=True).kalman, UnscentedKalmanFilter)
 
 
 def test_parameters_follow_the_rules_of_roscpp() -> None:
-    given = Parameters({"width": 2.5, "on": 1, "name": 7, "list": [1, "2"], "nan": float("nan")})
+    given = PrivateParameters({"width": 2.5, "on": 1, "name": 7, "list": [1, "2"], "nan": float("nan")})
 
     assert (given.integer("width", 0), given.number("on", 0.0)) == (3, 1.0)
     assert (given.boolean("on", False), given.text("name", "x"), given.integer("nan", 4)) == (False, "x", 4)

@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 
 from pipros.navigation.mapping.hit_maps import HitMaps
-from pipros.navigation.mapping.matching import Matcher
-from pipros.navigation.mapping.settings import Settings, read_settings
+from pipros.navigation.mapping.matching import ScanMatcher
+from pipros.navigation.mapping.settings import MappingSettings, read_settings
 from pipros.navigation.mapping.slam import GridSlam
-from pipros.navigation.mapping.survey import Step, Survey
-from pipros.navigation.parameters import InvalidParameter, Parameters
+from pipros.navigation.mapping.survey import Survey, TrajectoryStep
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 from pipros.simulation.robots.drive import Pose
 from tests.support.drives import agreement, drive
 
 BEGIN = Pose(2.9, 1.0, 0.0)
-SETTINGS = replace(Settings(), xmin=-8.0, ymin=-8.0, xmax=12.0, ymax=12.0, particles=10).with_ranges(10.0)
+SETTINGS = replace(MappingSettings(), xmin=-8.0, ymin=-8.0, xmax=12.0, ymax=12.0, particles=10).with_ranges(
+    10.0
+)
 ANGLES = np.linspace(-2.0, 2.0, 9)
 
 
@@ -62,7 +64,7 @@ def test_the_match_finds_the_pose_and_scores_as_a_plain_loop() -> None:
     angles = np.linspace(-3.1, 3.1, 120)
     cosine, sine = np.cos(angles), np.sin(angles)
     walls = np.minimum(2.0 / np.maximum(abs(cosine), 1e-9), 1.5 / np.maximum(abs(sine), 1e-9))  # of a room
-    maps, matcher = HitMaps(3, SETTINGS.delta), Matcher(SETTINGS, angles)
+    maps, matcher = HitMaps(3, SETTINGS.delta), ScanMatcher(SETTINGS, angles)
     for _ in range(5):
         seen = np.tile(walls + rng.normal(0.0, 0.005, walls.shape), (3, 1))
         maps.add(seen * cosine, seen * sine)
@@ -110,8 +112,11 @@ def test_a_survey_counts_the_cells_of_beams_and_changes_with_the_trajectory() ->
     settings = replace(SETTINGS, xmin=-1.6, ymin=-1.6, xmax=1.6, ymax=1.6, maxUrange=1.0, maxRange=2.0)
     ranges = np.array([0.5, 1.5, 3.0])  # a hit, a beam that is cut, one that is ignored
     angles = np.array([0.0, math.pi / 2, math.pi])
-    first = Step((0.0, 0.0, 0.0), ranges, None)
-    one, other = Step((0.0, 0.2, 0.0), ranges, first), Step((0.0, -0.2, 0.0), ranges, first)
+    first = TrajectoryStep((0.0, 0.0, 0.0), ranges, None)
+    one, other = (
+        TrajectoryStep((0.0, 0.2, 0.0), ranges, first),
+        TrajectoryStep((0.0, -0.2, 0.0), ranges, first),
+    )
     survey = Survey(settings, angles)
     survey.follow(one)
     survey.follow(other)
@@ -133,19 +138,19 @@ def test_a_survey_counts_the_cells_of_beams_and_changes_with_the_trajectory() ->
 def test_a_survey_grows_when_scans_leave_it_but_not_without_limit() -> None:
     settings = replace(SETTINGS, xmin=-1.6, ymin=-1.6, xmax=1.6, ymax=1.6)
     survey = Survey(settings, np.zeros(1), 64 * 320)
-    survey.follow(Step((0.0, 0.0, 0.0), np.array([3.0]), None))
+    survey.follow(TrajectoryStep((0.0, 0.0, 0.0), np.array([3.0]), None))
     values = survey.values()
     assert values.shape == (64, 10 * 32)  # 14.6 m from -1.6 m to 3 m and 10 m more, in multiples of 32 cells
     assert values[32, 32 + 60] == 100
 
-    survey.follow(Step((20.0, 0.0, 0.0), np.array([3.0]), None))
+    survey.follow(TrajectoryStep((20.0, 0.0, 0.0), np.array([3.0]), None))
     assert survey.values().shape == values.shape
 
 
 def test_invalid_parameters_are_refused_with_their_names() -> None:
-    assert read_settings(Parameters({"tf_delay": 0.3, "particles": 80.0})).particles == 80
-    assert read_settings(Parameters({"transform_publish_period": 0.2})).tf_delay == 0.2
+    assert read_settings(PrivateParameters({"tf_delay": 0.3, "particles": 80.0})).particles == 80
+    assert read_settings(PrivateParameters({"transform_publish_period": 0.2})).tf_delay == 0.2
     with pytest.raises(InvalidParameter, match="~particles must be > 0, got 0"):
-        read_settings(Parameters({"particles": 0}))
+        read_settings(PrivateParameters({"particles": 0}))
     with pytest.raises(InvalidParameter, match="~xmin must be at least a cell below ~xmax"):
-        read_settings(Parameters({"xmin": 3.0, "xmax": 3.0}))
+        read_settings(PrivateParameters({"xmin": 3.0, "xmax": 3.0}))

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.libraries.actions.server_goal import Event
+from pipros.libraries.actions.server_goal import GoalEvent
 from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
@@ -81,9 +81,9 @@ def test_a_goal_is_accepted_succeeds_and_is_forgotten_after_a_while() -> None:
     assert (server.statuses, server.goals.is_active) == ({"a": Status.ACTIVE}, True)
     server.goals.publish_feedback(load_message_class("move_base_msgs/MoveBaseFeedback")())
     assert server.node.sent["move_base/feedback"][0].status.goal_id.id == "a"
-    server.goals.end(Event.SUCCEED, "Goal reached.")
+    server.goals.end(GoalEvent.SUCCEED, "Goal reached.")
     assert server.results == [("a", Status.SUCCEEDED, "Goal reached.")]
-    server.goals.end(Event.ABORT, "too late")
+    server.goals.end(GoalEvent.ABORT, "too late")
     assert len(server.results) == 1
     server.tick()
     assert server.statuses == {"a": Status.SUCCEEDED}
@@ -125,7 +125,7 @@ def test_cancellation_is_requested_and_then_carried_out(name: str) -> None:
     server.goals.accept()
     server.cancel(name)
     assert (server.statuses, server.goals.is_cancelled) == ({"a": Status.PREEMPTING}, True)
-    server.goals.end(Event.CANCEL, "")
+    server.goals.end(GoalEvent.CANCEL, "")
     assert (server.results, server.goals.is_cancelled) == ([("a", Status.PREEMPTED, "")], False)
 
 

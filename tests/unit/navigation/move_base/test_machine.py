@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.actions.server_goal import Event
-from pipros.navigation.move_base.machine import STILL, End, Machine, State, Trigger
-from pipros.navigation.move_base.settings import Settings
+from pipros.libraries.actions.server_goal import GoalEvent
+from pipros.navigation.move_base.machine import STILL, DrivingState, End, GoalMachine, Trigger
+from pipros.navigation.move_base.settings import MoveBaseSettings
 from pipros.navigation.plane import Poses, Triple
 
 PLAN: Any = np.zeros((3, 3))
@@ -60,13 +60,15 @@ class Robot:
         return self._left <= 0
 
 
-def machine(robot: Robot, **patience: Any) -> Machine:
-    made = Machine(robot, Settings(**{"controller_patience": 3.0, "planner_patience": 5.0, **patience}))
+def machine(robot: Robot, **patience: Any) -> GoalMachine:
+    made = GoalMachine(
+        robot, MoveBaseSettings(**{"controller_patience": 3.0, "planner_patience": 5.0, **patience})
+    )
     made.begin(100.0, replaces=False)
     return made
 
 
-def run(made: Machine, seconds: Sequence[int], plan: Any = None) -> End | None:
+def run(made: GoalMachine, seconds: Sequence[int], plan: Any = None) -> End | None:
     """Plan (if wanted) and run a cycle at each second after the beginning; stop at the end of the goal."""
     for second in seconds:
         now_s = 100.0 + second
@@ -81,14 +83,14 @@ def run(made: Machine, seconds: Sequence[int], plan: Any = None) -> End | None:
 def test_a_goal_is_planned_driven_and_reached() -> None:
     robot = Robot()
     made = machine(robot)
-    assert (robot.driven, made.state, made.wants_plan) == ([STILL], State.PLANNING, True)
+    assert (robot.driven, made.state, made.wants_plan) == ([STILL], DrivingState.PLANNING, True)
 
     assert run(made, [0, 1, 2], PLAN) is None
-    assert (made.state, made.wants_plan, robot.driven[1:]) == (State.CONTROLLING, False, [DRIVE] * 3)
+    assert (made.state, made.wants_plan, robot.driven[1:]) == (DrivingState.CONTROLLING, False, [DRIVE] * 3)
 
     robot.arrived = True
-    assert run(made, [3]) == End(Event.SUCCEED, "Goal reached.")
-    assert (robot.driven[-1], made.state, made.wants_plan) == (STILL, State.PLANNING, False)
+    assert run(made, [3]) == End(GoalEvent.SUCCEED, "Goal reached.")
+    assert (robot.driven[-1], made.state, made.wants_plan) == (STILL, DrivingState.PLANNING, False)
 
 
 def test_with_a_planner_frequency_planning_goes_on_and_failures_while_driving_do_not_matter() -> None:
@@ -97,14 +99,16 @@ def test_with_a_planner_frequency_planning_goes_on_and_failures_while_driving_do
     run(made, [0], PLAN)
     assert made.wants_plan
     run(made, range(1, 20), None)
-    assert (made.state, robot.recoveries) == (State.CONTROLLING, [])
+    assert (made.state, robot.recoveries) == (DrivingState.CONTROLLING, [])
 
 
 def test_without_a_plan_the_recoveries_run_in_turn_and_then_the_goal_is_aborted() -> None:
     robot = Robot()
     end = run(machine(robot), range(40))
     assert robot.recoveries == [(0, Trigger.PLANNING), (1, Trigger.PLANNING)]
-    assert end == End(Event.ABORT, "Failed to find a valid plan. Even after executing recovery behaviors.")
+    assert end == End(
+        GoalEvent.ABORT, "Failed to find a valid plan. Even after executing recovery behaviors."
+    )
     assert DRIVE not in robot.driven
 
 
@@ -120,7 +124,7 @@ def test_a_plan_after_a_recovery_starts_again_with_the_first_behaviour() -> None
     made = machine(robot)
     run(made, range(8))
     run(made, [8, 9], PLAN)
-    assert made.state is State.CONTROLLING
+    assert made.state is DrivingState.CONTROLLING
     made.begin(110.0, replaces=True)
     run(made, range(10, 20))
     assert [index for index, _ in robot.recoveries] == [0, 0]
@@ -135,7 +139,9 @@ def test_without_a_command_the_robot_stops_plans_again_and_recovers_after_the_pa
     assert (robot.driven[-3:], robot.recoveries) == ([STILL] * 3, [])
     end = run(made, range(4, 20), PLAN)
     assert [index for index, _ in robot.recoveries] == [0, 1]
-    assert end == End(Event.ABORT, "Failed to find a valid control. Even after executing recovery behaviors.")
+    assert end == End(
+        GoalEvent.ABORT, "Failed to find a valid control. Even after executing recovery behaviors."
+    )
 
 
 def test_a_command_after_a_recovery_starts_again_with_the_first_behaviour() -> None:
@@ -156,7 +162,7 @@ def test_a_robot_that_does_not_get_on_oscillates() -> None:
     assert run(made, range(4, 8), PLAN) is None, "it moved"
     end = run(made, range(8, 40), PLAN)
     assert robot.recoveries == [(0, Trigger.OSCILLATION), (1, Trigger.OSCILLATION)]
-    assert end == End(Event.ABORT, "Robot is oscillating. Even after executing recovery behaviors.")
+    assert end == End(GoalEvent.ABORT, "Robot is oscillating. Even after executing recovery behaviors.")
 
 
 def test_blind_robots_stop_and_refused_plans_abort() -> None:
@@ -166,7 +172,7 @@ def test_blind_robots_stop_and_refused_plans_abort() -> None:
     assert run(made, [0, 1], PLAN) is None
     assert robot.driven == [STILL] * 3
     robot.sees, robot.follows = True, False
-    assert run(made, [2]) == End(Event.ABORT, "Failed to pass global plan to the controller.")
+    assert run(made, [2]) == End(GoalEvent.ABORT, "Failed to pass global plan to the controller.")
 
 
 def test_a_long_recovery_is_finished_before_anything_else_and_may_be_switched_off() -> None:
@@ -177,7 +183,7 @@ def test_a_long_recovery_is_finished_before_anything_else_and_may_be_switched_of
     assert made.is_recovering
     run(made, [7, 8])
     assert not made.is_recovering
-    assert made.state is State.PLANNING
+    assert made.state is DrivingState.PLANNING
 
     end = run(machine(Robot(), recovery_behavior_enabled=False), range(20))
     assert end is not None
@@ -189,8 +195,8 @@ def test_a_replaced_goal_does_not_stop_the_robot_and_a_stopped_one_does() -> Non
     made = machine(robot)
     run(made, [0, 1], PLAN)
     made.begin(102.0, replaces=True)
-    assert (robot.driven[-1], made.state, made.wants_plan) == (DRIVE, State.PLANNING, True)
+    assert (robot.driven[-1], made.state, made.wants_plan) == (DRIVE, DrivingState.PLANNING, True)
     made.stop()
     assert (robot.driven[-1], made.wants_plan) == (STILL, False)
     made.planned(PLAN, 103.0)
-    assert made.state is State.PLANNING, "a plan that comes too late changes nothing"
+    assert made.state is DrivingState.PLANNING, "a plan that comes too late changes nothing"

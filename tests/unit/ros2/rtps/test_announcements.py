@@ -27,7 +27,7 @@ from pipros.ros2.rtps.parameters import (
     parameter,
     text,
 )
-from pipros.ros2.rtps.qos import Durability, Qos, QosPolicy, Reliability, mismatch
+from pipros.ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind, mismatch
 
 PREFIX = bytes(range(12))
 HERE = (Address("127.0.0.1", 7410), Address("10.0.0.1", 7410))
@@ -50,7 +50,7 @@ def test_an_infinite_lease_is_read_back() -> None:
     "qos",
     [
         Qos(),
-        Qos(Reliability.BEST_EFFORT, Durability.TRANSIENT_LOCAL, deadline_s=0.5, lease_s=2.0),
+        Qos(ReliabilityKind.BEST_EFFORT, DurabilityKind.TRANSIENT_LOCAL, deadline_s=0.5, lease_s=2.0),
         Qos(representations=(0, 2)),
     ],
 )
@@ -64,7 +64,7 @@ def test_endpoints_are_read_back(is_writer_: bool, qos: Qos) -> None:
 
 def test_unset_policies_have_the_defaults_of_dds() -> None:
     """Writers are reliable by default, readers are not."""
-    for is_writer_, reliability in ((True, Reliability.RELIABLE), (False, Reliability.BEST_EFFORT)):
+    for is_writer_, reliability in ((True, ReliabilityKind.RELIABLE), (False, ReliabilityKind.BEST_EFFORT)):
         guid = PREFIX + user_entity(1, is_writer=is_writer_)
         payload = (
             PARAMETER_LIST

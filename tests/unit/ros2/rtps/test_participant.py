@@ -29,7 +29,7 @@ from pipros.ros2.rtps.graph_info import (
 from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros.ros2.rtps.nodes import MAX_INFO_BYTES, Nodes
 from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import Durability, Qos
+from pipros.ros2.rtps.qos import DurabilityKind, Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
 from tests.support.environments import REPOSITORY
@@ -190,7 +190,7 @@ def test_a_writer_of_unlimited_depth_waits_for_its_readers(discovery: Discovery)
 
 
 def test_latched_samples_reach_late_readers(pair: tuple[Participant, Participant]) -> None:
-    latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+    latched = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=1)
     writer = pair[0].add_writer("rt/map", TYPE, latched)
     writer.write(bytes(300_000))
     received: list[bytes] = []

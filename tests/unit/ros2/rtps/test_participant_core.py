@@ -8,11 +8,11 @@ from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
-from pipros.ros2.rtps.qos import Durability, Qos, QosPolicy, Reliability
+from pipros.ros2.rtps.qos import DurabilityKind, Qos, QosPolicy, ReliabilityKind
 from pipros.ros2.rtps.submessages import AckNack, Submessage, read_datagram
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=1)
 DEEP = Qos(depth=2000)
 
 
@@ -83,7 +83,7 @@ def test_a_late_volatile_reader_gets_only_new_samples() -> None:
 
 def test_best_effort_samples_are_not_repeated() -> None:
     network = SimulatedNetwork()
-    best_effort = Qos(Reliability.BEST_EFFORT)
+    best_effort = Qos(ReliabilityKind.BEST_EFFORT)
     talker, writer, listener, reader = pair(network, Qos(), best_effort)
     network.drops = lambda datagram: b"lost" in datagram
     for payload in (b"one.", b"lost", b"two."):
@@ -142,7 +142,7 @@ def test_endpoints_without_a_match_are_listed_until_they_end() -> None:
 @pytest.mark.parametrize(
     ("offered", "requested", "policy"),
     [
-        (Qos(Reliability.BEST_EFFORT), Qos(), QosPolicy.RELIABILITY),
+        (Qos(ReliabilityKind.BEST_EFFORT), Qos(), QosPolicy.RELIABILITY),
         (Qos(), LATCHED, QosPolicy.DURABILITY),
         (Qos(), Qos(deadline_s=1.0), QosPolicy.DEADLINE),
         (Qos(), Qos(lease_s=1.0), QosPolicy.LIVELINESS),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pipros.ros2.rtps.outbox import DatagramOutbox
 from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.qos import Durability, Qos, Reliability
+from pipros.ros2.rtps.qos import DurabilityKind, Qos, ReliabilityKind
 from pipros.ros2.rtps.submessages import (
     AckNack,
     Data,
@@ -21,7 +21,7 @@ US, PEER = b"our prefix..", b"peer prefix."
 WRITER, READER = b"\0\0\1\3", b"\0\0\1\4"
 GUID = PEER + READER
 HERE = Address("127.0.0.1", 7410)
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=5)
+LATCHED = Qos(durability=DurabilityKind.TRANSIENT_LOCAL, depth=5)
 
 
 class Voice:
@@ -154,7 +154,7 @@ def test_samples_that_a_reader_requests_in_vain_are_lost() -> None:
 
 
 def test_best_effort_readers_get_samples_at_once() -> None:
-    voice = Voice(Qos(), Qos(Reliability.BEST_EFFORT))
+    voice = Voice(Qos(), Qos(ReliabilityKind.BEST_EFFORT))
     voice.write(b"now.")
 
     assert voice.numbers() == [1]

@@ -13,7 +13,7 @@ from pipros.bag import BagReader, BagWriter
 from pipros.graph.client import GraphClient
 from pipros.node import Node
 from pipros.server.browser_share import set_current_browser
-from pipros.server.view_server import RequestRefused, Services
+from pipros.server.view_server import RequestRefused, ServedViews
 from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.playback import BagPlayback
 from pipros.web.watched_system import WatchedSystem
@@ -45,24 +45,24 @@ def test_a_bag_belongs_to_the_browser_that_opened_it(playback: BagPlayback) -> N
         mine.run(stack.enter_context, bags.showing(playback))
         assert mine.run(lambda: bags.playback) is playback
         assert other.run(lambda: bags.playback) is None
-        assert other.run(bags.services, lambda _: Services()) is None
+        assert other.run(bags.served_views, lambda _: ServedViews()) is None
         with pytest.raises(RequestRefused, match="already opened"):
             mine.run(stack.enter_context, bags.showing(playback))
         assert len(bags) == 1
     assert len(bags) == 0
 
 
-def test_services_are_made_once_per_jump(playback: BagPlayback) -> None:
+def test_views_are_made_once_per_jump(playback: BagPlayback) -> None:
     bags, mine = OpenBags(), in_a_browser()
     made: list[WatchedSystem] = []
 
-    def make(system: WatchedSystem) -> Services:
+    def make(system: WatchedSystem) -> ServedViews:
         made.append(system)
-        return Services()
+        return ServedViews()
 
     with contextlib.ExitStack() as stack:
         mine.run(stack.enter_context, bags.showing(playback))
-        assert mine.run(bags.services, make) is mine.run(bags.services, make)
+        assert mine.run(bags.served_views, make) is mine.run(bags.served_views, make)
         playback.jump(0)
-        mine.run(bags.services, make)
+        mine.run(bags.served_views, make)
     assert len(made) == 2

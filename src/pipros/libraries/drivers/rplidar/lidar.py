@@ -24,7 +24,7 @@ MAX_ANSWER_BYTES: Final = 256
 _MARK: Final = b"\xa5\x5a"
 
 
-class Command(IntEnum):
+class LidarCommand(IntEnum):
     """Requests. Those from 0x80 on have a payload."""
 
     STOP = 0x25
@@ -41,15 +41,15 @@ class Command(IntEnum):
 
 
 _ANSWERS: Final = {
-    Command.GET_INFO: 0x04,
-    Command.GET_HEALTH: 0x06,
-    Command.GET_SAMPLE_RATE: 0x15,
-    Command.GET_CONFIG: 0x20,
-    Command.GET_BOARD_FLAGS: 0xFF,
+    LidarCommand.GET_INFO: 0x04,
+    LidarCommand.GET_HEALTH: 0x06,
+    LidarCommand.GET_SAMPLE_RATE: 0x15,
+    LidarCommand.GET_CONFIG: 0x20,
+    LidarCommand.GET_BOARD_FLAGS: 0xFF,
 }
 
 
-class Item(IntEnum):
+class ConfigurationItem(IntEnum):
     """Items of the configuration."""
 
     DESIRED_SPEED = 0x01
@@ -61,7 +61,7 @@ class Item(IntEnum):
     MODE_NAME = 0x7F
 
 
-def request(command: Command, payload: bytes = b"") -> bytes:
+def request(command: LidarCommand, payload: bytes = b"") -> bytes:
     """Return the bytes of a request."""
     data = bytes([0xA5, command])
     if command >= 0x80:
@@ -70,7 +70,7 @@ def request(command: Command, payload: bytes = b"") -> bytes:
     return data
 
 
-class Info(NamedTuple):
+class DeviceInfo(NamedTuple):
     """What a device says about itself. The high half of `model` is the series."""
 
     model: int
@@ -105,20 +105,22 @@ class Lidar:
         self._stream, self.name, self._is_ending = stream, name, is_ending
         self._received = b""
         self.stop()
-        model, minor, major, hardware, serial = struct.unpack("<BBBB16s", self._ask(Command.GET_INFO, 20))
-        self.info = Info(model, (major, minor), hardware, serial.hex().upper())
+        model, minor, major, hardware, serial = struct.unpack(
+            "<BBBB16s", self._ask(LidarCommand.GET_INFO, 20)
+        )
+        self.info = DeviceInfo(model, (major, minor), hardware, serial.hex().upper())
         self._series = model >> 4
         self._has_config = self._series >= 4 or self.info.firmware >= (1, 24)
         self._has_power = 2 <= self._series < 6 and self._has_board()
 
     def reset(self) -> None:
         """Restart the device, and wait until it answers."""
-        self._stream.write(request(Command.RESET))
+        self._stream.write(request(LidarCommand.RESET))
         end_s = time.monotonic() + RESET_S
         while True:
             try:
                 self.stop()
-                self._ask(Command.GET_INFO, 20)
+                self._ask(LidarCommand.GET_INFO, 20)
                 return
             except DeviceError:
                 if self._is_ending() or time.monotonic() > end_s:
@@ -126,26 +128,30 @@ class Lidar:
 
     def health(self) -> tuple[int, int]:
         """Return the status (0 good, 1 warning, 2 error) and the code of the error."""
-        status, code = struct.unpack("<BH", self._ask(Command.GET_HEALTH, 3))
+        status, code = struct.unpack("<BH", self._ask(LidarCommand.GET_HEALTH, 3))
         return status, code
 
     def modes(self) -> tuple[list[Mode], int]:
         """Return the scan modes, and the number of the typical one."""
         if not self._has_config:
-            standard_us, express_us = struct.unpack("<HH", self._ask(Command.GET_SAMPLE_RATE, 4))
+            standard_us, express_us = struct.unpack("<HH", self._ask(LidarCommand.GET_SAMPLE_RATE, 4))
             modes = [Mode(0, "Standard", standard_us, 16.0, 0x81), Mode(1, "Express", express_us, 16.0, 0x82)]
             return (modes, 1) if self.info.firmware >= (1, 17) else (modes[:1], 0)
-        (count,) = self._config(Item.MODE_COUNT, "<H")
+        (count,) = self._config(ConfigurationItem.MODE_COUNT, "<H")
         modes = []
         for number in range(min(count, 64)):
             of = struct.pack("<H", number)
             (sample_us,), (distance,) = (
-                self._config(item, "<I", of) for item in (Item.SAMPLE_US, Item.MAX_DISTANCE)
+                self._config(item, "<I", of)
+                for item in (ConfigurationItem.SAMPLE_US, ConfigurationItem.MAX_DISTANCE)
             )
-            (answer,), name = self._config(Item.ANSWER, "<B", of), self._ask_config(Item.MODE_NAME, of)
+            (answer,), name = (
+                self._config(ConfigurationItem.ANSWER, "<B", of),
+                self._ask_config(ConfigurationItem.MODE_NAME, of),
+            )
             text = name.partition(b"\0")[0].decode("ascii", "replace")
             modes.append(Mode(number, text, sample_us / 256, distance / 256, answer))
-        return modes, self._config(Item.TYPICAL_MODE, "<H")[0]
+        return modes, self._config(ConfigurationItem.TYPICAL_MODE, "<H")[0]
 
     def start(self, mode: Mode) -> Decoder:
         """Start a scan, and return the decoder for what `read` returns."""
@@ -155,10 +161,10 @@ class Lidar:
                 f"{self.name} scans in format {mode.answer:#x} in mode {mode.name}, which is unknown"
             )
         if mode.answer == 0x81:
-            self._send(Command.SCAN)
+            self._send(LidarCommand.SCAN)
         else:
             legacy = not self._has_config
-            self._send(Command.EXPRESS_SCAN, struct.pack("<BHH", 0 if legacy else mode.number, 0, 0))
+            self._send(LidarCommand.EXPRESS_SCAN, struct.pack("<BHH", 0 if legacy else mode.number, 0, 0))
         self._wait_for_answer(mode.answer, "the start of a scan")
         return decoder
 
@@ -169,7 +175,7 @@ class Lidar:
 
     def stop(self) -> None:
         """Stop the scan, and drop what still arrives."""
-        self._stream.write(request(Command.STOP))
+        self._stream.write(request(LidarCommand.STOP))
         end_s = time.monotonic() + STOP_S
         while time.monotonic() < end_s:
             self._stream.read()
@@ -178,19 +184,23 @@ class Lidar:
     def turn_motor(self, scan_hz: float) -> None:
         """Make the head turn; 0 stops it. Only devices of newer series obey the frequency exactly."""
         if self._series >= 6:
-            self._send(Command.MOTOR_SPEED, struct.pack("<H", min(round(60 * scan_hz), 0xFFFF)))
+            self._send(LidarCommand.MOTOR_SPEED, struct.pack("<H", min(round(60 * scan_hz), 0xFFFF)))
         elif self._has_power:
-            desired = self._config(Item.DESIRED_SPEED, "<HH")[1] if self._has_config and scan_hz else 660
-            self._send(Command.MOTOR_POWER, struct.pack("<H", desired if scan_hz else 0))
+            desired = (
+                self._config(ConfigurationItem.DESIRED_SPEED, "<HH")[1]
+                if self._has_config and scan_hz
+                else 660
+            )
+            self._send(LidarCommand.MOTOR_POWER, struct.pack("<H", desired if scan_hz else 0))
         else:
             self._stream.set_dtr(not scan_hz)
 
     def _has_board(self) -> bool:
         """Return whether a board on the cable controls the power of the motor."""
-        (flags,) = struct.unpack("<I", self._ask(Command.GET_BOARD_FLAGS, 4, bytes(4)))
+        (flags,) = struct.unpack("<I", self._ask(LidarCommand.GET_BOARD_FLAGS, 4, bytes(4)))
         return bool(flags & 1)
 
-    def _config(self, item: Item, form: str, of: bytes = b"") -> tuple[Any, ...]:
+    def _config(self, item: ConfigurationItem, form: str, of: bytes = b"") -> tuple[Any, ...]:
         value = self._ask_config(item, of)
         if len(value) < struct.calcsize(form):
             raise DeviceError(
@@ -198,17 +208,17 @@ class Lidar:
             )
         return struct.unpack_from(form, value)
 
-    def _ask_config(self, item: Item, of: bytes) -> bytes:
+    def _ask_config(self, item: ConfigurationItem, of: bytes) -> bytes:
         echo = struct.pack("<I", item)
-        answer = self._ask(Command.GET_CONFIG, None, echo + of)
+        answer = self._ask(LidarCommand.GET_CONFIG, None, echo + of)
         if answer[:4] != echo:
             raise DeviceError(f"{self.name} answered for another item than {item:#x} of its configuration")
         return answer[4:]
 
-    def _send(self, command: Command, payload: bytes = b"") -> None:
+    def _send(self, command: LidarCommand, payload: bytes = b"") -> None:
         self._stream.write(request(command, payload))
 
-    def _ask(self, command: Command, length: int | None, payload: bytes = b"") -> bytes:
+    def _ask(self, command: LidarCommand, length: int | None, payload: bytes = b"") -> bytes:
         self._received = b""
         self._send(command, payload)
         what = command.name

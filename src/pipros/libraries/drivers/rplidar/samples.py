@@ -73,7 +73,7 @@ class StandardNodes:
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class CapsuleFormat:
     """A format whose points come in capsules.
 
     Attributes:
@@ -93,7 +93,7 @@ class Form:
 class Capsules:
     """Decodes each capsule when the next one has arrived, whose angle is the end of the first one."""
 
-    def __init__(self, form: Form, sample_us: float) -> None:
+    def __init__(self, form: CapsuleFormat, sample_us: float) -> None:
         self._form = form
         self._largest = FASTEST_HZ * form.count * sample_us * 1e-6 * _TURN
         self._buffer = b""
@@ -215,10 +215,10 @@ def _ultra_dense(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list
 
 
 FORMS: Final = {
-    0x82: Form(84, 32, 2, _express),
-    0x84: Form(132, 96, 2, _ultra),
-    0x85: Form(84, 40, 2, _dense),
-    0x86: Form(170, 64, 8, _ultra_dense),
+    0x82: CapsuleFormat(84, 32, 2, _express),
+    0x84: CapsuleFormat(132, 96, 2, _ultra),
+    0x85: CapsuleFormat(84, 40, 2, _dense),
+    0x86: CapsuleFormat(170, 64, 8, _ultra_dense),
 }
 """The formats with capsules, by the type of the answer."""
 

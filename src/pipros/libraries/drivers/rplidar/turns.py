@@ -13,7 +13,7 @@ MAX_POINTS: Final = 8192
 """Points of a turn. If no turn begins after so many, as the head does not turn, they are dropped."""
 
 
-class Turns:
+class TurnCollector:
     """Collects the points of a turn, from its beginning to that of the next one."""
 
     def __init__(self) -> None:

@@ -8,7 +8,7 @@ from typing import Final
 
 from pipros.libraries.diagnostics.frequency import EventWindow, judged
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.drivers.urg.sensor import Request, Sensor
+from pipros.libraries.drivers.urg.sensor import ScanRequest, UrgSensor
 from pipros.node import Node
 from pipros.node.private_params import private
 
@@ -23,7 +23,7 @@ _VERSION_KEYS: Final = {
 }
 
 
-class Health:
+class LidarHealth:
     """Publishes the state of the device, and the rate of its scans, on `/diagnostics`.
 
     Attributes:
@@ -44,10 +44,10 @@ class Health:
         self.window = EventWindow(reports, time.monotonic())
         self._diagnostics = LinkDiagnostics(node, "none")
         self._problem = ""
-        self._sensor: Sensor | None = None
+        self._sensor: UrgSensor | None = None
         self._target_hz = 0.0
 
-    def connect(self, sensor: Sensor, request: Request) -> None:
+    def connect(self, sensor: UrgSensor, request: ScanRequest) -> None:
         """Note that a device works."""
         self._diagnostics.hardware = sensor.version.get("SERI", "none")
         self._target_hz = 1 / (sensor.parameters.scan_s * (request.skip + 1))

@@ -21,7 +21,7 @@ class InvalidReply(ValueError):
     """Bytes that are not a reply, or have a wrong checksum."""
 
 
-class Reply(NamedTuple):
+class ScipReply(NamedTuple):
     """A reply without its checksums. `received_ns` is when its first bytes arrived."""
 
     echo: str
@@ -38,7 +38,7 @@ class Replies:
         self.errors = 0
         """The number of invalid replies."""
 
-    def feed(self, data: bytes, now_ns: int) -> Iterator[Reply]:
+    def feed(self, data: bytes, now_ns: int) -> Iterator[ScipReply]:
         """Yield the replies that are complete with `data`, and count what is invalid."""
         if not self._buffer:
             self._began_ns = now_ns
@@ -54,7 +54,7 @@ class Replies:
             self.errors += 1
 
 
-def _reply(block: bytes, received_ns: int) -> Reply:
+def _reply(block: bytes, received_ns: int) -> ScipReply:
     echo, *lines = block.split(b"\n")
     if not lines:
         raise InvalidReply("a reply needs a status")
@@ -63,7 +63,7 @@ def _reply(block: bytes, received_ns: int) -> Reply:
         data = [checked(line[:-2] + line[-1:]) for line in lines[1:]]
     else:
         data = [checked(line) for line in lines[1:]]
-    return Reply(echo.decode("ascii", "replace"), status.decode("ascii", "replace"), data, received_ns)
+    return ScipReply(echo.decode("ascii", "replace"), status.decode("ascii", "replace"), data, received_ns)
 
 
 def checked(line: bytes) -> bytes:

@@ -13,14 +13,14 @@ from statistics import median
 from typing import Final
 
 from pipros.libraries.drivers.streams import DeviceError, Stream
-from pipros.libraries.drivers.urg.scip import CLOCK_MS, Replies, Reply, clock_ms, texts
+from pipros.libraries.drivers.urg.scip import CLOCK_MS, Replies, ScipReply, clock_ms, texts
 
 ANSWER_S: Final = 1.0
 CALIBRATION_SCANS: Final = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Parameters:
+class DeviceParameters:
     """Parameters of a device: steps of a turn, the first, the last and that at the front; distances."""
 
     turn: int
@@ -41,7 +41,7 @@ class Parameters:
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class ScanRequest:
     """What a scan contains: steps, of which `cluster` are merged into one. `skip` scans are left out then."""
 
     first: int
@@ -58,7 +58,7 @@ class Request:
         return f"{kind}{self.first:04}{self.last:04}{self.cluster:02}{self.skip}00"
 
 
-class Sensor:
+class UrgSensor:
     """A device on a stream that has just been opened. It must not be shared by threads.
 
     Attributes:
@@ -92,7 +92,7 @@ class Sensor:
         """The number of invalid replies so far."""
         return self._replies.errors
 
-    def start(self, request: Request) -> bool:
+    def start(self, request: ScanRequest) -> bool:
         """Switch the laser on, and start a stream. Return False if the device cannot send such scans."""
         if (status := self.ask("BM").status) not in ("00", "02"):
             raise DeviceError(f"{self.name} cannot switch its laser on: status {status}")
@@ -102,7 +102,7 @@ class Sensor:
         """Stop the stream, and switch the laser off."""
         self._ask_well("QT")
 
-    def scans(self, request: Request) -> Iterator[Reply]:
+    def scans(self, request: ScanRequest) -> Iterator[ScipReply]:
         """Return the replies of a stream that have arrived, after at most a fraction of a second.
 
         The first line of each is the time of the device, the others are the data.
@@ -115,7 +115,7 @@ class Sensor:
                 raise DeviceError(f"{self.name} stopped its scans with status {reply.status}")
             yield reply
 
-    def latency_s(self, request: Request) -> float:
+    def latency_s(self, request: ScanRequest) -> float:
         """Return the median time from a measurement to its arrival, negative, by the clock of the device."""
         self._ask_well("TM0")
         offsets = []
@@ -138,7 +138,7 @@ class Sensor:
         self.stop()
         return -median(ages) / 1000
 
-    def ask(self, command: str) -> Reply:
+    def ask(self, command: str) -> ScipReply:
         """Send a command, and return the reply to it."""
         self._stream.write(f"{command}\n".encode())
         end_s = time.monotonic() + ANSWER_S
@@ -150,16 +150,16 @@ class Sensor:
                 raise DeviceError(f"{self.name} does not answer {command} in SCIP 2")
         raise DeviceError("the node shuts down")
 
-    def _ask_well(self, command: str) -> Reply:
+    def _ask_well(self, command: str) -> ScipReply:
         reply = self.ask(command)
         if reply.status != "00":
             raise DeviceError(f"{self.name} answered {command} with status {reply.status}")
         return reply
 
-    def _read(self) -> Iterator[Reply]:
+    def _read(self) -> Iterator[ScipReply]:
         return self._replies.feed(self._stream.read(), self._now_ns())
 
-    def _parameters(self, values: Mapping[str, str]) -> Parameters:
+    def _parameters(self, values: Mapping[str, str]) -> DeviceParameters:
         try:
             turn, first, last, front, nearest, farthest, speed = (
                 int(values[key]) for key in ("ARES", "AMIN", "AMAX", "AFRT", "DMIN", "DMAX", "SCAN")
@@ -168,4 +168,4 @@ class Sensor:
                 raise ValueError
         except (KeyError, ValueError):
             raise DeviceError(f"{self.name} has invalid parameters: {dict(values)}") from None
-        return Parameters(turn, first, last, front, nearest, farthest, 60 / speed)
+        return DeviceParameters(turn, first, last, front, nearest, farthest, 60 / speed)

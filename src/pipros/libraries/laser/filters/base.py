@@ -19,7 +19,7 @@ class FilterFailed(PiprosError):
     """A filter cannot handle a scan, which is dropped. The text says why."""
 
 
-class Place:
+class FilterHost:
     """Where a filter runs: what it needs of its node, or nothing in tests of filters without transforms."""
 
     def __init__(self, listener: TransformListener | None = None) -> None:
@@ -55,7 +55,7 @@ class ScanFilter:
     from_server: ClassVar[tuple[str, ...]] = ()
     is_reconfigurable: ClassVar[bool] = False
 
-    def __init__(self, name: str, params: Mapping[str, Any], place: Place) -> None:
+    def __init__(self, name: str, params: Mapping[str, Any], place: FilterHost) -> None:
         """Read the parameters.
 
         Raises:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from pipros.libraries.laser.filters import angles, arrays, neighbors, shapes, thresholds
-from pipros.libraries.laser.filters.base import InvalidFilter, Place, ScanFilter
+from pipros.libraries.laser.filters.base import FilterHost, InvalidFilter, ScanFilter
 from pipros.libraries.laser.scan import Scan
 
 TYPES: Final[Mapping[str, type[ScanFilter]]] = {
@@ -47,7 +47,7 @@ class FilterChain:
         return scan
 
 
-def chain_of(description: Any, place: Place, what: str = "scan_filter_chain") -> FilterChain:
+def chain_of(description: Any, place: FilterHost, what: str = "scan_filter_chain") -> FilterChain:
     """Return the chain for a description; None is an empty chain.
 
     Args:
