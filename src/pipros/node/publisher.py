@@ -83,7 +83,7 @@ class Publication:
         self._join_thread = Workers(f"new subscribers of {topic}", limit=1, kept_idle=0)
         self.only_thread: int | None = None  # the only thread that may publish during shutdown
         self.links_ended = 0
-        self._sent = SendStatistics()  # totals of closed links
+        self._closed_totals = SendStatistics()  # totals of closed links
         self._context = context
         self._published = context.published
         self._encode = encoder(message_class)
@@ -93,13 +93,13 @@ class Publication:
         self._lock = threading.Lock()
         self._links_lock = threading.Lock()
         self._batch = MessageBatch()
-        self._shared: SharedPublication | None = None  # created for the first subscriber that accepts it
+        self._memory_sharing: SharedPublication | None = None  # set for the first subscriber that accepts it
         self._received = context.received
         self._received_before = 0  # the value of `_received` at the last message
-        self._sharing = PacketSharing(
+        self._packet_sharing = PacketSharing(
             context.loop, self._lock, lambda: [peer.link for peer in self.links], self._leave_batch_to_loop
         )
-        self._burst = self._sharing.detector
+        self._burst = self._packet_sharing.detector
         self._is_closed = False
 
     def publish(self, message: Message) -> None:
@@ -137,7 +137,7 @@ class Publication:
                 if not batch:
                     return
                 self._send_together(batch)
-            is_shared = self._shared is not None and self._shared.send(links, data, size)
+            is_shared = self._memory_sharing is not None and self._memory_sharing.send(links, data, size)
             if batch is None and not is_shared:
                 for peer in links:
                     peer.link.send(data, size)
@@ -145,8 +145,8 @@ class Publication:
             if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
                 return
-        if is_shared and self.queue_size is None and self._shared is not None:
-            self._shared.wait_for_space(links, self._context.limits.stall_s)
+        if is_shared and self.queue_size is None and self._memory_sharing is not None:
+            self._memory_sharing.wait_for_space(links, self._context.limits.stall_s)
 
     def _hand_over(self, message: Message) -> None:
         for link in self.links_in_process:
@@ -190,8 +190,8 @@ class Publication:
         message must be sent by itself; the messages collected before it have then been sent.
         """
         now_s, burst = time.monotonic(), self._burst
-        if self._sharing.note(now_s):
-            self._sharing.apply()
+        if self._packet_sharing.note(now_s):
+            self._packet_sharing.apply()
             flush_at_exit_and_fork(self)
         before, self._received_before = self._received_before, self._received.value
         if (
@@ -266,11 +266,11 @@ class Publication:
     def _link(self, connection: TcprosConnection, entry: LinkEntry) -> OutgoingLink:
         context, is_accepted = self._context, connection.fields.get(HEADER_FIELD) == ACCEPTED
         if is_accepted and shares_memory() and is_local(connection.sock):
-            if self._shared is None:
+            if self._memory_sharing is None:
                 from pipros.node.shared_publication import SharedPublication
 
-                self._shared = SharedPublication(self.topic, context)
-            return self._shared.link(
+                self._memory_sharing = SharedPublication(self.topic, context)
+            return self._memory_sharing.link(
                 connection.sock,
                 queue_size=self.queue_size,
                 on_closed=lambda link: self._detach(link, entry),
@@ -288,7 +288,7 @@ class Publication:
     @property
     def memory(self) -> TopicMemory | None:
         """The memory that the topic shares with subscribers on this machine; None if there were none yet."""
-        return self._shared.memory if self._shared is not None else None
+        return self._memory_sharing.memory if self._memory_sharing is not None else None
 
     def _send_latched(self) -> None:
         """Send the latched message to all waiting subscribers, encoding it only once."""
@@ -312,7 +312,7 @@ class Publication:
         with self._links_lock:
             joining, self._joining = self._joining, ()
             for peer in joining:
-                self._sharing.apply_to(peer.link)
+                self._packet_sharing.apply_to(peer.link)
                 self.links = (*self.links, peer)
                 self._notify_of_new(peer)
                 if self._is_closed:  # `close` may have missed this link
@@ -339,7 +339,7 @@ class Publication:
         """
         self.flush()
         self._is_closed = True
-        self._sharing.close()
+        self._packet_sharing.close()
         for link in self.links_in_process:
             link.close()
         if end is None:
@@ -348,14 +348,14 @@ class Publication:
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())
             peer.link.close()
-        if self._shared is not None:
-            self._shared.memory.close()
+        if self._memory_sharing is not None:
+            self._memory_sharing.memory.close()
 
     def statistics(self) -> dict[str, int]:
         """Return the totals of all links; see `Publisher.statistics`."""
         total = SendStatistics()
         with self._links_lock:
-            total.add(self._sent)
+            total.add(self._closed_totals)
             for peer in self.links:
                 total.add(peer.link.statistics)
             return {**asdict(total), "links_ended": self.links_ended}
@@ -386,7 +386,7 @@ class Publication:
             ended = [peer for peer in (*self.links, *self._joining) if peer.link is link]
             self._joining = tuple(peer for peer in self._joining if peer.link is not link)
             self.links_ended += 1
-            self._sent.add(link.statistics)
+            self._closed_totals.add(link.statistics)
             before, self.links = self.links, tuple(peer for peer in self.links if peer.link is not link)
             if self.links != before:
                 left = len(self.links) + len(self.links_in_process)
