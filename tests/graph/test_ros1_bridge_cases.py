@@ -35,7 +35,7 @@ def test_rosout_of_ros2_arrives_latched_if_it_is_allowed(*, is_allowed: bool) ->
         entry = Log(name="driver", msg="too hot", level=Log.WARN)
         cdr = PAIRS.of_ros2(LOG).plan.to_cdr(b"".join(encoder(Log)(entry)))
         latched = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1000)
-        system.announce("/rosout", LOG, PAIRS.of_ros2(LOG).type_hash, latched).publish(cdr)
+        system.advertise("/rosout", LOG, PAIRS.of_ros2(LOG).type_hash, latched).publish(cdr)
         gateway = system.gateway(rules)
         if is_allowed:
             received: list[Any] = []

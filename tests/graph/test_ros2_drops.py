@@ -62,7 +62,7 @@ def test_services_with_another_definition_are_left_out(system: System) -> None:
 def test_services_with_the_name_of_an_action_do_not_stop_the_gateway(system: System) -> None:
     gateway = system.gateway()
     system.ros2.serve("/odd/_action/send_goal", SET_BOOL, "", bytes)
-    system.announce("/chatter", STRING, PAIR.type_hash, TopicQos())
+    system.advertise("/chatter", STRING, PAIR.type_hash, TopicQos())
 
     wait_until(lambda: system.is_published("/chatter"), what="the topic")
     wait_until(lambda: gateway.status().left_out, what="the reason")
@@ -76,7 +76,7 @@ def test_names_that_are_illegal_in_ros2_do_not_stop_the_gateway(system: System) 
     kind = "std_msgs::msg::dds_::String_"
     with Participant(Discovery(system.domain)) as stranger:
         stranger.add_writer("rt/a/1b", kind, Qos(durability=dds.DurabilityKind.TRANSIENT_LOCAL))
-        system.announce("/chatter", STRING, PAIR.type_hash, TopicQos(durability=Durability.TRANSIENT_LOCAL))
+        system.advertise("/chatter", STRING, PAIR.type_hash, TopicQos(durability=Durability.TRANSIENT_LOCAL))
 
         wait_until(lambda: any(row.active for row in gateway.status().passed), what="the other topic")
         wait_until(lambda: gateway.status().left_out, what="the reason")
@@ -86,8 +86,8 @@ def test_names_that_are_illegal_in_ros2_do_not_stop_the_gateway(system: System) 
 
 def test_a_publisher_of_an_unknown_type_does_not_hide_the_others(system: System) -> None:
     gateway = system.gateway()
-    system.announce("/chatter", "a_msgs/msg/Unknown", "", TopicQos())
-    system.announce("/chatter", STRING, PAIR.type_hash, TopicQos())
+    system.advertise("/chatter", "a_msgs/msg/Unknown", "", TopicQos())
+    system.advertise("/chatter", STRING, PAIR.type_hash, TopicQos())
 
     wait_until(lambda: gateway.status().passed, what="the topic")
 
@@ -121,7 +121,7 @@ class SlowEngine:
     def __init__(self) -> None:
         self.is_over = threading.Event()
 
-    def announce(self, *_: object) -> SlowEngine:
+    def advertise(self, *_: object) -> SlowEngine:
         return self
 
     def publish(self, _: bytes) -> None:

@@ -76,18 +76,18 @@ def test_topics_reach_ros2_only_while_someone_subscribes(system: System) -> None
 
 def test_topics_of_ros2_arrive_only_while_someone_subscribes(system: System) -> None:
     system.gateway()
-    announcement = system.announce("/chatter", STRING, STRING_HASH, TopicQos())
+    publisher = system.advertise("/chatter", STRING, STRING_HASH, TopicQos())
     wait_until(lambda: system.is_published("/chatter"), what="the topic in ROS 1")
-    assert announcement.subscriber_count == 0
+    assert publisher.subscriber_count == 0
     received: list[str] = []
 
     subscriber = system.ros1.subscribe("/chatter", String, lambda message: received.append(message.data))
 
-    wait_while_publishing(lambda: announcement.publish(cdr("hello")), lambda: received, "a message")
+    wait_while_publishing(lambda: publisher.publish(cdr("hello")), lambda: received, "a message")
     assert set(received) == {"hello"}
     subscriber.unregister()
-    wait_until(lambda: announcement.subscriber_count == 0, what="the end of the subscription in ROS 2")
-    announcement.close()
+    wait_until(lambda: publisher.subscriber_count == 0, what="the end of the subscription in ROS 2")
+    publisher.close()
     wait_until(
         lambda: "/chatter" not in {name for name, _ in system.ros1.master.get_system_state()[0]},
         what="the end of the topic in ROS 1",
@@ -98,7 +98,7 @@ def test_late_subscribers_get_latched_messages_of_all_publishers(system: System)
     system.gateway()
     for node, text in ((system.ros1, "one"), (system.node("second"), "two")):
         node.advertise("/map", String, latch=True).publish(String(text))
-    system.announce("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("plan"))
+    system.advertise("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("plan"))
     wait_until(lambda: system.is_published("/plan"), what="the topic in ROS 1")
     samples: list[Sample] = []
     received: list[str] = []
@@ -114,18 +114,18 @@ def test_late_subscribers_get_latched_messages_of_all_publishers(system: System)
 
 def test_late_subscribers_get_no_messages_of_publishers_that_have_ended(system: System) -> None:
     gateway = system.gateway()
-    system.announce("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("other"))
+    system.advertise("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("other"))
     before = system.engine()
-    ending = before.announce("/plan", STRING, STRING_HASH, LATCHED)
+    ending = before.advertise("/plan", STRING, STRING_HASH, LATCHED)
     ending.publish(cdr("old"))
     wait_until(lambda: [row.count for row in gateway.status().passed] == [2], what="both messages")
     ending.close()
     markers = []
     # When the gateway knows the third topic, it has done two whole updates since the end.
     for marker in ("/one", "/two", "/three"):
-        markers.append(before.announce(marker, STRING, STRING_HASH, TopicQos()))
+        markers.append(before.advertise(marker, STRING, STRING_HASH, TopicQos()))
         wait_until(lambda marker=marker: system.is_published(marker), what="a later topic")  # type: ignore[misc]
-    system.announce("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("new"))
+    system.advertise("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("new"))
     wait_until(lambda: 3 in [row.count for row in gateway.status().passed], what="the last message")
     received: list[str] = []
 
@@ -158,7 +158,7 @@ def test_static_transforms_of_several_nodes_are_merged(system: System) -> None:
 def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> None:
     gateways = [system.gateway(), system.gateway(name="ros2_gateway_1")]
     publisher = system.ros1.advertise("/chatter", String)
-    announcement = system.announce("/other", STRING, STRING_HASH, TopicQos())
+    ros2_publisher = system.advertise("/other", STRING, STRING_HASH, TopicQos())
     wait_until(
         lambda: any("another gateway" in str(each.status().left_out) for each in gateways),
         what="a gateway that leaves the topic to the other one",
@@ -176,13 +176,13 @@ def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> No
     assert len(set(texts(samples))) == len(samples)
     passed = {row.name for each in gateways for row in each.status().passed if row.direction == "to_ros1"}
     assert passed <= {"/other"}
-    announcement.close()
+    ros2_publisher.close()
 
 
 def test_nothing_enters_from_other_machines_unless_allowed(system: System) -> None:
     gateway = system.gateway("topics: {to_ros1: {allow: [/allowed]}}", is_local=False)
-    system.announce("/other", STRING, STRING_HASH, TopicQos())
-    system.announce("/allowed", STRING, STRING_HASH, TopicQos())
+    system.advertise("/other", STRING, STRING_HASH, TopicQos())
+    system.advertise("/allowed", STRING, STRING_HASH, TopicQos())
 
     wait_until(lambda: system.is_published("/allowed"), what="the allowed topic")
     wait_until(lambda: gateway.status().left_out, what="the reason")
@@ -193,8 +193,8 @@ def test_nothing_enters_from_other_machines_unless_allowed(system: System) -> No
 
 def test_unfit_types_are_left_out_with_the_reason(system: System) -> None:
     gateway = system.gateway()
-    system.announce("/strange", "no_msgs/msg/Such", "", TopicQos())
-    system.announce("/changed", STRING, "RIHS01_" + "0" * 64, TopicQos())
+    system.advertise("/strange", "no_msgs/msg/Such", "", TopicQos())
+    system.advertise("/changed", STRING, "RIHS01_" + "0" * 64, TopicQos())
 
     wait_until(lambda: len(gateway.status().left_out) == 2, what="the reasons")
 
@@ -225,10 +225,10 @@ def test_static_rules_with_types_pass_topics_before_a_node_publishes_them(system
     system.ros1.subscribe("/in", String, lambda message: received.append(message.data))
 
     publisher = system.ros1.advertise("/out", String)
-    announcement = system.announce("/in2", STRING, STRING_HASH, TopicQos())
+    ros2_publisher = system.advertise("/in2", STRING, STRING_HASH, TopicQos())
 
     wait_while_publishing(lambda: publisher.publish(String("out")), lambda: samples, "a message in ROS 2")
-    wait_while_publishing(lambda: announcement.publish(cdr("in")), lambda: received, "a message in ROS 1")
+    wait_while_publishing(lambda: ros2_publisher.publish(cdr("in")), lambda: received, "a message in ROS 1")
     assert ({*texts(samples)}, {*received}) == ({"out"}, {"in"})
 
 

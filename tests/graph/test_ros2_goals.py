@@ -65,10 +65,10 @@ class Engine:
         self.callers = {each: Service(each, self.log) for each in ("send_goal", "get_result", "cancel_goal")}
         self.services: dict[str, Callable[[bytes], bytes]] = {}
 
-    def announce(self, *_: object) -> Engine:
+    def advertise(self, *_: object) -> Engine:
         return self
 
-    subscribe = announce
+    subscribe = advertise
 
     def caller(self, service: str, *_: object) -> Service:
         return self.callers[service.rpartition("/")[2]]

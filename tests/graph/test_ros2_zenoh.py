@@ -84,7 +84,7 @@ def test_an_engine_is_closed_while_a_service_is_being_offered(
 @pytest.mark.parametrize("size", [10, 1_000_000])
 def test_messages_reach_ros2_with_their_attachments(engine: Ros2Engine, peer: Peer, size: int) -> None:
     received = peer.subscribe("/chatter")
-    publisher = engine.announce("/chatter", KIND, STRING, TopicQos())
+    publisher = engine.advertise("/chatter", KIND, STRING, TopicQos())
     wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
     published = itertools.count(1)
 
@@ -128,7 +128,7 @@ def test_messages_of_ros2_arrive(engine: Ros2Engine, peer: Peer, type_hash: str)
 
 
 def test_late_subscribers_of_ros2_get_the_latched_message(engine: Ros2Engine, peer: Peer) -> None:
-    publisher = engine.announce("/map", KIND, STRING, LATCHED)
+    publisher = engine.advertise("/map", KIND, STRING, LATCHED)
     publisher.publish(b"old")
     publisher.publish(b"new")
     wait_until(lambda: any("/MP/" in each for each in peer.tokens), what="the token")
@@ -194,7 +194,7 @@ def test_endpoints_disappear_with_their_session(engine: Ros2Engine, router: Rout
 
 
 def test_a_restarted_peer_is_found_again(engine: Ros2Engine, router: Router) -> None:
-    publisher = engine.announce("/chatter", KIND, STRING, TopicQos())
+    publisher = engine.advertise("/chatter", KIND, STRING, TopicQos())
     for _ in range(2):
         peer = Peer(router)
         received = peer.subscribe("/chatter")
@@ -238,14 +238,14 @@ def test_an_engine_without_a_router_raises() -> None:
 
 def test_a_closed_engine_refuses_endpoints(router: Router) -> None:
     engine = ZenohEngine(0, "/gateway", [router.address], timeout_s=60)
-    announced = engine.announce("/chatter", KIND, STRING, TopicQos())
+    announced = engine.advertise("/chatter", KIND, STRING, TopicQos())
     engine.close()
     engine.close()
 
     with pytest.raises(EngineError, match=r"cannot publish \[/chatter\]"):
         announced.publish(b"")
     with pytest.raises(EngineError, match="is closed"):
-        engine.announce("/chatter", KIND, STRING, TopicQos())
+        engine.advertise("/chatter", KIND, STRING, TopicQos())
 
 
 PROGRAM = """

@@ -14,9 +14,9 @@ from pipros.ros2.distribution import Distribution
 from pipros.ros2.gateway import Gateway, new_identity
 from pipros.ros2.interface import (
     GATEWAY_NODE,
-    Announcement,
     EndpointKind,
     Ros2Engine,
+    Ros2Publisher,
     TopicQos,
 )
 from pipros.ros2.rtps.domain import Discovery
@@ -35,7 +35,7 @@ class System:
     def __init__(self, domain: int, *, has_zenoh: bool) -> None:
         self._stack = ExitStack()
         self.domain = domain
-        self._announcements: list[Announcement] = []
+        self._publishers: list[Ros2Publisher] = []
         self._router = Router() if has_zenoh else None
         if self._router is not None:
             self._stack.callback(self._router.close)
@@ -85,10 +85,10 @@ class System:
         gateway.start()
         return gateway
 
-    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+    def advertise(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Ros2Publisher:
         """Create a publisher in ROS 2, which exists until `close`."""
-        self._announcements.append(self.ros2.announce(topic, type_name, type_hash, qos))
-        return self._announcements[-1]
+        self._publishers.append(self.ros2.advertise(topic, type_name, type_hash, qos))
+        return self._publishers[-1]
 
     def has(self, kind: EndpointKind, name: str) -> bool:
         return any((each.kind, each.name) == (kind, name) for each in self.ros2.endpoints())

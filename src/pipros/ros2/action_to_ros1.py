@@ -128,11 +128,11 @@ class ActionToRos1:
         self._goal_out = publisher("goal", pair.goal)
         self._cancel_out = publisher("cancel", self._goal_id)
         latched = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1)
-        self._status_out = engine.announce(names.status, pair.status, hashes.status, latched)
+        self._status_out = engine.advertise(names.status, pair.status, hashes.status, latched)
         stack.callback(self._status_out.close)
         self._feedback_out = []
         for each in self._pairs:
-            out = engine.announce(names.feedback, each.feedback_message, each.hashes.feedback, TopicQos())
+            out = engine.advertise(names.feedback, each.feedback_message, each.hashes.feedback, TopicQos())
             stack.callback(out.close)
             self._feedback_out.append(out)
         self._subscribers = []

@@ -22,10 +22,10 @@ from pipros.node.publisher import Publisher
 from pipros.node.subscriber import Subscriber
 from pipros.ros2.counts import Counts
 from pipros.ros2.interface import (
-    Announcement,
     Durability,
     Endpoint,
     Ros2Engine,
+    Ros2Publisher,
     Ros2Subscription,
     Sample,
     TopicQos,
@@ -126,7 +126,7 @@ class TopicToRos2:
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, route: Route, *, is_latched: bool) -> None:
-        """Announce the topic in ROS 2.
+        """Advertise the topic in ROS 2.
 
         Raises:
             PiprosError: the engine is closed, or the name is not legal in ROS 2.
@@ -141,13 +141,13 @@ class TopicToRos2:
         self._merge = _merge(node, route)
         self._subscriber: Subscriber[AnyMsg] | None = None
         self._lock = threading.Lock()
-        self._announcements: dict[str, Announcement] = {"": self._announce()}
+        self._publishers: dict[str, Ros2Publisher] = {"": self._advertise()}
         self._first = ""
         self._publishing: frozenset[str] = frozenset()
 
-    def _announce(self) -> Announcement:
+    def _advertise(self) -> Ros2Publisher:
         pair = self.route.pair
-        return self._engine.announce(self.route.ros2, pair.plan.ros2_type, pair.type_hash, self._qos)
+        return self._engine.advertise(self.route.ros2, pair.plan.ros2_type, pair.type_hash, self._qos)
 
     @property
     def types(self) -> tuple[str, str]:
@@ -167,9 +167,7 @@ class TopicToRos2:
         now = frozenset(publishers)
         self._forget(self._publishing - now)  # a publisher that was never listed may be new
         self._publishing = now
-        is_wanted = self._is_latched or any(
-            each.subscriber_count for each in list(self._announcements.values())
-        )
+        is_wanted = self._is_latched or any(each.subscriber_count for each in list(self._publishers.values()))
         if is_wanted and self._subscriber is None:
             self._subscriber = self._node.subscribe(
                 self.route.ros1, self.route.pair.raw, self._on_message, queue_size=_QUEUE
@@ -182,7 +180,7 @@ class TopicToRos2:
         if self._subscriber is not None:
             total = self._subscriber.statistics()["dropped"]
             self.counts.overflow("", total, f"{self.route.ros1}: the gateway is too slow")
-        for caller, each in self._announcements.copy().items():  # in one step: callbacks add to it
+        for caller, each in self._publishers.copy().items():  # in one step: callbacks add to it
             reason = f"{self.route.ros2}: a ROS 2 subscriber is too slow"
             self.counts.overflow(("to", caller), each.dropped, reason)
 
@@ -193,30 +191,30 @@ class TopicToRos2:
         try:
             body = raw.body if self._merge is None else self._merge.merged(raw.body)
             cdr = self.route.pair.plan.to_cdr(body)
-            self._announcement_for(caller).publish(cdr)
+            self._publisher_for(caller).publish(cdr)
         except (PiprosError, ValueError) as error:
             self.counts.fail(f"{self.route.ros1}: {error}")
         else:
             self.counts.passed += 1
 
-    def _announcement_for(self, caller: str) -> Announcement:
+    def _publisher_for(self, caller: str) -> Ros2Publisher:
         """Return the ROS 2 publisher for a node. Each node has its own if messages are latched."""
         with self._lock:
-            first = self._announcements[""]
+            first = self._publishers[""]
             if not self._is_latched or self._merge is not None or self._first in ("", caller):
                 self._first = caller
                 return first
-            found = self._announcements.get(caller)
+            found = self._publishers.get(caller)
             if found is None:
-                if len(self._announcements) >= _KEPT:
+                if len(self._publishers) >= _KEPT:
                     return first
-                found = self._announcements[caller] = self._announce()
+                found = self._publishers[caller] = self._advertise()
             return found
 
     def _forget(self, callers: Iterable[str]) -> None:
         """Withdraw the latched messages of nodes that no longer publish the topic."""
         with self._lock:
-            ended = [self._announcements.pop(each) for each in callers if each in self._announcements]
+            ended = [self._publishers.pop(each) for each in callers if each in self._publishers]
         for each in ended:
             each.close()
 
@@ -224,7 +222,7 @@ class TopicToRos2:
         """Stop publishing the topic in ROS 2, and unsubscribe from it in ROS 1."""
         if self._subscriber is not None:
             self._subscriber.unregister()
-        for each in list(self._announcements.values()):
+        for each in list(self._publishers.values()):
             each.close()
 
 

@@ -174,7 +174,7 @@ class Gateway:
             self._report(skipped)
         for (_, _, name), (_, each) in list(self._open.items()):
             try:
-                _update(each, graph.topics.get(name), found.publishers.get(name, ()))
+                _update_open(each, graph.topics.get(name), found.publishers.get(name, ()))
             except PiprosError as error:  # one error must not stop the others
                 each.counts.fail(f"{name}: {error}")
 
@@ -387,7 +387,7 @@ def _row(key: Key, each: Open, rate: float) -> Row:
     )
 
 
-def _update(each: Open, topic: Ros1Topic | None, publishers: Sequence[Endpoint]) -> None:
+def _update_open(each: Open, topic: Ros1Topic | None, publishers: Sequence[Endpoint]) -> None:
     """Update an open topic, service or action to match both sides."""
     if isinstance(each, TopicToRos2):
         each.update(topic.publishers if topic else ())

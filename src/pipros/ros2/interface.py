@@ -131,7 +131,7 @@ class Ros2Subscription(Protocol):
         """Close the endpoint. No callback starts afterwards. May be called repeatedly."""
 
 
-class Announcement(Protocol):
+class Ros2Publisher(Protocol):
     """A publisher of the engine. Thread-safe."""
 
     def publish(self, payload: bytes) -> None:
@@ -189,7 +189,7 @@ class Ros2Engine(Protocol):
     Humble. Creating an endpoint raises PiprosError if the engine is closed or the name is not legal in ROS 2.
     """
 
-    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+    def advertise(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Ros2Publisher:
         """Create a publisher, and announce it to the peers."""
 
     def subscribe(

@@ -11,7 +11,6 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.ros2.interface import (
     NO_HASHES,
-    Announcement,
     Durability,
     Endpoint,
     EndpointKind,
@@ -21,6 +20,7 @@ from pipros.ros2.interface import (
     Reliability,
     Ros2Caller,
     Ros2CallFailed,
+    Ros2Publisher,
     Ros2Subscription,
     Sample,
     TopicQos,
@@ -84,7 +84,7 @@ class RtpsEngine:
         self._nodes = Nodes(self._participant, gid_bytes)
         self._announce_node()
 
-    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+    def advertise(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Ros2Publisher:
         name, kind = dds_topic(topic), dds_type(type_name)
         writer = self._open(lambda: self._participant.add_writer(name, kind, _dds(qos), _entry(type_hash)))
         return self._owned(_Publisher(self, writer))
@@ -157,15 +157,15 @@ class RtpsEngine:
     @property
     def has_peers(self) -> bool:
         """Whether other participants are known."""
-        return self._participant.ask(lambda engine: len(engine.peers) > 0)
+        return self._participant.ask(lambda core: len(core.peers) > 0)
 
     def endpoints(self) -> Sequence[Endpoint]:
         self._warn_of_mismatches()
         nodes = self._node_names()
 
-        def read(engine: ParticipantCore) -> list[Endpoint]:
+        def read(core: ParticipantCore) -> list[Endpoint]:
             found = []
-            for peer in engine.peers:
+            for peer in core.peers:
                 for data in peer.endpoints.values():
                     endpoint = _endpoint(peer.data, data, nodes.get(data.guid, ""))
                     if endpoint is not None:

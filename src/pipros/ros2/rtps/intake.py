@@ -1,4 +1,4 @@
-"""The way of datagrams from the sockets into an engine, in steps that each take little time."""
+"""The way of datagrams from the sockets into a `ParticipantCore`, in steps that each take little time."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ _LOG = logging.getLogger("pipros.ros2")
 
 
 class Intake:
-    """Passes datagrams to an engine, at most `WORK_AT_ONCE` units at a time. Not thread-safe.
+    """Passes datagrams to a `ParticipantCore`, at most `WORK_AT_ONCE` units at a time. Not thread-safe.
 
     A datagram that causes more work is continued by the next call.
 
     Attributes:
-        failures: number of datagrams that revealed a bug in the engine.
+        failures: number of datagrams that revealed a bug in the core.
     """
 
     def __init__(
-        self, engine: ParticipantCore, backlog: SocketBacklog, sources: Sequence[socket.socket]
+        self, core: ParticipantCore, backlog: SocketBacklog, sources: Sequence[socket.socket]
     ) -> None:
         self.failures = 0
-        self._engine = engine
+        self._core = core
         self._backlog = backlog
         self._sources = sources
         self._current: Iterator[int] | None = None
@@ -60,7 +60,7 @@ class Intake:
                 if received is None:
                     break
                 self._handled_until = until
-                self._current = self._engine.handle(*received, now)
+                self._current = self._core.handle(*received, now)
             done = self._continue(self._current)
             if done is not None:
                 work += done
@@ -75,7 +75,7 @@ class Intake:
     def _continue(self, steps: Iterator[int]) -> int | None:
         """Take the next step of a datagram; return None if it has been handled.
 
-        Any exception is a bug in the engine: all are counted, the first is logged.
+        Any exception is a bug in the core: all are counted, the first is logged.
         """
         try:
             return next(steps, None)

@@ -1,6 +1,6 @@
-"""A running participant: an engine with sockets and two threads.
+"""A running participant: a `ParticipantCore` with sockets and two threads.
 
-One thread reads the sockets and polls the engine. It runs no callbacks, except those of services, which only
+One thread reads the sockets and polls the core. It runs no callbacks, except those of services, which only
 hand the sample to another thread. The other thread runs the callbacks, one at a time. `RtpsTopicWriter.write`
 sends in the caller's thread.
 """
@@ -84,7 +84,7 @@ class Participant:
             self._sockets.request_bytes,
             self._sockets.static_hosts,
         )
-        self._engine = ParticipantCore(settings, self._limits, time.monotonic())
+        self._core = ParticipantCore(settings, self._limits, time.monotonic())
         self._on_event = on_event
         self._lock = threading.Lock()
         self._readers: dict[bytes, TopicReader] = {}
@@ -93,7 +93,7 @@ class Participant:
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
         self._intake = Intake(
-            self._engine,
+            self._core,
             SocketBacklog(self._limits.of(Ros2Limits).ros2_backlog_bytes),
             self._sockets.receiving,
         )
@@ -121,7 +121,7 @@ class Participant:
     def add_writer(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b"") -> RtpsTopicWriter:
         """Create a writer and announce it to the peers. `topic` and `type_name` are DDS names."""
         with self._lock:
-            entity = self._open_engine().add_writer(topic, type_name, qos, time.monotonic(), user_data)
+            entity = self._open_core().add_writer(topic, type_name, qos, time.monotonic(), user_data)
             self._flush()
         return RtpsTopicWriter(self, entity)
 
@@ -144,7 +144,7 @@ class Participant:
         """
         reader = TopicReader(self, callback, qos.depth, self._limits.of(Ros2Limits).ros2_inbox_bytes)
         with self._lock:
-            entity = self._open_engine().add_reader(topic, type_name, qos, time.monotonic(), user_data)
+            entity = self._open_core().add_reader(topic, type_name, qos, time.monotonic(), user_data)
             reader.entity = entity
             if is_direct:
                 self._direct[entity] = callback
@@ -153,10 +153,10 @@ class Participant:
             self._flush()
         return reader
 
-    def _open_engine(self) -> ParticipantCore:
+    def _open_core(self) -> ParticipantCore:
         if self._is_closing:
             raise PiprosError("the ROS 2 participant is closed")
-        return self._engine
+        return self._core
 
     def write(
         self,
@@ -173,7 +173,7 @@ class Participant:
         """
         with self._lock:
             now = time.monotonic()
-            number = self._open_engine().write(entity, payload, now, related, recipients)
+            number = self._open_core().write(entity, payload, now, related, recipients)
             if registered is not None:
                 registered(number)
             self._flush()
@@ -185,17 +185,17 @@ class Participant:
             self._readers.pop(entity, None)
             self._direct.pop(entity, None)
             if not self._is_closing:
-                self._engine.remove(entity, time.monotonic())
+                self._core.remove(entity, time.monotonic())
                 self._flush()
 
     def ask(self, question: Callable[[ParticipantCore], _Answer]) -> _Answer:
-        """Call a function with the engine, under the lock, and return its result. The call must not block."""
+        """Call a function with the core, under the lock, and return its result. The call must not block."""
         with self._lock:
-            return question(self._engine)
+            return question(self._core)
 
     def endpoints(self) -> list[EndpointData]:
         """Return all remote endpoints."""
-        return self.ask(lambda engine: [each for peer in engine.peers for each in peer.endpoints.values()])
+        return self.ask(lambda core: [each for peer in core.peers for each in peer.endpoints.values()])
 
     def wait_for(self, condition: Callable[[ParticipantCore], bool], timeout_s: float) -> bool:
         """Wait until a condition holds; return False after the timeout, or if the participant is closed."""
@@ -222,8 +222,8 @@ class Participant:
             if self._is_closing:
                 return
             self._is_closing = True
-            self._engine.close()
-            self._sockets.send(self._engine.take_outgoing())
+            self._core.close()
+            self._sockets.send(self._core.take_outgoing())
         self._wake()
         for thread in self._threads:
             if thread is not threading.current_thread():
@@ -234,7 +234,7 @@ class Participant:
 
     @property
     def failures(self) -> int:
-        """Number of datagrams that revealed a bug in the engine."""
+        """Number of datagrams that revealed a bug in the core."""
         return self._intake.failures
 
     def _wake(self) -> None:
@@ -243,13 +243,13 @@ class Participant:
 
     def _flush(self) -> None:
         """Send the datagrams that are due. The caller holds the lock."""
-        engine = self._engine
+        core = self._core
         now = time.monotonic()
-        if engine.has_transfers:
-            engine.poll(now, self._intake.handled_until)
+        if core.has_transfers:
+            core.poll(now, self._intake.handled_until)
             self._wake()
-        self._sockets.send(engine.take_outgoing())
-        self._dispatch(engine.take_events())
+        self._sockets.send(core.take_outgoing())
+        self._dispatch(core.take_events())
 
     def _run(self) -> None:
         selector = selectors.DefaultSelector()
@@ -266,19 +266,19 @@ class Participant:
                 due = self._step(has_arrived=bool(ready))
 
     def _step(self, *, has_arrived: bool) -> float:
-        """Handle datagrams and poll the engine; return the deadline of its next poll."""
+        """Handle datagrams and poll the core; return the deadline of its next poll."""
         if has_arrived:
             with contextlib.suppress(OSError):
                 self._wake_from.recv(_WAKES_AT_ONCE)
         self._intake.read(time.monotonic())
         with self._lock:
-            engine = self._engine
+            core = self._core
             self._intake.handle()
-            engine.poll(time.monotonic(), self._intake.handled_until)
-            self._sockets.send(engine.take_outgoing())
-            events = engine.take_events()
+            core.poll(time.monotonic(), self._intake.handled_until)
+            self._sockets.send(core.take_outgoing())
+            events = core.take_events()
             watchers = list(self._watchers)
-            due = engine.deadline
+            due = core.deadline
             self._dispatch(events)
         if events or has_arrived:
             for watcher in watchers:

@@ -125,7 +125,7 @@ class Reader:
         return bool(self._waiting)
 
     def work(self, guid: bytes) -> int:
-        """Return how much what is kept of a writer adds to the work of a submessage; see `engine.work_of`."""
+        """Return how much the data kept for a writer adds to the work of a submessage."""
         writer = self.writers.get(guid)
         return 0 if writer is None else (len(writer.early) + len(writer.assemblies)) // KEPT_PER_WORK
 

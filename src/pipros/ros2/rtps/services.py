@@ -55,9 +55,9 @@ class UnknownStyle(PiprosError):
     """A peer offers a service, but the style of its requests and replies is unknown."""
 
 
-def style_at(engine: ParticipantCore, guid: bytes) -> Style | None:
+def style_at(core: ParticipantCore, guid: bytes) -> Style | None:
     """Return the style of the peer with this endpoint, or None if the style is unknown."""
-    peer, endpoint = engine.peers.get(guid[:12]), engine.endpoint(guid)
+    peer, endpoint = core.peers.get(guid[:12]), core.endpoint(guid)
     return style_of(peer.data, endpoint) if peer and endpoint else None
 
 
@@ -143,7 +143,7 @@ class RtpsServer:
 
     def _answer(self, sample: RtpsSample) -> None:
         try:
-            style = self._participant.ask(lambda engine: style_at(engine, sample.writer))
+            style = self._participant.ask(lambda core: style_at(core, sample.writer))
             request = read_request(sample, style) if style else None
             if request is None:
                 self.refused += 1
@@ -158,8 +158,8 @@ class RtpsServer:
 
     def _reply(self, request: ServiceRequest, payload: bytes) -> None:
         entity = self._writer.entity
-        self._participant.wait_for(lambda engine: bool(_recipients(engine, entity, request)), _REPLY_READER_S)
-        recipients = self._participant.ask(lambda engine: _recipients(engine, entity, request))
+        self._participant.wait_for(lambda core: bool(_recipients(core, entity, request)), _REPLY_READER_S)
+        recipients = self._participant.ask(lambda core: _recipients(core, entity, request))
         if not recipients:
             self.unanswered += 1
             return
@@ -181,17 +181,17 @@ class RtpsServer:
         self._workers.close()
 
 
-def _recipients(engine: ParticipantCore, entity: bytes, request: ServiceRequest) -> frozenset[bytes]:
+def _recipients(core: ParticipantCore, entity: bytes, request: ServiceRequest) -> frozenset[bytes]:
     """Return the reply readers of the client that sent a request."""
-    readers = engine.writer(entity).readers
+    readers = core.writer(entity).readers
     if request.reply_reader is not None and request.reply_reader in readers:
         return frozenset([request.reply_reader])
     guids = [guid for guid in readers if guid[:12] == request.writer[:12]]
     if request.style is Style.FAST:
         return frozenset(guids) if request.reply_reader is None and len(guids) == 1 else frozenset()
-    client = engine.endpoint(request.writer)
+    client = core.endpoint(request.writer)
     wanted = endpoint_id(client.user_data) if client else None
-    ids = {guid: endpoint_id(found.user_data) for guid in guids if (found := engine.endpoint(guid))}
+    ids = {guid: endpoint_id(found.user_data) for guid in guids if (found := core.endpoint(guid))}
     return frozenset(guid for guid, found in ids.items() if wanted is None or found in (None, wanted))
 
 
@@ -235,17 +235,17 @@ class RtpsClient:
 
     def wait_for_server(self, timeout_s: float = 5.0) -> bool:
         """Wait for a server; return False after the timeout."""
-        return self._participant.wait_for(lambda engine: self._server(engine) is not None, timeout_s)
+        return self._participant.wait_for(lambda core: self._server(core) is not None, timeout_s)
 
-    def _server(self, engine: ParticipantCore) -> _Target | None:
+    def _server(self, core: ParticipantCore) -> _Target | None:
         """Return the newest server, preferably one of known style, or None if there is no server.
 
         A server that was killed stays in the list until its lease ends, beside the one started in its place.
         """
-        writers = engine.reader(self._reader.entity).writers
+        writers = core.reader(self._reader.entity).writers
         offering = {guid[:12] for guid in writers}
-        readers = [guid for guid in engine.writer(self._writer.entity).readers if guid[:12] in offering]
-        newest_first = [_Target(guid, style_at(engine, guid)) for guid in reversed(readers)]
+        readers = [guid for guid in core.writer(self._writer.entity).readers if guid[:12] in offering]
+        newest_first = [_Target(guid, style_at(core, guid)) for guid in reversed(readers)]
         return next((each for each in newest_first if each.style), newest_first[0] if newest_first else None)
 
     def call(self, payload: bytes, timeout_s: float) -> bytes:

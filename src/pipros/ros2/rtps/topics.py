@@ -72,9 +72,7 @@ class RtpsTopicWriter:
             PiprosError: the writer or its participant is closed.
         """
         participant = self._participant
-        if not participant.wait_for(
-            lambda engine: engine.writer(self.entity).has_space(len(payload)), timeout_s
-        ):
+        if not participant.wait_for(lambda core: core.writer(self.entity).has_space(len(payload)), timeout_s):
             raise TimeoutError(
                 f"ROS 2 readers did not make room for {len(payload)} bytes within {timeout_s} s"
             )
@@ -82,24 +80,22 @@ class RtpsTopicWriter:
 
     def readers(self) -> frozenset[bytes]:
         """Return the GUIDs of the matched readers."""
-        return self._participant.ask(lambda engine: frozenset(engine.writer(self.entity).readers))
+        return self._participant.ask(lambda core: frozenset(core.writer(self.entity).readers))
 
     @property
     def lost(self) -> int:
         """Number of samples that readers are known to have lost; see `Writer.lost`."""
-        return self._participant.ask(lambda engine: engine.writer(self.entity).lost)
+        return self._participant.ask(lambda core: core.writer(self.entity).lost)
 
     def wait_for_readers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
         """Wait until `count` readers have matched; return False after the timeout."""
         return self._participant.wait_for(
-            lambda engine: len(engine.writer(self.entity).readers) >= count, timeout_s
+            lambda core: len(core.writer(self.entity).readers) >= count, timeout_s
         )
 
     def wait_for_acknowledgments(self, timeout_s: float = 5.0) -> bool:
         """Wait until all reliable readers have acknowledged all samples; return False after the timeout."""
-        return self._participant.wait_for(
-            lambda engine: engine.writer(self.entity).is_acknowledged, timeout_s
-        )
+        return self._participant.wait_for(lambda core: core.writer(self.entity).is_acknowledged, timeout_s)
 
     def close(self) -> None:
         """Remove the writer, and notify the peers. May be called repeatedly."""
@@ -132,12 +128,12 @@ class TopicReader:
 
     def writers(self) -> frozenset[bytes]:
         """Return the GUIDs of the matched writers."""
-        return self._participant.ask(lambda engine: frozenset(engine.reader(self.entity).writers))
+        return self._participant.ask(lambda core: frozenset(core.reader(self.entity).writers))
 
     def wait_for_writers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
         """Wait until `count` writers have matched; return False after the timeout."""
         return self._participant.wait_for(
-            lambda engine: len(engine.reader(self.entity).writers) >= count, timeout_s
+            lambda core: len(core.reader(self.entity).writers) >= count, timeout_s
         )
 
     def push(self, sample: RtpsSample) -> bool:

@@ -70,80 +70,82 @@ class ZenohConnection(Protocol):
 
 class ZenohPublisher:
     def __init__(
-        self, engine: ZenohConnection, topic: str, type_name: str, type_hash: str, qos: TopicQos
+        self, connection: ZenohConnection, topic: str, type_name: str, type_hash: str, qos: TopicQos
     ) -> None:
-        zenoh, ext = engine.library, engine.library.ext
-        self._engine = engine
+        zenoh, ext = connection.library, connection.library.ext
+        self._connection = connection
         self._names = topic, type_name
         self._lock = threading.Lock()
         self._sequences = itertools.count(1)
-        key, self._gid, token = engine.new_endpoint(EndpointKind.PUBLISHER, topic, type_name, type_hash, qos)
+        key, self._gid, token = connection.new_endpoint(
+            EndpointKind.PUBLISHER, topic, type_name, type_hash, qos
+        )
         options: dict[str, Any] = {"congestion_control": zenoh.CongestionControl.DROP}
         if qos.durability is Durability.TRANSIENT_LOCAL:
             options["cache"] = ext.CacheConfig(max_samples=max(1, qos.depth))
             options["publisher_detection"] = True
             if qos.reliability is Reliability.RELIABLE:
                 options["sample_miss_detection"] = ext.MissDetectionConfig(sporadic_heartbeat=_HEARTBEAT_S)
-            self._publisher = ext.declare_advanced_publisher(engine.session, key, **options)
+            self._publisher = ext.declare_advanced_publisher(connection.session, key, **options)
         else:
-            self._publisher = engine.session.declare_publisher(key, **options)
-        self._token = engine.declare(token)
+            self._publisher = connection.session.declare_publisher(key, **options)
+        self._token = connection.declare(token)
 
     def publish(self, payload: bytes) -> None:
         with self._lock:  # sequence numbers must be sent in order
             attachment = new_attachment(next(self._sequences), self._gid)
             try:
                 self._publisher.put(payload, attachment=attachment.to_bytes())
-            except self._engine.library.ZError as error:
+            except self._connection.library.ZError as error:
                 raise EngineError(f"cannot publish [{self._names[0]}]: {error}") from None
 
     @property
     def subscriber_count(self) -> int:
-        return self._engine.count(EndpointKind.SUBSCRIBER, *self._names)
+        return self._connection.count(EndpointKind.SUBSCRIBER, *self._names)
 
     @property
     def dropped(self) -> int:
         return 0  # eclipse-zenoh does not report lost messages
 
     def close(self) -> None:
-        _undeclare(self._engine.library, self._token, self._publisher)
+        _undeclare(self._connection.library, self._token, self._publisher)
 
 
 class ZenohSubscriber:
     def __init__(
         self,
-        engine: ZenohConnection,
+        connection: ZenohConnection,
         topic: str,
         type_name: str,
         type_hash: str,
         qos: TopicQos,
         callback: Callable[[Sample], None],
     ) -> None:
-        zenoh, ext = engine.library, engine.library.ext
-        self._engine = engine
+        zenoh, ext = connection.library, connection.library.ext
+        self._connection = connection
         self._callback = callback
         self._arrivals = Arrivals()
         self._wait_from_s = 0.0
         # Publishers in Lyrical use the plain key only while they know a subscriber's token.
-        key, _, token = engine.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
+        key, _, token = connection.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
         channel = zenoh.handlers.RingChannel(max(1, qos.depth))
         if qos.durability is Durability.TRANSIENT_LOCAL:
             self._subscriber = ext.declare_advanced_subscriber(
-                engine.session,
+                connection.session,
                 key,
                 channel,
                 history=ext.HistoryConfig(detect_late_publishers=True),
                 recovery=ext.RecoveryConfig(heartbeat=True),
             )
         else:
-            self._subscriber = engine.session.declare_subscriber(key, channel)
-        self._token = engine.declare(token)
-        engine.start(topic, self._run)
+            self._subscriber = connection.session.declare_subscriber(key, channel)
+        self._token = connection.declare(token)
+        connection.start(topic, self._run)
 
     def _run(self) -> None:
-        for sample in received(self._engine.library, self._subscriber.handler):
+        for sample in received(self._connection.library, self._subscriber.handler):
             attached = None if sample.attachment is None else parse_attachment(sample.attachment.to_bytes())
-            if sample.kind != self._engine.library.SampleKind.PUT or attached is None:
+            if sample.kind != self._connection.library.SampleKind.PUT or attached is None:
                 continue
             if self._arrivals.add(attached.gid, attached.sequence) and time.monotonic() >= self._wait_from_s:
                 self._await_token(attached.gid)
@@ -154,7 +156,7 @@ class ZenohSubscriber:
 
     def _await_token(self, gid: bytes) -> None:
         """Wait until a new publisher is known: its token may arrive after its first message."""
-        if not self._engine.wait_for_endpoint(gid, _TOKEN_S):
+        if not self._connection.wait_for_endpoint(gid, _TOKEN_S):
             self._wait_from_s = time.monotonic() + _NO_TOKEN_S
 
     @property
@@ -162,21 +164,21 @@ class ZenohSubscriber:
         return self._arrivals.missing
 
     def close(self) -> None:
-        _undeclare(self._engine.library, self._token, self._subscriber)
+        _undeclare(self._connection.library, self._token, self._subscriber)
 
 
 class ZenohServer:
     def __init__(
         self,
-        engine: ZenohConnection,
+        connection: ZenohConnection,
         service: str,
         type_name: str,
         type_hash: str,
         answer: Callable[[bytes], bytes],
     ) -> None:
-        self._engine = engine
+        self._connection = connection
         self._answer = answer
-        self._key, _, token = engine.new_endpoint(
+        self._key, _, token = connection.new_endpoint(
             EndpointKind.SERVER, service, type_name, type_hash, _SERVICE_QOS
         )
         self._workers = Workers("zenoh service", _WORKERS)
@@ -184,13 +186,13 @@ class ZenohServer:
         self._open = 0
         self.dropped = 0
         # A full FIFO would block the whole session. A full ring drops the oldest request.
-        channel = engine.library.handlers.RingChannel(_REQUESTS)
-        self._queryable = engine.session.declare_queryable(self._key, channel, complete=True)
-        self._token = engine.declare(token)
-        engine.start(service, self._run)
+        channel = connection.library.handlers.RingChannel(_REQUESTS)
+        self._queryable = connection.session.declare_queryable(self._key, channel, complete=True)
+        self._token = connection.declare(token)
+        connection.start(service, self._run)
 
     def _run(self) -> None:
-        for query in received(self._engine.library, self._queryable.handler):
+        for query in received(self._connection.library, self._queryable.handler):
             with self._lock:
                 self._open += 1
                 is_admitted = self._open <= _REQUESTS
@@ -226,25 +228,25 @@ class ZenohServer:
         query.reply(self._key, reply, attachment=attachment.to_bytes())
 
     def close(self) -> None:
-        _undeclare(self._engine.library, self._token, self._queryable)
+        _undeclare(self._connection.library, self._token, self._queryable)
         self._workers.close()
 
 
 class ZenohClient:
-    def __init__(self, engine: ZenohConnection, service: str, type_name: str, type_hash: str) -> None:
-        self._engine = engine
+    def __init__(self, connection: ZenohConnection, service: str, type_name: str, type_hash: str) -> None:
+        self._connection = connection
         self._names = service, type_name
         self._sequences = itertools.count(1)
-        self._key, self._gid, token = engine.new_endpoint(
+        self._key, self._gid, token = connection.new_endpoint(
             EndpointKind.CLIENT, service, type_name, type_hash, _SERVICE_QOS
         )
-        self._token = engine.declare(token)
+        self._token = connection.declare(token)
 
     def call(self, request: bytes, timeout_s: float) -> bytes:
-        zenoh, name = self._engine.library, self._names[0]
+        zenoh, name = self._connection.library, self._names[0]
         attachment = new_attachment(next(self._sequences), self._gid)
         try:
-            replies = self._engine.session.get(
+            replies = self._connection.session.get(
                 self._key,
                 target=zenoh.QueryTarget.ALL_COMPLETE,
                 consolidation=zenoh.ConsolidationMode.NONE,
@@ -262,10 +264,10 @@ class ZenohClient:
 
     @property
     def is_available(self) -> bool:
-        return self._engine.count(EndpointKind.SERVER, *self._names) > 0
+        return self._connection.count(EndpointKind.SERVER, *self._names) > 0
 
     def close(self) -> None:
-        _undeclare(self._engine.library, self._token)
+        _undeclare(self._connection.library, self._token)
 
 
 def received(zenoh: Any, handler: Any) -> Any:

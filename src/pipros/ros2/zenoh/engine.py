@@ -16,13 +16,13 @@ from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits, process_limits
 from pipros.ros2.interface import (
     NO_HASHES,
-    Announcement,
     Endpoint,
     EndpointKind,
     EngineError,
     EngineProblem,
     PartHashes,
     Ros2Caller,
+    Ros2Publisher,
     Ros2Subscription,
     Sample,
     TopicQos,
@@ -114,7 +114,7 @@ class ZenohEngine:
         # A thread that is waiting in the library when Python exits aborts the process.
         atexit.register(self.close)
 
-    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+    def advertise(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Ros2Publisher:
         return ZenohPublisher(self, topic, type_name, type_hash, qos)
 
     def subscribe(

@@ -65,7 +65,7 @@ def test_messages_pass_with_hash_qos_node_and_gateway(engines: tuple[Ros2Engine,
     samples: list[Sample] = []
     qos = TopicQos(durability=Durability.TRANSIENT_LOCAL)
     subscription = one.subscribe("/map", KIND, HASH, qos, samples.append)
-    publisher = other.announce("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1))
+    publisher = other.advertise("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1))
     publisher.publish(CDR + b"old!")
 
     wait_until(lambda: samples, what="the message")
@@ -120,8 +120,8 @@ def test_a_service_that_raises_gives_no_reply(engines: tuple[Ros2Engine, Ros2Eng
 def test_endpoints_that_cannot_be_connected_are_problems(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
     one, other = engines
     one.subscribe("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL), print)
-    one.announce("/scan", "sensor_msgs/msg/LaserScan", "", TopicQos())
-    other.announce("/map", KIND, HASH, TopicQos())
+    one.advertise("/scan", "sensor_msgs/msg/LaserScan", "", TopicQos())
+    other.advertise("/map", KIND, HASH, TopicQos())
     other.subscribe("/scan", KIND, HASH, TopicQos(), print)
 
     expected = {
@@ -168,13 +168,13 @@ def test_domains_with_gids_of_two_sizes_are_a_problem() -> None:
 def test_a_closed_engine_refuses_endpoints(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
     engines[0].close()
     with pytest.raises(EngineError, match="closed"):
-        engines[0].announce("/a", KIND, "", TopicQos())
+        engines[0].advertise("/a", KIND, "", TopicQos())
 
 
 def test_endpoints_may_be_closed_again_and_after_their_engine(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
     one, other = engines
     wait_until(lambda: one.has_peers, what="the other engine")
-    first, second = (other.announce(name, KIND, "", TopicQos()) for name in ("/a", "/b"))
+    first, second = (other.advertise(name, KIND, "", TopicQos()) for name in ("/a", "/b"))
     wait_for_endpoint(one, EndpointKind.PUBLISHER, "/b")
     for _ in range(2):
         first.close()
@@ -273,7 +273,7 @@ def test_publishing_fails_while_a_subscriber_does_not_keep_up(
         lambda _: going_on.get(timeout=60),
         is_direct=True,
     )
-    publisher = engine.announce("/a", KIND, "", TopicQos(depth=0))
+    publisher = engine.advertise("/a", KIND, "", TopicQos(depth=0))
     wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
 
     def publish_more_than_fits() -> None:
