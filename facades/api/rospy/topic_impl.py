@@ -114,10 +114,8 @@ class SubscriberImpl(TopicImpl):
 
         `args` is None if the callback has no arguments.
         """
-        listeners = [listener.stands_for or listener for listener in self._subscription.listeners]
-        return [
-            (listener.callback, None if listener.args is NO_ARGS else listener.args) for listener in listeners
-        ]
+        entries = [each.stands_for or each for each in self._subscription.callbacks]
+        return [(each.callback, None if each.args is NO_ARGS else each.args) for each in entries]
 
     def add_callback(self, cb: Callback, cb_args: Any) -> None:
         """Call `cb` with each message, and with `cb_args` unless it is None.
@@ -134,10 +132,10 @@ class SubscriberImpl(TopicImpl):
             KeyError: the callback is not registered.
         """
         args = NO_ARGS if cb_args is None else cb_args
-        listeners = [item.stands_for or item for item in self._subscription.listeners]
-        for listener in listeners:
-            if listener.callback == cb and listener.args == args:
-                self._subscription.remove(listener)
+        entries = [each.stands_for or each for each in self._subscription.callbacks]
+        for entry in entries:
+            if entry.callback == cb and entry.args == args:
+                self._subscription.remove(entry)
                 return
         raise KeyError("no matching cb")
 

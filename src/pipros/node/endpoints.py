@@ -248,19 +248,17 @@ class Endpoints:
                 _same_type(subscription.interface.md5sum, message_class, topic)
                 if message_class is AnyMsg and subscription.message_class is not AnyMsg:
                     callback = taking_raw(callback)
-            listener = (
-                SubscriberCallback(callback, callback_args, zero_copy) if callback is not None else None
-            )
+            added = SubscriberCallback(callback, callback_args, zero_copy) if callback is not None else None
             subscription.handles += 1
             subscription.tcp_nodelay = subscription.tcp_nodelay or tcp_nodelay
             subscription.set_queue_size(queue_size)
-            give_latched = subscription.add(listener) if listener is not None else None
+            give_latched = subscription.add(added) if added is not None else None
             if found is None:
                 self._join(self.publication(topic), subscription)
                 self._registrations.add(entry)
         if give_latched is not None:
             give_latched()
-        return Subscriber(subscription, listener, self._release_subscription)
+        return Subscriber(subscription, added, self._release_subscription)
 
     def observe(self, observer: MessageObserver) -> None:
         """Call `observer` for each subsequent message on every subscribed topic, before the callbacks."""
@@ -274,9 +272,9 @@ class Endpoints:
         if found := self._subscriptions.get(topic):
             self._registrations.renew(found[1])
 
-    def _release_subscription(self, subscription: Subscription, listener: SubscriberCallback | None) -> None:
-        if listener is not None:
-            subscription.remove(listener)
+    def _release_subscription(self, subscription: Subscription, added: SubscriberCallback | None) -> None:
+        if added is not None:
+            subscription.remove(added)
         with self._lock:
             subscription.handles -= 1
             if subscription.handles == 0:

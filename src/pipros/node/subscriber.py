@@ -80,7 +80,7 @@ class Subscription:
         self.queue_size: int | None = None
         self.tcp_nodelay = False
         self.links: tuple[SubscriberLink, ...] = ()
-        self.listeners: tuple[SubscriberCallback, ...] = ()
+        self.callbacks: tuple[SubscriberCallback, ...] = ()
         self.links_ended = 0
         self._closed_totals = ReceiveStatistics()  # totals of closed links
         self.handles = 0
@@ -100,14 +100,14 @@ class Subscription:
 
     # -- callbacks --------------------------------------------------------------
 
-    def add(self, listener: SubscriberCallback) -> Callable[[], object]:
+    def add(self, entry: SubscriberCallback) -> Callable[[], object]:
         """Add a callback.
 
         Call the returned function next, without holding a lock: it calls the callback with the last message
         of each connected latching publisher, before newer messages.
         """
         with self._lock:
-            if listener.takes_views and not self._takes_views:
+            if entry.takes_views and not self._takes_views:
                 self._takes_views, self._decode_views = True, view_decoder(self.message_class)
                 for peer in self.links:
                     peer.link.lends = True
@@ -115,22 +115,22 @@ class Subscription:
                 peer.last.message for peer in self.links if peer.last and peer.last.message is not None
             ]
             if not latched:
-                self.listeners = (*self.listeners, listener)
+                self.callbacks = (*self.callbacks, entry)
                 return _nothing
-            first = LatchedFirst(latched, lambda message: self._call_back(listener, message, is_latched=True))
-            stand_in = SubscriberCallback(first, takes_views=listener.takes_views, stands_for=listener)
-            self.listeners = (*self.listeners, stand_in)
+            first = LatchedFirst(latched, lambda message: self._call_back(entry, message, is_latched=True))
+            stand_in = SubscriberCallback(first, takes_views=entry.takes_views, stands_for=entry)
+            self.callbacks = (*self.callbacks, stand_in)
 
         def give_latched() -> None:
             first.give()
             with self._lock:
-                self.listeners = tuple(listener if item is stand_in else item for item in self.listeners)
+                self.callbacks = tuple(entry if item is stand_in else item for item in self.callbacks)
 
         return give_latched
 
-    def remove(self, listener: SubscriberCallback) -> None:
+    def remove(self, entry: SubscriberCallback) -> None:
         with self._lock:
-            self.listeners = tuple(item for item in self.listeners if listener not in (item, item.stands_for))
+            self.callbacks = tuple(item for item in self.callbacks if entry not in (item, item.stands_for))
 
     def set_queue_size(self, queue_size: int | None) -> None:
         self.queue_size = queue_size
@@ -140,9 +140,9 @@ class Subscription:
     def close(self) -> None:
         """Close all links and stop opening new links."""
         self._is_closed = True
-        for listener in self.listeners:
-            if isinstance(listener.callback, MessageStream):
-                listener.callback.close()
+        for entry in self.callbacks:
+            if isinstance(entry.callback, MessageStream):
+                entry.callback.close()
         self._context.loop.call(self._connector.stop)
         for peer in self.links:
             peer.link.close()
@@ -325,22 +325,22 @@ class Subscription:
             raise self._undecodable(data, error) from error
         message._connection_header = header
         if last is None:
-            listeners = self.listeners
+            callbacks = self.callbacks
         else:
             # a callback that is added now gets the message either from `last` or with the other callbacks
             with self._lock:
                 last.message = message
-                listeners = self.listeners
+                callbacks = self.callbacks
         if self.observe is not None:
             self._observe(header, len(data), message)
-        for listener in listeners:
+        for entry in callbacks:
             try:
-                if listener.args is NO_ARGS:
-                    listener.callback(message)
+                if entry.args is NO_ARGS:
+                    entry.callback(message)
                 else:
-                    listener.callback(message, listener.args)
+                    entry.callback(message, entry.args)
             except Exception as error:
-                self._log_bad_callback(listener, error)
+                self._log_bad_callback(entry, error)
 
     def _deliver_object(self, header: Mapping[str, str], last: LastMessage | None, message: Any) -> None:
         """Call the callbacks with a message of the same node."""
@@ -348,22 +348,22 @@ class Subscription:
         with self._lock:
             if last is not None:
                 last.message = message
-            listeners = self.listeners
+            callbacks = self.callbacks
         if self.observe is not None:
             self._observe(header, 0, message)
-        for listener in listeners:
-            self._call_back(listener, with_octets(message, as_arrays=listener.takes_views))
+        for entry in callbacks:
+            self._call_back(entry, with_octets(message, as_arrays=entry.takes_views))
 
     def _deliver_views(
         self, header: Mapping[str, str], last: LastMessage | None, data: memoryview | bytes
     ) -> None:
         """Like `_deliver`, if a callback takes views. The message is also copied if others need it."""
         with self._lock:
-            listeners = self.listeners
+            callbacks = self.callbacks
             is_copied = (
                 last is not None
                 or self.observe is not None
-                or any(not listener.takes_views for listener in listeners)
+                or any(not entry.takes_views for entry in callbacks)
             )
             copied = self._decoded(self._decode, header, data) if is_copied else None
             if last is not None:
@@ -372,8 +372,8 @@ class Subscription:
             self._observe(header, len(data), copied)
         viewed = self._decoded(self._decode_views, header, data)
         del data
-        for listener in listeners:
-            self._call_back(listener, viewed if listener.takes_views else copied)
+        for entry in callbacks:
+            self._call_back(entry, viewed if entry.takes_views else copied)
 
     def _decoded(
         self, decode: Callable[[memoryview | bytes], Any], header: Mapping[str, str], data: memoryview | bytes
@@ -395,24 +395,24 @@ class Subscription:
         except Exception:
             self._context.log.exception("an observer of [%s] failed", self.topic)
 
-    def _call_back(self, listener: SubscriberCallback, message: Any, *, is_latched: bool = False) -> None:
+    def _call_back(self, entry: SubscriberCallback, message: Any, *, is_latched: bool = False) -> None:
         """Call one callback. `_deliver` does the same inline, to avoid a function call per message."""
         try:
-            if is_latched and listener.takes_views:
+            if is_latched and entry.takes_views:
                 data = b"".join(encoder(type(message))(message))
                 message = self._decoded(self._decode_views, message._connection_header, data)
-            listener.callback(*(message, listener.args) if listener.args is not NO_ARGS else (message,))
+            entry.callback(*(message, entry.args) if entry.args is not NO_ARGS else (message,))
         except Exception as error:
-            self._log_bad_callback(listener, error)
+            self._log_bad_callback(entry, error)
 
-    def _log_bad_callback(self, listener: SubscriberCallback, error: Exception) -> None:
+    def _log_bad_callback(self, entry: SubscriberCallback, error: Exception) -> None:
         # logged once, because every message fails until the user installs the missing package
         if isinstance(error, MissingExtra):
             if str(error) not in self._missing:
                 self._missing.add(str(error))
-                self._context.log.error("bad callback: %s: %s", listener.callback, error)
+                self._context.log.error("bad callback: %s: %s", entry.callback, error)
             return
-        self._context.log.error("bad callback: %s", listener.callback, exc_info=error)
+        self._context.log.error("bad callback: %s", entry.callback, exc_info=error)
 
     def _remove_link(self, link: IncomingLink | InProcessLink) -> None:
         with self._lock:
@@ -457,11 +457,11 @@ class Subscriber(Generic[AnyMessage]):
     def __init__(
         self,
         subscription: Subscription,
-        listener: SubscriberCallback | None,
+        entry: SubscriberCallback | None,
         release: Callable[[Subscription, SubscriberCallback | None], None],
     ) -> None:
         self.subscription = subscription
-        self._listener = listener
+        self._entry = entry
         self._release: Callable[[Subscription, SubscriberCallback | None], None] | None = release
 
     @property
@@ -490,9 +490,9 @@ class Subscriber(Generic[AnyMessage]):
         """Remove the callback; removing the last callback unregisters the topic. May be called repeatedly."""
         release, self._release = self._release, None
         if release is not None:
-            release(self.subscription, self._listener)
-            if self._listener is not None and isinstance(self._listener.callback, MessageStream):
-                self._listener.callback.close()
+            release(self.subscription, self._entry)
+            if self._entry is not None and isinstance(self._entry.callback, MessageStream):
+                self._entry.callback.close()
 
     def __aiter__(self) -> AsyncIterator[AnyMessage]:
         """Return an iterator over the messages.
@@ -500,6 +500,6 @@ class Subscriber(Generic[AnyMessage]):
         Raises:
             TypeError: the subscriber has a callback, or was created outside an asyncio loop.
         """
-        if self._listener is None or not isinstance(self._listener.callback, MessageStream):
+        if self._entry is None or not isinstance(self._entry.callback, MessageStream):
             raise TypeError(f"[{self.topic}] was subscribed to with a callback, or outside an event loop")
-        return self._listener.callback
+        return self._entry.callback
