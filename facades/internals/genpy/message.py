@@ -13,7 +13,7 @@ from pipros.msg.check import check_type
 from pipros.msg.errors import DeserializationError, MessageException, SerializationError
 from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
 from pipros.msg.importing.load import load_message_class, load_service_class
-from pipros.msg.language.spec import HEADER
+from pipros.msg.language.spec import HEADER, TIMES
 from pipros.msg.text import strify_message
 from pipros.msg.time import Duration, Time, TVal
 
@@ -65,7 +65,7 @@ def get_service_class(service_type: str, reload_on_error: bool = False) -> Any: 
 
 
 def _load(load: Any, type_name: str) -> Any:
-    if type_name in ("time", "duration"):
+    if type_name in TIMES:
         return Time if type_name == "time" else Duration
     if type_name == "Header":
         type_name = HEADER

@@ -12,6 +12,7 @@ from typing import Any
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.base import Message
+from pipros.msg.language.spec import TIMES
 from pipros.msg.time import TVal
 
 _STEP = re.compile(r"(?P<name>[^\[\]]*)(?:\[(?P<index>[^\[\]]*)\])?")
@@ -158,7 +159,7 @@ def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
 
 def field_types(type_name: str, top: type[Message] | None = None) -> dict[str, str]:
     """Map a type's field names to their types. Types without fields, such as arrays, give an empty result."""
-    if type_name in ("time", "duration"):
+    if type_name in TIMES:
         return {"secs": "int32", "nsecs": "int32"}
     if top is not None and type_name == top._type:
         message_class: type[Message] | None = top

@@ -9,7 +9,7 @@ import yaml
 
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
-from pipros.msg.language.spec import FLOATS, INTEGERS
+from pipros.msg.language.spec import FLOATS, INTEGERS, TIMES
 from pipros.msg.time import TVal
 
 SMALL = 4
@@ -97,6 +97,6 @@ class _Skeleton:
             return 0
         if kind in ("bool", "string"):
             return False if kind == "bool" else ""
-        if kind in ("time", "duration"):
+        if kind in TIMES:
             return self.fields(TVal())
         return self.fields(load_message_class(kind)())

@@ -20,6 +20,7 @@ from pipros.msg.language.spec import (
     INTEGERS,
     NUMBERS,
     OCTETS,
+    TIMES,
     Constant,
     FieldType,
     MessageSpec,
@@ -177,7 +178,7 @@ def _single_type(base: str, home: str) -> str:
         return "float"
     if base in ("bool", "string"):
         return {"bool": "bool", "string": "str"}[base]
-    if base in ("time", "duration"):
+    if base in TIMES:
         return f"_time.{base.title()}"
     package, _, name = base.partition("/")
     return name if f"{package}.msg" == home else f"{package}.msg.{name}"

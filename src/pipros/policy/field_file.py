@@ -8,6 +8,7 @@ import re
 from typing import Any, Final
 
 from pipros.msg.class_finder import installed_class
+from pipros.msg.language.spec import FLOATS, INTEGERS, TIMES
 from pipros.policy.model import EACH, FieldRule, FieldTree, Unit
 from pipros.safe.settings import Settings
 
@@ -21,7 +22,8 @@ UNITS: Final = {
 }
 """Units, and what one of them is in the unit of messages (REP 103)."""
 
-NUMBERS = re.compile(r"u?int\d+|float\d+|byte|char|time|duration")
+ORDERED = frozenset((*INTEGERS, *FLOATS, *TIMES))
+"""Types whose values can have a range."""
 PLAIN = ("string", "bool")
 _STEP = re.compile(r"([A-Za-z]\w*)((?:\[\d*\])*)")
 _FIELD_KEYS = ("range", "one_of", "unit", "change_per_s", "start", "count")
@@ -48,7 +50,7 @@ def read_fields(section: Settings, message_class: Any) -> FieldTree:
             spec.only(_FIELD_KEYS)
             if not kind.startswith("/") and kind.endswith("]"):
                 raise fields.error(key, f"is an array; write {key}[] for all elements, or {key}[0]")
-            is_number = NUMBERS.fullmatch(kind) is not None
+            is_number = kind in ORDERED
             rule = read_rule(spec, is_number=is_number, is_element=path[-1] == EACH)
             if not is_number and kind not in PLAIN and rule.count is None:
                 raise fields.error(key, f"has the type {kind}; name its fields, or write {key}: any")

@@ -14,8 +14,9 @@ from pipros.basics.input_file import read_text
 from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.from_yaml import fill_message_args
+from pipros.msg.language.spec import TIMES
 from pipros.policy.decisions import PARAMETER_TYPES
-from pipros.policy.field_file import NUMBERS, PLAIN, field_path, place_of, read_fields, read_rule, whole
+from pipros.policy.field_file import ORDERED, PLAIN, field_path, place_of, read_fields, read_rule, whole
 from pipros.policy.model import EACH, RUNS, ActKind, ActRule, Condition, FieldRule, FieldTree, Policy
 from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
@@ -196,15 +197,15 @@ class _PolicyReader:
                 raise section.error(given[1], f"must not be combined with {given[0]}")
             if "field" in section.values:
                 path, kind = field_path(section, section.text("field"), message_class, "field")
-                if not (NUMBERS.fullmatch(kind) or kind in PLAIN) or EACH in path:
+                if (kind not in ORDERED and kind not in PLAIN) or EACH in path:
                     raise section.error("field", "must name one number or text, such as buttons[4]")
-                if kind in ("time", "duration"):
+                if kind in TIMES:
                     raise section.error("field", "must not be a time; max_age_s limits the age of messages")
                 if not given:
                     raise section.error("", "must have one of range, above, below and one_of for its field")
             elif given:
                 raise section.error(given[0], "needs the key field")
-            is_number = NUMBERS.fullmatch(kind) is not None
+            is_number = kind in ORDERED
             rule = read_rule(section, is_number=is_number or not path)
             if "above" in section.values or "below" in section.values:
                 if not is_number:

@@ -19,7 +19,7 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
-from pipros.msg.language.spec import FLOATS, INTEGERS, OCTETS
+from pipros.msg.language.spec import FLOATS, INTEGERS, OCTETS, TIMES
 from pipros.msg.time import NS_PER_S
 
 Set = Callable[[Any], Any]
@@ -133,7 +133,7 @@ class _Filling:
             setattr(message, name, _bool(value))
         elif base == "string":
             setattr(message, name, _string(value))
-        elif base in ("time", "duration"):
+        elif base in TIMES:
             self._fill_time(base, getattr(message, name), value)
         else:
             self._fill_message(base, getattr(message, name), value)
@@ -192,7 +192,7 @@ class _Filling:
         return _each(values, lambda value: self._element(base, value))
 
     def _element(self, base: str, value: Any) -> Any:
-        if base in ("time", "duration"):
+        if base in TIMES:
             from pipros.msg.time import Duration, Time
 
             time = Time() if base == "time" else Duration()
