@@ -24,8 +24,8 @@ from pipros.server.token_file import read_tokens
 from pipros.server.view_server import PageServer, ServedViews
 from pipros.web.bags.folder import BagFolder
 from pipros.web.bags.recording import BagRecording
+from pipros.web.bags.redirection import BagRedirection
 from pipros.web.bags.rewind import RecentMessages
-from pipros.web.bags.views import ShownBags
 from pipros.web.limits import PageLimits
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import serve_scene_file
@@ -223,14 +223,14 @@ def served_views(
             "smooth": scene_file is None or scene_file.is_smooth,
         }
 
-    shown = ShownBags(
+    redirection = BagRedirection(
         context.open_bags,
         of_tabs,
         lambda bag: views_of_tabs(PageContext(bag), only_messages=True),
         OF_MESSAGES,
     )
-    actions = {**shown.actions(), "about": about}
-    return ServedViews(shown.views(), actions, frozenset(CHANGING), permitted, PAGES)
+    actions = {**redirection.actions(), "about": about}
+    return ServedViews(redirection.views(), actions, frozenset(CHANGING), permitted, PAGES)
 
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:

@@ -12,7 +12,7 @@ from pipros.web.bags.open_bags import OpenBags
 from pipros.web.watched_system import WatchedSystem
 
 
-class ShownBags:
+class BagRedirection:
     """Redirects views and actions to the bag that the calling browser has opened, if any."""
 
     def __init__(
