@@ -16,7 +16,7 @@ class NotBelow(PiprosError):
 
 
 MOST_FILES: Final = 5000
-"""Maximum number of folders and files that are looked at."""
+"""Maximum number of folders and files that `files_below` looks at."""
 
 
 def file_inside(folder: Path, name: str) -> Path:
@@ -36,10 +36,13 @@ def file_inside(folder: Path, name: str) -> Path:
     return found
 
 
-def files_below(folder: Path, suffixes: tuple[str, ...]) -> Iterator[str]:
-    """Yield the names of files below a folder, sorted by folder, without hidden ones and links out."""
+def files_below(folder: Path, suffixes: tuple[str, ...], most: int = MOST_FILES) -> Iterator[str]:
+    """Yield the names of files below a folder, sorted by folder, without hidden ones and links out.
+
+    Looks at `most` folders and files.
+    """
     root = os.path.realpath(folder)
-    left = MOST_FILES
+    left = most
     for path, folders, files in os.walk(root):
         folders[:] = sorted(each for each in folders if not each.startswith("."))
         for name in sorted(files):

@@ -43,8 +43,8 @@ CALLER_ID = "/pipros_doctor"
 AT_ONCE = 16
 """Maximum number of nodes queried concurrently."""
 
-STAMP_WAIT_S = 0.5
-"""Time to wait for a message with a timestamp."""
+_STAMP_SHARE = 1 / 6
+"""Share of the timeout for a publisher during which it may be silent before its stamps are left out."""
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024
@@ -223,7 +223,7 @@ def _shake_hands(topic: str, host: str, port: int, timeout_s: float) -> Publishe
             return PublisherReport(f"{host}:{port}", Failure(printable(fields["error"])))
         # a latched message may be old
         has_stamp = fields.get("latching") != "1" and begins_with_header(fields.get("message_definition", ""))
-        stamp = _stamp_offset(sock, reader.rest) if has_stamp else None
+        stamp = _stamp_offset(sock, reader.rest, timeout_s * _STAMP_SHARE) if has_stamp else None
     return PublisherReport(
         f"{host}:{port}", None, printable(fields.get("type", "")), printable(fields.get("md5sum", "")), stamp
     )
@@ -238,10 +238,10 @@ def begins_with_header(definition: object) -> bool:
     return False
 
 
-def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
-    """Return the next message's stamp minus this machine's clock, in s, or None if no message arrives."""
+def _stamp_offset(sock: socket.socket, begun: bytes, timeout_s: float) -> float | None:
+    """Return the next message's stamp minus this machine's clock, in s, or None after the timeout."""
     data = begun
-    until = time.monotonic() + STAMP_WAIT_S
+    until = time.monotonic() + timeout_s
     while len(data) < _FIRST_BYTES.size:
         left = until - time.monotonic()
         if left <= 0:

@@ -40,7 +40,7 @@ LONGEST_PAUSE: Final = 1024
 """Maximum number of opportunities that are skipped after trials that did not pay."""
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
-_MAY_POLL: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
+MAY_POLL: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
 """Whether polling is useful. On a single processor, the sender makes no progress while this process polls."""
 
 _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
@@ -87,11 +87,18 @@ class PollingReceiver:
     reliably. If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
-    __slots__ = ("_backoff", "_longest_s")
+    __slots__ = ("_backoff", "_longest_s", "_may_poll")
 
-    def __init__(self, longest_s: float = STREAM_POLL_S, *, longest_pause: int = LONGEST_PAUSE) -> None:
+    def __init__(
+        self,
+        longest_s: float = STREAM_POLL_S,
+        *,
+        longest_pause: int = LONGEST_PAUSE,
+        may_poll: bool = MAY_POLL,
+    ) -> None:
         """Poll for at most `longest_s` before blocking; see `AdaptiveBackoff` for `longest_pause`."""
         self._longest_s = longest_s
+        self._may_poll = may_poll
         self._backoff = AdaptiveBackoff(longest_pause)
 
     def receive_into(self, sock: socket.socket, buffer: memoryview, max_polls: int | None = None) -> int:
@@ -141,7 +148,7 @@ class PollingReceiver:
 
     def _poll(self, receive: Callable[..., T], *args: Any, max_polls: int | None = None) -> T | None:
         """Poll with `receive` and return its result, or None if nothing arrived or polling is impossible."""
-        if not _MAY_POLL:
+        if not self._may_poll:
             self._backoff.note(pays=False)
             return None
         end, polls = 0.0, 0

@@ -9,13 +9,8 @@ from pipros.launch.nodelet_choice import arguments_of, why_not_loadable, with_ch
 from pipros.packages import nodelets
 from tests.support.debian_system import make_debian
 
-
-@pytest.fixture(autouse=True)
-def _plugins(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(nodelets, "PLUGINS", {"both/A": "x:A", "only_python/P": "x:P"})
-
-
-COMPILED = {"both/A": "both", "only_cpp/C": "only_cpp"}
+COMPILED = {"image_proc/debayer": "image_proc", "only_cpp/C": "only_cpp"}
+"""Plugins in C++. The first is also in Python, as is `image_proc/rectify`."""
 
 
 def nodelet(name: str, arguments: str, **fields: object) -> LaunchNode:
@@ -33,25 +28,26 @@ def chosen_for(*plugins: str, compiled: dict[str, str] = COMPILED, **variables: 
 
 
 def test_a_manager_is_in_python_if_all_its_nodelets_are() -> None:
-    assert chosen_for("both/A", "only_python/P") == (
+    assert chosen_for("image_proc/debayer", "image_proc/rectify") == (
         {""},
-        "nodelet /r/n0 (both/A) runs in Python\nnodelet /r/n1 (only_python/P) runs in Python",
+        "nodelet /r/n0 (image_proc/debayer) runs in Python\n"
+        "nodelet /r/n1 (image_proc/rectify) runs in Python",
     )
 
 
 def test_a_manager_is_genuine_if_one_of_its_nodelets_is_only_in_cpp() -> None:
-    assert chosen_for("both/A", "only_cpp/C") == ({"genuine"}, "")
+    assert chosen_for("image_proc/debayer", "only_cpp/C") == ({"genuine"}, "")
 
 
 def test_a_manager_whose_nodelets_are_not_all_installed_is_in_python() -> None:
-    expected = {"ours"}, "nodelet /r/n0 (both/A) runs in Python"
-    assert chosen_for("both/A", "only_cpp/C", compiled={}) == expected
-    assert chosen_for("only_python/P", "only_cpp/C")[0] == {"ours"}
+    expected = {"ours"}, "nodelet /r/n0 (image_proc/debayer) runs in Python"
+    assert chosen_for("image_proc/debayer", "only_cpp/C", compiled={}) == expected
+    assert chosen_for("image_proc/rectify", "only_cpp/C")[0] == {"ours"}
 
 
 def test_the_variable_overrides_the_choice() -> None:
-    assert chosen_for("both/A", PIPROS_NODELETS="genuine") == ({"genuine"}, "")
-    assert chosen_for("both/A", "only_cpp/C", PIPROS_NODELETS="ours")[0] == {"ours"}
+    assert chosen_for("image_proc/debayer", PIPROS_NODELETS="genuine") == ({"genuine"}, "")
+    assert chosen_for("image_proc/debayer", "only_cpp/C", PIPROS_NODELETS="ours")[0] == {"ours"}
 
 
 def test_arguments_name_the_manager_in_the_namespace_of_the_loader() -> None:
@@ -74,7 +70,7 @@ def test_a_nodelet_that_nothing_can_load_is_explained(
     assert "must be ours or genuine" in str(why_not_loadable(load, {"PIPROS_NODELETS": "both"}))
     assert why_not_loadable(load, {"PIPROS_NODELETS": "genuine"}) is None
     assert why_not_loadable(nodelet("m", "manager"), {}) is None
-    assert why_not_loadable(nodelet("n", "standalone both/A"), {}) is None
+    assert why_not_loadable(nodelet("n", "standalone image_proc/debayer"), {}) is None
 
     package = debian.share / "my_nodelets"
     package.mkdir()

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.net import busy_poll
-from pipros.net.busy_poll import PollingReceiver
+from pipros.net.busy_poll import STREAM_POLL_S, PollingReceiver
 
 
 @pytest.fixture
@@ -36,10 +35,7 @@ class SleepySocket:
 
 
 @pytest.fixture
-def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
-    """A `SleepySocket` on a system that permits busy polling: properties of the machine, no arguments."""
-    monkeypatch.setattr(busy_poll, "_DONTWAIT", 0x40)
-    monkeypatch.setattr(busy_poll, "_MAY_POLL", True)
+def sleepy() -> SleepySocket:
     return SleepySocket()
 
 
@@ -48,7 +44,7 @@ def wait_on(one: PollingReceiver, sock: SleepySocket) -> None:
 
 
 def test_the_number_of_polls_can_be_limited(sleepy: SleepySocket) -> None:
-    PollingReceiver(60.0).receive_into(sleepy, memoryview(b""), 3)  # type: ignore[arg-type]
+    PollingReceiver(60.0, may_poll=True).receive_into(sleepy, memoryview(b""), 3)  # type: ignore[arg-type]
     assert sleepy.waits == ["looked", "looked", "looked", "slept"]
 
 
@@ -64,7 +60,7 @@ def test_available_bytes_are_received(ends: tuple[socket.socket, socket.socket])
 
 def test_receive_waits_for_bytes_after_polling(ends: tuple[socket.socket, socket.socket]) -> None:
     ours, theirs = ends
-    timer = threading.Timer(20 * busy_poll.STREAM_POLL_S, theirs.sendall, (b"late",))
+    timer = threading.Timer(20 * STREAM_POLL_S, theirs.sendall, (b"late",))
     timer.start()
     assert PollingReceiver().receive(ours, 100) == b"late"
     timer.join()
@@ -89,7 +85,7 @@ def test_a_deadline_holds_for_a_peer_that_trickles(ends: tuple[socket.socket, so
 
 
 def test_unsuccessful_polls_become_rare(sleepy: SleepySocket) -> None:
-    one = PollingReceiver(ONE_LOOK, longest_pause=4)
+    one = PollingReceiver(ONE_LOOK, longest_pause=4, may_poll=True)
     polled_waits = []
     for wait in range(22):
         before = len(sleepy.waits)
@@ -103,7 +99,7 @@ def test_unsuccessful_polls_become_rare(sleepy: SleepySocket) -> None:
 def test_a_successful_poll_is_repeated(
     sleepy: SleepySocket, ends: tuple[socket.socket, socket.socket]
 ) -> None:
-    one = PollingReceiver(ONE_LOOK)
+    one = PollingReceiver(ONE_LOOK, may_poll=True)
     for _ in range(5):  # polls, skips, polls, skips twice
         wait_on(one, sleepy)
     ends[1].sendall(b"here")
@@ -114,7 +110,6 @@ def test_a_successful_poll_is_repeated(
     assert sleepy.waits == ["looked", "slept", "slept"], "the pause is one again"
 
 
-def test_without_busy_polling_it_sleeps(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
-    monkeypatch.setattr(busy_poll, "_MAY_POLL", False)  # as on a machine with one processor
-    wait_on(PollingReceiver(), sleepy)
+def test_without_busy_polling_it_sleeps(sleepy: SleepySocket) -> None:
+    wait_on(PollingReceiver(may_poll=False), sleepy)  # as on a machine with one processor
     assert sleepy.waits == ["slept"]
