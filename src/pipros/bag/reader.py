@@ -282,31 +282,15 @@ class BagReader:
         """
         wanted = self.connections if connections is None else list(connections)
         ranks = {connection.id: rank for rank, connection in enumerate(wanted)}
-        chunks = self.layout.chunks
-        spans = [
-            Span(number, chunk.start_ns)
-            for number, chunk in enumerate(chunks)
-            if not ranks.keys().isdisjoint(chunk.counts)
-            and (start_ns is None or chunk.end_ns >= start_ns)
-            and (end_ns is None or chunk.start_ns <= end_ns)
-        ]
+        spans = self._spans(ranks, start_ns, end_ns)
         order = [span.number for span in sorted(spans, key=lambda span: (span.start_ns, span.number))]
         next_of = {number: at + 1 for at, number in enumerate(order)}
-
-        def load(number: int) -> list[Entry]:
-            index = self.chunk_index(number)
-            packed = [(ranks[key], data) for key, data in index.items() if key in ranks]
-            entries = sorted_entries(packed, start_ns, end_ns)
-            if entries:
-                checked_time(entries[-1][0], self._place(number, entries[-1][2]))
-            return entries
-
         known = [(connection, *usual_headers(connection.id)) for connection in wanted]
         store = ChunkStore(self._source, self.chunk_header, self._limits)
         left: dict[int, int] = {}  # number of message bytes still allowed in each chunk
         unpack = U32.unpack_from
         try:
-            for run in runs_in_time_order(spans, load):
+            for run in runs_in_time_order(spans, partial(self._sorted_entries, ranks, start_ns, end_ns)):
                 number = run.number
                 size = self.chunk_header(number).size
                 is_view = as_views and are_large(size, len(run.entries))
@@ -314,7 +298,7 @@ class BagReader:
                 data = store.get(number, upcoming, is_reusable=is_view)
                 content: Any = memoryview(data) if is_view and data is not None else data
                 whole = 0 if data is None else len(data)
-                chunk_position = chunks[number].position
+                chunk_position = self.layout.chunks[number].position
                 left_bytes = left.get(number, size)
                 entries: Iterable[Entry] = run.entries
                 if run.begin or run.end < len(run.entries):
@@ -342,6 +326,27 @@ class BagReader:
                     del left[number]
         finally:
             store.close()
+
+    def _spans(self, ranks: Mapping[int, int], start_ns: int | None, end_ns: int | None) -> list[Span]:
+        """Return the chunks that may have messages of the connections in `ranks` and of the period."""
+        return [
+            Span(number, chunk.start_ns)
+            for number, chunk in enumerate(self.layout.chunks)
+            if not ranks.keys().isdisjoint(chunk.counts)
+            and (start_ns is None or chunk.end_ns >= start_ns)
+            and (end_ns is None or chunk.start_ns <= end_ns)
+        ]
+
+    def _sorted_entries(
+        self, ranks: Mapping[int, int], start_ns: int | None, end_ns: int | None, number: int
+    ) -> list[Entry]:
+        """Return the sorted index entries of a chunk, for the connections in `ranks` and the period."""
+        index = self.chunk_index(number)
+        packed = [(ranks[key], data) for key, data in index.items() if key in ranks]
+        entries = sorted_entries(packed, start_ns, end_ns)
+        if entries:
+            checked_time(entries[-1][0], self._place(number, entries[-1][2]))
+        return entries
 
     def messages(
         self,

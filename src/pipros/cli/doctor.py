@@ -22,6 +22,15 @@ _COLOURS = {"error": 31, "warning": 33}
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
+    options = _parse(list(sys.argv[1:] if argv is None else argv))
+    if options.subjects:
+        return run(lambda: _examine_subjects(options))
+    if options.self_test:
+        return run(lambda: _run_self_test(as_json=options.json))
+    return run(lambda: _examine_everything(options))
+
+
+def _parse(argv: Sequence[str]) -> Namespace:
     parser = ArgumentParser(
         prog="pipros doctor",
         description="Check the setup of this machine and the running system: every registered node, topic "
@@ -63,32 +72,28 @@ def main(argv: Sequence[str] | None = None) -> int:
         action="store_true",
         help="run a master, a talker and a listener for a second and check those",
     )
-    options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    options = parser.parse_args(argv)
     if not 0 < options.timeout < float("inf"):
         parser.error(f"--timeout must be a positive number of seconds, got {options.timeout}")
     if not 0 < options.wait <= LONGEST_WAIT_S:
         parser.error(f"--wait must be a number of seconds up to {LONGEST_WAIT_S:g}, got {options.wait}")
-    if options.subjects:
-        return run(lambda: _examine_subjects(options))
-    if options.self_test:
-        return run(lambda: _run_self_test(as_json=options.json))
+    return options
 
-    def body() -> int:
-        from pipros.health.examine import examine
 
-        with passing_note("Querying every node, topic and service..."):
-            examination = examine(
-                is_offline=options.offline, both_ways=options.both_ways, timeout_s=options.timeout
-            )
-        if options.json:
-            _print_json(_examination_as_json(examination))
-        else:
-            _print_findings(examination.findings)
-            _print_nodelets(examination)
-            print(_summary(examination))
-        return 0 if examination.is_healthy else 1
+def _examine_everything(options: Namespace) -> int:
+    from pipros.health.examine import examine
 
-    return run(body)
+    with passing_note("Querying every node, topic and service..."):
+        examination = examine(
+            is_offline=options.offline, both_ways=options.both_ways, timeout_s=options.timeout
+        )
+    if options.json:
+        _print_json(_examination_as_json(examination))
+    else:
+        _print_findings(examination.findings)
+        _print_nodelets(examination)
+        print(_summary(examination))
+    return 0 if examination.is_healthy else 1
 
 
 def _examine_subjects(options: Namespace) -> int:

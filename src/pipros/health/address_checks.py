@@ -5,6 +5,7 @@ from __future__ import annotations
 from urllib.parse import urlsplit
 
 from pipros.basics.env import Environment, InvalidEnvironment
+from pipros.basics.ports import AdvertisedAddress, PortRange
 from pipros.health.finding import Findings, error, warning
 from pipros.health.machine import MachineReport
 from pipros.net.address import is_loopback
@@ -38,8 +39,14 @@ def ports_and_advertised_address(machine: MachineReport) -> Findings:
             "PIPROS_ADVERTISE",
         )
         return
-    if advertised is None:
-        return
+    if advertised is not None:
+        yield from _advertised_address(machine, ports, advertised)
+
+
+def _advertised_address(
+    machine: MachineReport, ports: PortRange | None, advertised: AdvertisedAddress
+) -> Findings:
+    """Check that the address is known, and that its ports and the interface behind it receive connections."""
     if machine.resolved.get(advertised.host) == ():
         yield warning(
             "advertised-unknown",

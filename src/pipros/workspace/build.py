@@ -159,6 +159,14 @@ class _Build:
             self._result.needs_genuine = sorted(names - self._options.genuine)
             if self._result.needs_genuine:
                 return self._result
+        self._build_all(packages, natives, definitions)
+        self._write_spaces(packages, definitions)
+        return self._result
+
+    def _build_all(
+        self, packages: Sequence[SourcePackage], natives: list[SourcePackage], definitions: Definitions
+    ) -> None:
+        """Build the packages in order: `natives` and what they need with genuine catkin, if installed."""
         self._check_reconfigure_options(natives)
         natives = [package for package in natives if not self._is_broken(package)]
         native_names = {package.name for package in natives}
@@ -170,6 +178,9 @@ class _Build:
             if package.name not in native_names:
                 self._build_package(package, definitions)
         self._build_natives(packages, natives, native_names, definitions)
+
+    def _write_spaces(self, packages: Sequence[SourcePackage], definitions: Definitions) -> None:
+        """Write the files of the spaces that belong to no package, and install the packages if requested."""
         self._update_typings(definitions)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         if self._layout.build != self._layout.source:
@@ -182,7 +193,6 @@ class _Build:
         if self._options.installs:
             self._install(packages, underlays, definitions)
         write_if_changed(self._state_file, json.dumps(self._state, indent=1, sort_keys=True))
-        return self._result
 
     def _update_typings(self, definitions: Definitions) -> None:
         """Update the stubs in `typings`, which `pipros stubs` creates, for packages with definitions."""

@@ -72,6 +72,15 @@ def load(
             "Failed to load nodelet '%s' of type '%s' to manager '%s': %s", node.name, plugin, manager, error
         )
         return FAILED
+    _wait_for_end(node, log, place, bond_id)
+    return 0
+
+
+def _wait_for_end(node: Node, log: logging.Logger, place: str, bond_id: str) -> None:
+    """Wait until the node ends, and unload its nodelet. With a bond, the end of the nodelet ends the node.
+
+    `bond_id` is empty if there is no bond.
+    """
     broken = threading.Event()
     bond: NodeBond | None = None
 
@@ -81,7 +90,7 @@ def load(
 
     # Before the bond's own hook, so that the nodelet has ended when the bond is broken.
     node.on_shutdown(end)
-    if has_bond:
+    if bond_id:
 
         def on_broken() -> None:
             broken.set()
@@ -91,7 +100,6 @@ def load(
         bond = NodeBond(node, f"{place}/bond", bond_id, on_broken)
     node.wait_for_shutdown()
     del bond
-    return 0
 
 
 def unload(node: Node, log: logging.Logger, name: str, manager: str) -> int:
