@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import logging
 import os
 import sys
 import threading
@@ -19,12 +18,14 @@ from pipros.fleet.agent import Agent, agent_node_name, new_instance
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls, checked_address, connect, open_router
 from pipros.node import Node
+from pipros.node.program_log import stderr_logger
 from pipros.node.start_params import is_on
 
 if TYPE_CHECKING:
     from pipros.fleet.history_files import HistoryFiles
 
 RETRY_S: Final = 1.0
+_LOGGER: Final = "pipros.fleet"
 CHANGES_S: Final = 1.0
 """Interval at which a router checks its list of members for changes."""
 
@@ -214,7 +215,9 @@ def _running_router(options: RouterOptions) -> Iterator[None]:
         from pipros.fleet.recorder import FleetRecorder  # imported here, because agents do not need it
 
         files, topics = options.history.files, options.history.topics
-        with closing(FleetRecorder(router, files, new_instance(), topics, log=_log())) as recorder:
+        with closing(
+            FleetRecorder(router, files, new_instance(), topics, log=stderr_logger(_LOGGER))
+        ) as recorder:
             recorder.start()
             yield
 
@@ -228,16 +231,4 @@ def _stamp(file: Path | None) -> object:
 
 def agent_node(name: str, argv: Sequence[str]) -> Node:
     """Create an agent's node, which logs to standard error."""
-    return Node(agent_node_name(name), argv=argv, log=_log())
-
-
-def _log() -> logging.Logger:
-    """Return the logger of agents and routers, which writes to standard error."""
-    log = logging.getLogger("pipros.fleet")
-    log.setLevel(logging.INFO)
-    if not log.handlers:
-        handler = logging.StreamHandler()
-        handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
-        log.addHandler(handler)
-        log.propagate = False
-    return log
+    return Node(agent_node_name(name), argv=argv, log=stderr_logger(_LOGGER))

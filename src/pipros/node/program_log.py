@@ -1,4 +1,4 @@
-"""Log files for programs that are not nodes: tools, and programs that log before their node starts."""
+"""Logs of programs: files for tools and before a node starts, and standard error for servers."""
 
 from __future__ import annotations
 
@@ -53,6 +53,18 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
         raise PiprosError(f"cannot log to [{path}]: {error}") from error
     root.setLevel(min(root.level or level, level))
     return path
+
+
+def stderr_logger(name: str) -> logging.Logger:
+    """Return a logger that writes records from INFO on to standard error, each after its level."""
+    log = logging.getLogger(name)
+    log.setLevel(logging.INFO)
+    if not log.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
+        log.addHandler(handler)
+        log.propagate = False
+    return log
 
 
 def make_folders_as_parent(folder: Path) -> None:

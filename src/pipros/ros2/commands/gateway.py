@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -48,12 +47,13 @@ def _serve(argv: Sequence[str]) -> int:
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")
     from pipros.node import Node
+    from pipros.node.program_log import stderr_logger
     from pipros.ros2.serve import GatewayOptions, gateway_node_name, serve_gateway
 
     discovery, distribution = _discovery(options.domain), _distribution(options.distro)
     routers = [options.router or ROUTER] if options.router or options.zenoh else []
     name = gateway_node_name(discovery.domain, is_zenoh=bool(routers))
-    node = Node(name, argv=argv, log=_log())
+    node = Node(name, argv=argv, log=stderr_logger("pipros.ros2"))
     pairs = _pairs(options, distribution, node)
     return serve_gateway(node, GatewayOptions(discovery, _rules(options.rules), pairs, distribution, routers))
 
@@ -103,18 +103,6 @@ def _read(file: str) -> str:
         return read_text(file, process_limits().definition_bytes)
     except (OSError, UnicodeDecodeError) as error:
         raise CommandError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
-
-
-def _log() -> logging.Logger:
-    """Return the logger of the gateway and its engine. It writes to standard error."""
-    log = logging.getLogger("pipros.ros2")
-    log.setLevel(logging.INFO)
-    if not log.handlers:
-        handler = logging.StreamHandler()
-        handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
-        log.addHandler(handler)
-        log.propagate = False
-    return log
 
 
 def _status(argv: Sequence[str]) -> int:
