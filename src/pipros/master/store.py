@@ -91,7 +91,7 @@ class Store:
         set_aside: the new path of an unusable file; None if the file was usable or new.
     """
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, pause_s: float = PAUSE_S) -> None:
         """Open or create the file. A damaged or foreign file is moved aside unchanged.
 
         Raises:
@@ -99,6 +99,7 @@ class Store:
             StoreUntrusted: another user could have written to the file.
         """
         self.file = file
+        self._pause_s = pause_s
         self.set_aside: Path | None = None
         _make_private(file)
         try:
@@ -188,7 +189,7 @@ class Store:
                             self._database.execute(statement, tuple(_plain(item) for item in row))
             except (sqlite3.Error, TypeError, ValueError) as error:
                 _log.error("cannot write to the store %s: %s", self.file, error)
-            self._closing.wait(PAUSE_S)
+            self._closing.wait(self._pause_s)
         self._database.close()
 
 

@@ -17,9 +17,10 @@ _REPORT_EVERY_S: Final = 60.0
 class Refusals:
     """Counts refusals. Logs the first refusal of each peer, and the number of others at intervals."""
 
-    def __init__(self, log: logging.Logger = _log) -> None:
+    def __init__(self, log: logging.Logger = _log, report_every_s: float = _REPORT_EVERY_S) -> None:
         self.total = 0
         self._log = log
+        self._report_every_s = report_every_s
         self._by_peer: dict[str, int] = {}
         self._unreported = 0
         self._reported_at = 0.0
@@ -41,9 +42,9 @@ class Refusals:
         )
 
     def report(self) -> None:
-        """Log the number of refusals that were not logged individually, at most once a minute."""
+        """Log the number of refusals that were not logged individually, at most every `report_every_s`."""
         now = time.monotonic()
-        if self._unreported and now - self._reported_at >= _REPORT_EVERY_S:
+        if self._unreported and now - self._reported_at >= self._report_every_s:
             self._log.warning("%d more refusals, %d in total", self._unreported, self.total)
             self._unreported, self._reported_at = 0, now
 

@@ -75,11 +75,8 @@ def test_the_tree_survives_any_changes_and_a_restart(
     assert reopened(store.file)[0].get("/") == params.get("/")
 
 
-def test_a_single_change_is_written_at_once_and_pending_ones_on_close(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("pipros.master.store.PAUSE_S", 1000.0)
-    store = Store(tmp_path / "store")
+def test_a_single_change_is_written_at_once_and_pending_ones_on_close(tmp_path: Path) -> None:
+    store = Store(tmp_path / "store", pause_s=1000.0)
     store.param_set("/first", 1)
     reader = sqlite3.connect(tmp_path / "store")
     wait_until(lambda: reader.execute("SELECT key FROM parameters").fetchall() == [("/first",)])

@@ -199,15 +199,15 @@ def test_the_oldest_request_is_closed_first() -> None:
     assert bodies.bytes == 1
 
 
-def test_further_refusals_are_reported_later(
-    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    refusals = Refusals()
+def test_further_refusals_are_reported_later(caplog: pytest.LogCaptureFixture) -> None:
+    rare, at_once = Refusals(), Refusals(report_every_s=0.0)
     for _ in range(100):
-        refusals.count("a", "sent nonsense")
-    refusals.report()
+        rare.count("a", "sent nonsense")
+    rare.report()
     assert len(caplog.records) == 1
-    monkeypatch.setattr("pipros.net.refusals._REPORT_EVERY_S", 0)
-    refusals.report()
-    refusals.report()
+    caplog.clear()
+    for _ in range(100):
+        at_once.count("a", "sent nonsense")
+    at_once.report()
+    at_once.report()
     assert [record.getMessage() for record in caplog.records[1:]] == ["99 more refusals, 100 in total"]

@@ -9,8 +9,8 @@ from typing import Any, Final
 from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.extras import tree_of
 
-_PAIRS: Final = 10_000_000
-"""Maximum number of pairs of neighbours in memory."""
+PAIRS: Final = 10_000_000
+"""Default of the maximum number of pairs of neighbours in memory."""
 
 
 def plane(
@@ -79,7 +79,7 @@ def _fitted(points: Any, before: Any) -> Any:
     return np.append(normal, -(normal @ center))
 
 
-def clusters(points: Any, tolerance: float, smallest: int, largest: int) -> list[Any]:
+def clusters(points: Any, tolerance: float, smallest: int, largest: int, pairs: int = PAIRS) -> list[Any]:
     """Return the sorted indices of each cluster, the largest cluster first.
 
     Two points are in one cluster if a chain of points joins them in steps of at most `tolerance`. Others than
@@ -88,12 +88,13 @@ def clusters(points: Any, tolerance: float, smallest: int, largest: int) -> list
 
     Args:
         smallest, largest: clusters of other sizes are left out.
+        pairs: maximum number of pairs of neighbours in memory, unless one point has more.
     """
     finite = np.flatnonzero(np.isfinite(points).all(1))
     if not len(finite):
         return []
     places, place_of = _places(points[finite])
-    labels = _labels(places.astype(np.float64), tolerance)[place_of]
+    labels = _labels(places.astype(np.float64), tolerance, pairs)[place_of]
     order = np.argsort(labels, kind="stable")
     groups = np.split(finite[order], np.flatnonzero(np.diff(labels[order])) + 1)
     return sorted((each for each in groups if smallest <= len(each) <= largest), key=lambda each: -len(each))
@@ -112,7 +113,7 @@ def _places(points: Any) -> tuple[Any, Any]:
     return ordered[is_first], place_of
 
 
-def _labels(points: Any, tolerance: float) -> Any:
+def _labels(points: Any, tolerance: float, pairs: int) -> Any:
     tree = tree_of(points, "pcl/EuclideanClusterExtraction")
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -122,7 +123,7 @@ def _labels(points: Any, tolerance: float) -> Any:
     labels, start = np.arange(count), 0
     while start < count:
         before = total[start - 1] if start else 0
-        end = max(int(np.searchsorted(total, before + _PAIRS)), start + 1)
+        end = max(int(np.searchsorted(total, before + pairs)), start + 1)
         part = tree_of(points[start:end], "pcl/EuclideanClusterExtraction")
         near = part.sparse_distance_matrix(tree, tolerance, output_type="coo_matrix")
         # The points of each group so far are joined to its first one.

@@ -176,10 +176,9 @@ def test_points_without_bytes_are_refused() -> None:
         rows_of(cloud)
 
 
-def test_many_neighbors_are_joined_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pipros.libraries.clouds.segmentation._PAIRS", 50)
+def test_many_neighbors_are_joined_in_parts() -> None:
     table = np.concatenate([np.linspace((at, 0, 0), (at, 1, 0), 40) for at in range(3)])
-    assert [len(each) for each in clusters(table, 0.2, 1, 999)] == [40, 40, 40]
+    assert [len(each) for each in clusters(table, 0.2, 1, 999, pairs=50)] == [40, 40, 40]
 
 
 def strange_cloud(numbers: Any) -> Any:
