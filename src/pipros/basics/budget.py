@@ -6,8 +6,8 @@ child, and a child may have children for single topics or requests. An amount is
 all its ancestors, or from none of them. Closing a client's budget returns everything that the client still
 holds, so no path through the code can forget an amount when a client leaves.
 
-The unit is the caller's: bytes, threads, slots or steps of work. Work is a budget that is refilled, at each
-turn of an event loop or after some time. All budgets of a tree are thread-safe, and `take` never blocks.
+The unit is the caller's: bytes, threads or slots. All budgets of a tree are thread-safe, and `take` never
+blocks.
 
     server = Budget(256 * MIB)
     client = Budget(64 * MIB, server, part=0.5)
@@ -101,15 +101,6 @@ class Budget:
             if not self._is_closed:
                 self._give_back(before - after)
             return True
-
-    def refill(self) -> None:
-        """Return everything in use, for example at the next turn of an event loop.
-
-        Only for budgets without children, which would return the same amounts again.
-        """
-        with self._lock:
-            if not self._is_closed:
-                self._give_back(self.used)
 
     def close(self) -> None:
         """Return everything in use, and refuse all later amounts. May be called repeatedly."""

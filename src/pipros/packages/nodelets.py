@@ -77,11 +77,6 @@ def python_nodelet(plugin: str) -> str | None:
     return _of_others().get(plugin)
 
 
-def python_nodelets() -> list[str]:
-    """Return the names of all nodelets in Python, sorted."""
-    return sorted({*PLUGINS, *_of_others()})
-
-
 @cache
 def _of_others() -> Mapping[str, str]:
     return {point.name: point.value for point in entry_points(group=ENTRY_POINTS)}

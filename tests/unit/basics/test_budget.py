@@ -56,7 +56,6 @@ def test_closing_a_client_returns_everything_and_later_returns_are_ignored() -> 
     assert server.used == 0
     topic.give_back(40)
     client.give_back(40)
-    client.refill()
     assert server.used == 0
     assert not client.take(0.5)
     assert not topic.take(1)
@@ -115,14 +114,6 @@ def test_an_amount_can_be_replaced_by_another() -> None:
     assert not client.hold(50, 51)
     assert client.hold(50, 10)
     assert (client.used, server.used) == (10, 10)
-
-
-def test_a_budget_of_work_is_refilled_at_each_turn() -> None:
-    turn = Budget(3)
-    for _ in range(2):
-        assert [turn.take(1) for _ in range(4)] == [True, True, True, False]
-        turn.refill()
-    assert turn.used == 0
 
 
 def test_an_amount_that_was_not_taken_cannot_be_returned() -> None:
