@@ -84,9 +84,8 @@ class RpcConnection(asyncio.Protocol):
         self._reader = RequestReader(body_limit=server.limits.body_bytes)
         self._transport: asyncio.Transport | None = None
         self._state = RpcState.READING
-        self._pending: asyncio.Task[None] | asyncio.Handle | None = (
-            None  # the task or turn that the current state waits for
-        )
+        # the task or turn that the current state waits for
+        self._pending: asyncio.Task[None] | asyncio.Handle | None = None
         self._drain_bytes_left = _DRAIN_LIMIT_BYTES
         self._unsent = memoryview(b"")
         self._needs_bytes = False  # whether the reader needs more bytes to complete a request

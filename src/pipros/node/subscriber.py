@@ -45,14 +45,18 @@ NO_ARGS = object()
 
 @dataclass(slots=True, eq=False, repr=False)
 class SubscriberCallback:
-    """One callback of a subscription, its second argument, if any, and whether it gets views."""
+    """One callback of a subscription.
+
+    Attributes:
+        args: the callback's second argument, if it has one.
+        takes_views: whether messages are arrays of shared memory or of received bytes.
+        stands_for: the new callback that this one replaces until it has received the latched messages.
+    """
 
     callback: Callback
     args: object = NO_ARGS
     takes_views: bool = False
-    stands_for: SubscriberCallback | None = (
-        None  # the new callback, until it has received the latched messages
-    )
+    stands_for: SubscriberCallback | None = None
 
 
 class SubscriberLink(NamedTuple):
