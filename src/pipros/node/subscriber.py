@@ -9,12 +9,11 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
-from pipros.basics.errors import LimitExceeded, MissingExtra, PiprosError, ProtocolError, Unreachable
+from pipros.basics.errors import LimitExceeded, MissingExtra, ProtocolError
 from pipros.basics.printable import printable
-from pipros.net import local_stream, tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
-from pipros.net.rpc_async_client import call_async
 from pipros.net.shared_receiver import NoSharedMemory
+from pipros.net.tcpros import TcprosConnection
 from pipros.net.workers import interpreter_ends
 from pipros.node.any_msg import AnyMsg
 from pipros.node.asyncio_support import MessageStream
@@ -23,16 +22,13 @@ from pipros.node.context import NodeContext
 from pipros.node.in_process import InProcessLink, with_octets
 from pipros.node.latch import LastMessage, LatchedFirst
 from pipros.node.publisher_connector import LinkEnd, PublisherConnector
-from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
-from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
+from pipros.node.publisher_dialer import PublisherDialer
+from pipros.wire.handshake import WireType
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
     from pipros.node.publisher import Publication
 
-
-REQUEST_DEADLINE_S = 10.0
-"""How long a publisher may take to answer `requestTopic`."""
 
 Callback = Callable[..., object]
 
@@ -94,11 +90,10 @@ class Subscription:
         self._decode = decoder(message_class)
         self._delivery_lock = DeliveryLock()
         self._lock = threading.Lock()
+        self._dialer = PublisherDialer(topic, self.interface, context)
         self._connector = PublisherConnector(topic, context, self._link)
         self._announcements = 0  # changed only in the event loop
         self._is_closed = False
-        self._tcp_only: set[str] = set()  # URIs of publishers whose Unix streams failed
-        self._without_memory: set[str] = set()  # URIs of publishers whose shared memory failed
         self._takes_views = False  # whether a callback takes views
         self._decode_views = decoder(message_class)
 
@@ -219,7 +214,7 @@ class Subscription:
             raise LimitExceeded("this node has as many connections as its limits allow")
         ended: LinkEnd = asyncio.get_running_loop().create_future()
         try:
-            connection = await self._connect(uri)
+            connection = await self._dialer.connect(uri, tcp_nodelay=self.tcp_nodelay)
             link = self._start(uri, connection, ended)
         except BaseException:
             connections.release_outgoing()
@@ -228,38 +223,7 @@ class Subscription:
             link.close()
         return ended
 
-    async def _connect(self, uri: str) -> tcpros.TcprosConnection:
-        address = await self._request(uri)
-        wanted = request_topic_link(
-            self.topic, self._context.node_name, self.interface, tcp_nodelay=self.tcp_nodelay
-        )
-        limits = self._context.limits
-        if isinstance(address, str):
-            shares = local_stream.shares_memory() and uri not in self._without_memory
-            if shares:
-                wanted[HEADER_FIELD] = ACCEPTED
-            try:
-                connection = await tcpros.connect_locally(
-                    address, wanted, shares_memory=shares, limits=limits
-                )
-            except (ProtocolError, Unreachable):
-                if len(self._tcp_only) >= limits.publishers_per_topic:
-                    self._tcp_only.clear()
-                self._tcp_only.add(uri)
-                return await self._connect(uri)
-        else:
-            connection = await tcpros.connect(
-                *address, wanted, limits=limits, timings=self._context.timings.links
-            )
-        try:
-            peer = address if isinstance(address, str) else f"{address[0]}:{address[1]}"
-            check_topic_reply(connection.fields, self.interface, peer)
-        except PiprosError:
-            connection.sock.close()
-            raise
-        return connection
-
-    def _start(self, uri: str, connection: tcpros.TcprosConnection, ended: LinkEnd) -> IncomingLink:
+    def _start(self, uri: str, connection: TcprosConnection, ended: LinkEnd) -> IncomingLink:
         header = dict(connection.fields)
         last = LastMessage() if header.get("latching") == "1" else None
         link = IncomingLink(
@@ -290,32 +254,6 @@ class Subscription:
                 raise asyncio.CancelledError from error
             raise ProtocolError(str(error)) from error
         return link
-
-    async def _request(self, uri: str) -> tuple[str, int] | str:
-        """Request the topic's address from a publisher.
-
-        Return the host and port for TCPROS, or the name of a Unix stream.
-        """
-        answer = await call_async(
-            uri,
-            "requestTopic",
-            self._context.node_name,
-            self.topic,
-            [["TCPROS"]] if uri in self._tcp_only else local_stream.offer(),
-            timeout_s=REQUEST_DEADLINE_S,
-        )
-        match answer:
-            case [1, _, ["TCPROS", str(host), int(port)]]:
-                return host, port
-            case [1, _, [local_stream.PROTOCOL, local_stream.VERSION, str(name)]] if (
-                uri not in self._tcp_only
-            ):
-                return name
-            case [int(code), str(text), _]:
-                raise Unreachable(
-                    uri, f"it does not offer the topic ({text})" if code != 1 else "it does not offer TCPROS"
-                )
-        raise ProtocolError(f"requestTopic returned {printable(answer)}")
 
     # -- messages -------------------------------------------------------------------
 
@@ -436,9 +374,7 @@ class Subscription:
     def _detach(self, link: IncomingLink, error: Exception | None, ended: LinkEnd, uri: str) -> None:
         self._remove_link(link)
         if isinstance(error, NoSharedMemory):
-            if len(self._without_memory) >= self._context.limits.publishers_per_topic:
-                self._without_memory.clear()
-            self._without_memory.add(uri)
+            self._dialer.avoid_memory(uri)
         self._context.connections.release_outgoing()
         broken = ""
         if error is not None and not isinstance(error, OSError):

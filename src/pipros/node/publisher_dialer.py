@@ -1,0 +1,98 @@
+"""Connect to one publisher of a topic, with the fastest transport that both sides have."""
+
+from __future__ import annotations
+
+from pipros.basics.errors import PiprosError, ProtocolError, Unreachable
+from pipros.basics.printable import printable
+from pipros.net import local_stream, tcpros
+from pipros.net.rpc_async_client import call_async
+from pipros.node.context import NodeContext
+from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
+from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
+
+REQUEST_DEADLINE_S = 10.0
+"""How long a publisher may take to answer `requestTopic`."""
+
+
+class PublisherDialer:
+    """Connects to publishers of a topic: through a Unix stream, with shared memory, or through TCP.
+
+    Remembers the publishers with which one of these failed, and avoids it from then on.
+    """
+
+    def __init__(self, topic: str, interface: WireType, context: NodeContext) -> None:
+        self._topic = topic
+        self._interface = interface
+        self._context = context
+        self._tcp_only: set[str] = set()  # URIs of publishers whose Unix streams failed
+        self._without_memory: set[str] = set()  # URIs of publishers whose shared memory failed
+
+    def avoid_memory(self, uri: str) -> None:
+        """Request no shared memory from this publisher any more."""
+        self._remember(uri, self._without_memory)
+
+    def _remember(self, uri: str, publishers: set[str]) -> None:
+        if len(publishers) >= self._context.limits.publishers_per_topic:
+            publishers.clear()
+        publishers.add(uri)
+
+    async def connect(self, uri: str, *, tcp_nodelay: bool) -> tcpros.TcprosConnection:
+        """Return a connection whose handshake is complete.
+
+        Raises:
+            PiprosError: the publisher is unreachable, refuses the connection or violates the protocol.
+            ValueError: the publisher registered an invalid URI.
+        """
+        address = await self._request(uri)
+        wanted = request_topic_link(
+            self._topic, self._context.node_name, self._interface, tcp_nodelay=tcp_nodelay
+        )
+        limits = self._context.limits
+        if isinstance(address, str):
+            shares = local_stream.shares_memory() and uri not in self._without_memory
+            if shares:
+                wanted[HEADER_FIELD] = ACCEPTED
+            try:
+                connection = await tcpros.connect_locally(
+                    address, wanted, shares_memory=shares, limits=limits
+                )
+            except (ProtocolError, Unreachable):
+                self._remember(uri, self._tcp_only)
+                return await self.connect(uri, tcp_nodelay=tcp_nodelay)
+        else:
+            connection = await tcpros.connect(
+                *address, wanted, limits=limits, timings=self._context.timings.links
+            )
+        try:
+            peer = address if isinstance(address, str) else f"{address[0]}:{address[1]}"
+            check_topic_reply(connection.fields, self._interface, peer)
+        except PiprosError:
+            connection.sock.close()
+            raise
+        return connection
+
+    async def _request(self, uri: str) -> tuple[str, int] | str:
+        """Request the topic's address from a publisher.
+
+        Return the host and port for TCPROS, or the name of a Unix stream.
+        """
+        answer = await call_async(
+            uri,
+            "requestTopic",
+            self._context.node_name,
+            self._topic,
+            [["TCPROS"]] if uri in self._tcp_only else local_stream.offer(),
+            timeout_s=REQUEST_DEADLINE_S,
+        )
+        match answer:
+            case [1, _, ["TCPROS", str(host), int(port)]]:
+                return host, port
+            case [1, _, [local_stream.PROTOCOL, local_stream.VERSION, str(name)]] if (
+                uri not in self._tcp_only
+            ):
+                return name
+            case [int(code), str(text), _]:
+                raise Unreachable(
+                    uri, f"it does not offer the topic ({text})" if code != 1 else "it does not offer TCPROS"
+                )
+        raise ProtocolError(f"requestTopic returned {printable(answer)}")
