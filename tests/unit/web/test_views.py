@@ -19,7 +19,7 @@ from genpy import Time
 from pipros.graph.drawing.layered_layout import Box
 from pipros.server.view_server import RequestRefused
 from pipros.web.curve_samples import NotANumber, find_field, number_in, numeric_fields
-from pipros.web.image_pixels import LARGEST_BYTES, packed
+from pipros.web.images.pixels import LARGEST_BYTES, packed
 from pipros.web.topic_watch import NewSamples
 from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses

@@ -12,7 +12,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.pictures.image_message import IMAGE_TYPES
-from pipros.web.image_pixels import packed
+from pipros.web.images.pixels import packed
 
 MAX_POINTS: Final = 720
 MAX_CELLS: Final = 160

@@ -36,7 +36,7 @@ from pipros.web.bags.rewind import KEPT_TOPICS, NAME, RecentMessages, Recording
 from pipros.web.bags.tracks import BINS, tracks
 from pipros.web.bounded_list import bounded_list
 from pipros.web.curve_samples import find_field, mark_of, sample_of
-from pipros.web.image_pixels import packed
+from pipros.web.images.pixels import packed
 from pipros.web.limits import PageLimits
 from pipros.web.views.plot import COMPUTED_S, axis_of, field_text
 from pipros.web.views.topics import topic_name

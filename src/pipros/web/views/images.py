@@ -17,9 +17,9 @@ from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
 from pipros.pictures.image_message import IMAGE_TYPES
 from pipros.server.view_server import RequestRefused
-from pipros.web.image_overlays import Camera, OverlayMarkers, detection_shapes, marker_shapes
-from pipros.web.image_pairs import APART_S, ImagePairs, stamp_ns
-from pipros.web.image_pixels import packed
+from pipros.web.images.overlays import Camera, OverlayMarkers, detection_shapes, marker_shapes
+from pipros.web.images.pairs import APART_S, ImagePairs, stamp_ns
+from pipros.web.images.pixels import packed
 from pipros.web.messages.known_topic import KnownTopic
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.frames import LONGEST_ERROR, FrameTree, open_frames

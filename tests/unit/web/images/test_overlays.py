@@ -16,7 +16,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from image_geometry import PinholeCameraModel
 from pipros.graph.raw_decoder import RawDecoder
 from pipros.node.any_msg import AnyMsg
-from pipros.web.image_overlays import (
+from pipros.web.images.overlays import (
     MAX_MARKERS,
     MAX_PARTS,
     Camera,
@@ -24,7 +24,7 @@ from pipros.web.image_overlays import (
     detection_shapes,
     marker_shapes,
 )
-from pipros.web.image_pairs import ImagePairs
+from pipros.web.images.pairs import ImagePairs
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.images import info_topic
 

@@ -1,0 +1,1 @@
+"""Images on the page: pixels for browsers, shapes over them, and pairs of two topics."""
