@@ -19,6 +19,8 @@ from collections.abc import Callable, Iterator
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
+from pipros.basics.interrupts import ENDING_SIGNALS
+
 SLICE_S = 0.2
 _POLL_INTERVAL_S = 0.05
 
@@ -67,17 +69,16 @@ def set_by_signals(over: OnceEvent) -> Iterator[None]:
 
     Does nothing outside the main thread.
     """
-    numbers = (signal.SIGINT, signal.SIGTERM)
 
     def end(*_: object) -> None:
-        for number in numbers:
+        for number in ENDING_SIGNALS:
             signal.signal(number, signal.SIG_DFL)
         over.set()
 
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    previous = [(number, signal.signal(number, end)) for number in numbers]
+    previous = [(number, signal.signal(number, end)) for number in ENDING_SIGNALS]
     try:
         yield
     finally:

@@ -25,6 +25,11 @@ from typing import Any, ParamSpec
 
 _Arguments = ParamSpec("_Arguments")
 
+ENDING_SIGNALS: tuple[signal.Signals, ...] = (signal.SIGINT, signal.SIGTERM)
+"""The signals that ask a program to end. A launcher on Windows sends SIGBREAK; see `posix.interrupt`."""
+if sys.platform == "win32":
+    ENDING_SIGNALS += (signal.SIGBREAK,)
+
 _AGAIN_S = 0.02
 """The delay before SIGINT is sent again, so that the hook has finished by then."""
 
@@ -37,6 +42,9 @@ def install() -> None:
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
         atexit.register(_wait_for_starting_threads)
+        if sys.platform == "win32" and threading.current_thread() is threading.main_thread():
+            if signal.getsignal(signal.SIGBREAK) is signal.SIG_DFL:
+                signal.signal(signal.SIGBREAK, signal.default_int_handler)
 
 
 def accept_ctrl_c() -> None:
@@ -82,7 +90,7 @@ def ended_by_termination() -> Iterator[None]:
     """
     previous: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():
-        for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP
+        for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):  # no system has all
             number = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) is signal.SIG_DFL:
                 previous[number] = signal.signal(number, _exit_by_signal)

@@ -25,6 +25,9 @@ NO_LINK = getattr(os, "O_NOFOLLOW", 0) | _AT_ONCE
 READ = os.O_RDONLY | _AT_ONCE | getattr(os, "O_BINARY", 0)
 """Flags for `os.open` to read a file that may turn out to be a pipe."""
 
+NEW_GROUP = 0x200 if sys.platform == "win32" else 0
+"""For `creationflags`, beside `start_new_session`, which Windows ignores: CREATE_NEW_PROCESS_GROUP."""
+
 _WINDOWS_CONNECTIONS = 8192
 
 
@@ -84,6 +87,19 @@ def kill_with_group(process: subprocess.Popen[bytes]) -> None:
             return
     else:
         process.kill()
+
+
+def interrupt(process: subprocess.Popen[bytes]) -> None:
+    """Do to the first process of a new group what Ctrl-C does: SIGINT, or SIGBREAK on Windows.
+
+    Windows does not pass Ctrl-C on to new groups.
+    """
+    import signal
+
+    if sys.platform == "win32":
+        process.send_signal(signal.CTRL_BREAK_EVENT)
+    else:
+        process.send_signal(signal.SIGINT)
 
 
 def call_in_children(callback: Callable[[], object]) -> None:

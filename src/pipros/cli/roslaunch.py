@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.interrupts import ENDING_SIGNALS
 from pipros.cli.entry_point import INTERRUPTED, command
 from pipros.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
 from pipros.launch.arguments import split_arguments
@@ -141,7 +142,7 @@ def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], Non
             requested = True
             raise KeyboardInterrupt
 
-    numbers = {signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)}
+    numbers = {*ENDING_SIGNALS, getattr(signal, "SIGHUP", signal.SIGTERM)}
     before = [(number, signal.signal(number, handle)) for number in numbers]
 
     def restore() -> None:

@@ -13,6 +13,7 @@ from pipros.basics import names
 from pipros.basics.env import DEFAULT_MASTER_PORT, Environment
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.interrupts import ENDING_SIGNALS
 from pipros.cli.entry_point import command
 
 _DEPRECATED = """
@@ -149,7 +150,7 @@ def _serve(environment: Environment, port: int, timeout_s: float | None, options
         print(f"shutdown request: {reason}", flush=True)
         end.set()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ENDING_SIGNALS:
         signal.signal(number, lambda *_: end.set())
     try:
         master_options = MasterOptions(

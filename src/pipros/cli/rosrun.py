@@ -10,6 +10,7 @@ from typing import NoReturn
 
 from pipros.basics.errors import NotFound
 from pipros.basics.graph_variables import InvalidEnvironment
+from pipros.basics.interrupts import ENDING_SIGNALS
 from pipros.cli.entry_point import command
 from pipros.workspace.executables import (
     Executables,
@@ -122,13 +123,21 @@ def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
     sys.stdout.flush()
     try:
         if os.name == "nt":
-            import subprocess
-
-            return subprocess.run(command, env=environment, check=False).returncode  # noqa: S603
+            return _run_and_wait(command, environment)
         _replace_process(command, environment)
     except OSError as error:
         print(f"[rosrun] {command[0]}: {error.strerror}", file=sys.stderr)
         return NO_SUCH_COMMAND if isinstance(error, FileNotFoundError) else CANNOT_RUN
+
+
+def _run_and_wait(command: list[str], environment: dict[str, str]) -> int:
+    """Run a program where a process cannot become another one. Ctrl-C reaches both; the program decides."""
+    import signal
+    import subprocess
+
+    for number in ENDING_SIGNALS:
+        signal.signal(number, lambda *_: None)
+    return subprocess.Popen(command, env=environment).wait()  # noqa: S603
 
 
 def _replace_process(command: list[str], environment: dict[str, str]) -> NoReturn:

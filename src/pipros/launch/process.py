@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO
 
 from pipros.basics.log_file import open_to_write
-from pipros.basics.posix import signal_group
+from pipros.basics.posix import NEW_GROUP, interrupt, signal_group
 from pipros.launch.command import CannotLaunch, CannotStart, NodeCommand
 from pipros.launch.guardian import SIGKILL, Guardian
 from pipros.launch.output_prefix import PrefixedOutput
@@ -99,8 +99,10 @@ class NodeProcess:
             return
         with suppress(OSError):
             if _ON_WINDOWS:
-                event: signal.Signals = getattr(signal, "CTRL_BREAK_EVENT", SIGTERM)
-                self._popen.send_signal(event if number is SIGINT else SIGTERM)
+                if number is SIGINT:
+                    interrupt(self._popen)
+                else:
+                    self._popen.terminate()
             else:
                 signal_group(self.pid, number)
 
@@ -152,8 +154,8 @@ def _start(
                 cwd=command.folder,
                 stdout=stdout,
                 stderr=stderr,
-                start_new_session=not _ON_WINDOWS,
-                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+                start_new_session=True,
+                creationflags=NEW_GROUP,
             )
     except OSError as error:
         what = error.filename or command.argv[0]

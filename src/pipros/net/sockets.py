@@ -147,6 +147,7 @@ def prepare(sock: socket.socket, *, no_delay: bool = True, timings: LinkTimings 
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
         ("TCP_KEEPIDLE", timings.keepalive_idle_s),
+        ("TCP_KEEPALIVE", timings.keepalive_idle_s),  # what macOS calls it
         ("TCP_KEEPINTVL", timings.keepalive_interval_s),
         ("TCP_KEEPCNT", timings.keepalive_count),
     ):

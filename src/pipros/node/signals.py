@@ -14,7 +14,7 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
-from pipros.basics.interrupts import interrupt_main_thread
+from pipros.basics.interrupts import ENDING_SIGNALS, interrupt_main_thread
 from pipros.basics.posix import call_in_children_before, require_sockets
 from pipros.node.node import Node
 
@@ -95,11 +95,11 @@ class Signals:
         reader.setblocking(False)
         writer.setblocking(False)
         self._sockets = reader, writer
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in ENDING_SIGNALS:
             self._previous_handlers[number] = signal.signal(number, self._handle)
         self._previous_descriptor = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
         # A signal to a child that still has the descriptor would be reported here, and end this node.
-        call_in_children_before(self._uninstall_in_child, (signal.SIGINT, signal.SIGTERM))
+        call_in_children_before(self._uninstall_in_child, ENDING_SIGNALS)
 
     def listen(self, node: Node) -> None:
         """Make signals shut down the node, including those received since `install`.

@@ -19,7 +19,7 @@ from typing import Any
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file, read_text
-from pipros.basics.posix import kill_with_group
+from pipros.basics.posix import NEW_GROUP, kill_with_group
 from pipros.reconfigure import cache
 from pipros.reconfigure.generator import OUTPUT_VARIABLE
 
@@ -148,6 +148,7 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         start_new_session=True,
+        creationflags=NEW_GROUP,
     )
     captured = b""
 

@@ -16,6 +16,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.interrupts import ENDING_SIGNALS
+from pipros.basics.posix import NEW_GROUP, interrupt
 
 ENDING_S: Final = 20.0
 """Maximum time (s) for the program to end after SIGINT."""
@@ -41,6 +43,7 @@ class LimitedProcess:
             stderr=subprocess.STDOUT,
             env=dict(environment),
             start_new_session=True,
+            creationflags=NEW_GROUP,
         )
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -123,7 +126,9 @@ class LimitedProcesses:
 def main(arguments: Sequence[str]) -> int:
     """Run a program for a time in seconds. Return its exit code."""
     limit_s, *command = arguments
-    program = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)  # noqa: S603
+    program = subprocess.Popen(  # noqa: S603
+        command, stdin=subprocess.DEVNULL, start_new_session=True, creationflags=NEW_GROUP
+    )
     over = threading.Event()
 
     def wait_for_end_of_input() -> None:
@@ -136,13 +141,13 @@ def main(arguments: Sequence[str]) -> int:
         program.wait()
         over.set()
 
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ENDING_SIGNALS:
         signal.signal(number, lambda *_: over.set())
     for target in (wait_for_end_of_input, wait_for_end_of_program):
         threading.Thread(target=target, daemon=True).start()
     over.wait(float(limit_s))
     with contextlib.suppress(OSError):
-        program.send_signal(signal.SIGINT)
+        interrupt(program)
     with contextlib.suppress(subprocess.TimeoutExpired):
         program.wait(ENDING_S)
     if program.poll() is None:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from typing import IO, Any, Final
 
 from pipros.basics.limits import process_limits
+from pipros.basics.posix import NEW_GROUP
 from pipros.node import Node
 from pipros.policy.model import ActKind, ActRefused, ActRule
 from pipros.server.guardian_process import CALL
@@ -140,6 +141,7 @@ class StopGuardian:
             stdout=subprocess.PIPE,
             env=self._node.environment.applied_to(os.environ),
             start_new_session=True,
+            creationflags=NEW_GROUP,
             text=True,
         )
         if process.stdin is not None and os.name == "posix":

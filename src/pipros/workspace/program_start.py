@@ -8,6 +8,7 @@ decides about first lines that name one interpreter, such as `#!/usr/bin/python3
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shlex
 import shutil
@@ -69,7 +70,7 @@ def command_of(
         ValueError: the prefix has an unclosed quote.
     """
     starter: Sequence[str] = ()
-    if _ON_WINDOWS and program.suffix.lower() == ".py":
+    if _ON_WINDOWS and _is_python_script(program):
         starter = (sys.executable,)
     elif not _ON_WINDOWS and _is_bare_shell_script(program):
         starter = (_POSIX_SHELL,)
@@ -147,6 +148,16 @@ def _script_interpreter(program: Path, variables: Mapping[str, str]) -> ScriptIn
 def _start_of(program: Path) -> bytes:
     with program.open("rb") as file:
         return file.read(256)
+
+
+def _is_python_script(program: Path) -> bool:
+    """Return whether the suffix or the first line of a file says that Python runs it."""
+    if program.suffix.lower() == ".py":
+        return True
+    with contextlib.suppress(OSError):
+        first_line = _start_of(program).split(b"\n", 1)[0]
+        return first_line.startswith(b"#!") and b"python" in first_line
+    return False
 
 
 def _is_bare_shell_script(program: Path) -> bool:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,22 @@ def test_a_launch_prefix_is_split_into_words_without_a_shell(tmp_path: Path) -> 
 def test_a_script_without_a_first_line_is_run_by_the_shell(tmp_path: Path) -> None:
     script = program(tmp_path / "start", "echo hello\n")
     assert command_of(script) == ["/bin/sh", str(script)]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "is_python"),
+    [
+        ("talker", "#!/usr/bin/env python3\n", True),
+        ("talker.py", "import rospy\n", True),
+        ("talker.exe", "MZ python", False),
+    ],
+)
+def test_windows_runs_python_scripts_with_the_own_interpreter(
+    name: str, content: str, is_python: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.workspace.program_start._ON_WINDOWS", True)
+    script = program(tmp_path / name, content)
+    assert command_of(script) == [*[sys.executable] * is_python, str(script)]
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import MissingExtra
+from pipros.basics.interrupts import ENDING_SIGNALS
 from pipros.cli.entry_point import INTERRUPTED, command
 from pipros.cli.runner import CommandError, run
 
@@ -144,5 +145,5 @@ def _end_at_once_by_signals(stack: ExitStack) -> None:
         stack.close()
         os._exit(128 + number)
 
-    for each in (signal.SIGINT, signal.SIGTERM):
+    for each in ENDING_SIGNALS:
         signal.signal(each, end)

@@ -21,6 +21,8 @@ from functools import cache
 from pathlib import Path
 from typing import IO, Any
 
+from pipros.basics.posix import NEW_GROUP
+
 PATTERN_CHARACTERS = 1_000
 """Maximum length of a pattern."""
 
@@ -145,6 +147,7 @@ def _start() -> subprocess.Popen[bytes]:
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         start_new_session=True,  # Ctrl-C should not reach the child, which exits at the end of its input
+        creationflags=NEW_GROUP,
     )
 
 
