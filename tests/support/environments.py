@@ -7,6 +7,8 @@ import shutil
 import sys
 from pathlib import Path
 
+from tests.support import lacks
+
 REPOSITORY = Path(__file__).resolve().parents[2]
 EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
 SRC = REPOSITORY / "src"
@@ -48,6 +50,7 @@ def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, st
     """Return the environment after `. .venv/bin/activate`, with the examples in ROS_PACKAGE_PATH."""
     return {
         **_common(home, master_uri),
+        **lacks.carried(),
         "PATH": f"{VENV_BIN}{os.pathsep}{tools}",
         "VIRTUAL_ENV": str(VENV_BIN.parent),
         "ROS_PACKAGE_PATH": str(EXAMPLES),

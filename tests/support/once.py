@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import hashlib
 import os
 import shutil
@@ -12,6 +11,8 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import pytest
+
+from tests.support.locks import lock
 
 _UNUSED_S = 14 * 24 * 3600
 
@@ -23,10 +24,10 @@ def shared_folder(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> P
 
 
 @contextlib.contextmanager
-def alone(lock: Path) -> Iterator[None]:
+def alone(file: Path) -> Iterator[None]:
     """Run the block while no other process runs a block with the same lock file."""
-    with lock.open("w") as opened:
-        fcntl.flock(opened, fcntl.LOCK_EX)
+    with file.open("w") as opened:
+        lock(opened.fileno(), waits=True)
         yield
 
 

@@ -5,17 +5,19 @@ Tests of several users share the ports, but a port that is in use is not claimed
 
 from __future__ import annotations
 
-import fcntl
 import os
 import random
 import socket
 import tempfile
 from pathlib import Path
 
+from pipros.basics.posix import user_id
+from tests.support.locks import lock
+
 # Below the range that Linux and macOS use for port 0, so that no node's socket gets a port after the port was
 # chosen here and before a master binds it.
 _PORTS = range(20_000, 30_000)
-_CLAIMS = Path(tempfile.gettempdir()) / f"pipros-test-ports-{os.getuid()}"
+_CLAIMS = Path(tempfile.gettempdir()) / f"pipros-test-ports-{user_id()}"
 
 
 class ClaimedPort:
@@ -25,7 +27,7 @@ class ClaimedPort:
         _CLAIMS.mkdir(mode=0o777, exist_ok=True)
         for port in random.sample(_PORTS, len(_PORTS)):
             claim = os.open(_CLAIMS / str(port), os.O_CREAT | os.O_RDWR, 0o666)
-            if _is_locked(claim) and _is_free(port):
+            if lock(claim, waits=False) and _is_free(port):
                 self.number = port
                 self._claim = claim
                 return
@@ -38,14 +40,6 @@ class ClaimedPort:
 
     def release(self) -> None:
         os.close(self._claim)
-
-
-def _is_locked(claim: int) -> bool:
-    try:
-        fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
 
 
 def _is_free(port: int) -> bool:

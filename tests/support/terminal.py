@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import codecs
 import contextlib
-import fcntl
 import os
 import re
 import signal
 import struct
 import subprocess
 import sys
-import termios
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -19,6 +17,10 @@ from pathlib import Path
 from typing import TypeVar
 
 from tests.support.started import STARTED
+
+if sys.platform != "win32":
+    import fcntl
+    import termios
 
 T = TypeVar("T")
 

@@ -44,6 +44,7 @@ def test_a_known_home_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
     assert home.expanded("/a/~") == "/a/~"
 
 
+@pytest.mark.needs("file owners")
 def test_without_a_home_a_private_folder_is_used(homeless: Path) -> None:
     assert Environment.from_os({}).log_dir == stand_in(homeless) / ".ros" / "log"
     assert Environment().ros_home == stand_in(homeless) / ".ros"
@@ -71,6 +72,7 @@ def file(folder: Path) -> None:
     stand_in(folder).touch()
 
 
+@pytest.mark.needs("file owners")
 @pytest.mark.parametrize("plant", [link, open_folder, file])
 def test_folders_that_another_user_could_have_made_are_not_used(
     homeless: Path, plant: Callable[[Path], None], capfd: pytest.CaptureFixture[str]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
 
+from pipros.basics import posix
 from pipros.basics.errors import NeedsPosix, PiprosError
 from pipros.basics.posix import NO_LINK, READ, descriptor_limit, signal_group, user_id
 from tests.support.without_posix import run_without_posix
@@ -34,8 +34,8 @@ for call in (lambda: posix.signal_group(2, 0), lambda: terminals.open_pty(1)):
 def test_without_posix_each_function_has_a_harmless_result_or_an_error_of_one_line() -> None:
     assert run_without_posix(WITHOUT).splitlines() == [
         "0 8192 False",
-        f"a process group needs a POSIX system, this is {sys.platform}",
-        f"a pty needs a POSIX system, this is {sys.platform}",
+        f"a process group needs a POSIX system, this is {posix.sys.platform}",
+        f"a pty needs a POSIX system, this is {posix.sys.platform}",
     ]
     assert issubclass(NeedsPosix, PiprosError)
 
@@ -44,6 +44,7 @@ def test_the_user_is_the_owner_of_new_files(tmp_path: Path) -> None:
     assert user_id() == tmp_path.stat().st_uid
 
 
+@pytest.mark.needs("process groups")
 def test_a_group_that_does_not_exist_cannot_get_signals() -> None:
     with pytest.raises(ProcessLookupError):
         signal_group(2**22 + 1, 0)  # above the highest process id of Linux
@@ -55,6 +56,7 @@ def test_a_descriptor_below_the_limit_can_be_opened() -> None:
     assert descriptor < descriptor_limit()
 
 
+@pytest.mark.needs("O_NOFOLLOW")
 def test_a_link_is_refused(tmp_path: Path) -> None:
     link = tmp_path / "link"
     link.symlink_to(os.devnull)

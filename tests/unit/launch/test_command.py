@@ -113,6 +113,7 @@ def test_a_well_known_package_with_programs_here_is_not_called_compiled(
     assert "C++" not in str(refused.value)
 
 
+@pytest.mark.needs("executable files")
 def test_a_script_that_is_not_executable_is_reported(maker: CommandMaker, talker: Path) -> None:
     talker.chmod(0o644)
     with pytest.raises(CannotLaunch, match=rf"chmod \+x\)\. There is {talker}"):

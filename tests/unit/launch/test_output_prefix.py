@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-import pty
 import sys
-import tty
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.launch.output_prefix import LinePrefix, PrefixedOutput, is_available
+
+if sys.platform != "win32":
+    import pty
+    import tty
 
 
 @pytest.mark.parametrize(
@@ -43,6 +45,7 @@ def test_lines_have_no_prefix_unless_the_output_is_a_terminal(capfd: pytest.Capt
     assert not is_available()
 
 
+@pytest.mark.needs("pseudo-terminals")
 @pytest.mark.parametrize("is_raw", [False, True])
 def test_lines_start_in_the_first_column_while_a_node_reads_single_keys(
     monkeypatch: pytest.MonkeyPatch, is_raw: bool

@@ -8,6 +8,8 @@ from signal import Signals
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
+
 from pipros.launch.process import SIGINT, SIGKILL, SIGTERM
 from pipros.launch.terminate import end, report_end
 
@@ -67,6 +69,7 @@ def end_all(*processes: FakeProcess, **timeouts: float) -> tuple[Recorder, list[
     return console, waits
 
 
+@pytest.mark.needs("SIGKILL")
 def test_all_processes_get_sigint_and_only_remaining_ones_stronger_signals() -> None:
     polite, stubborn, deaf = FakeProcess("a-1"), FakeProcess("b-2", SIGTERM), FakeProcess("c-3", SIGKILL)
     console, waits = end_all(polite, stubborn, deaf)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import array
 import contextlib
-import fcntl
 import mmap
 import os
 import socket
@@ -33,7 +32,10 @@ from pipros.wire.slot_frames import (
 )
 from tests.support.waiting import wait_until
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Linux only")
+if sys.platform != "win32":
+    import fcntl
+
+pytestmark = pytest.mark.needs("shared memory")
 SLOT_BYTES, SLOTS = 8192, 4
 
 

@@ -25,6 +25,7 @@ from pipros.net.this_machine import (
     knows_users,
     user_listening,
 )
+from tests.support.lacks import system
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.users import STRANGER, needs_other_users
 from tests.support.waiting import wait_until
@@ -75,7 +76,7 @@ def test_binding_proves_nothing_if_every_address_can_be_bound(monkeypatch: pytes
 def test_callers_on_loopback_are_local_and_their_user_is_known(listen: str, connect: str) -> None:
     with connected(listen, connect) as (caller, _):
         assert caller.is_here
-        assert knows_users() == (sys.platform == "linux")
+        assert knows_users() == (system() == "linux")
         if knows_users():
             assert caller.user_id() == os.geteuid()
 
@@ -106,6 +107,7 @@ def test_a_connection_closed_by_the_caller_has_no_owner() -> None:
 
 
 @needs_other_users
+@pytest.mark.needs("/proc")
 def test_connections_of_another_user_are_attributed_to_that_user() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]

@@ -125,6 +125,7 @@ def test_a_configuration_in_the_folder_of_ros_is_found(
         logging.getLogger("mine").setLevel(logging.NOTSET)
 
 
+@pytest.mark.needs("file owners")
 def test_a_configuration_that_others_may_write_is_not_run(
     tmp_path: Path, root: logging.Logger, capsys: pytest.CaptureFixture[str]
 ) -> None:

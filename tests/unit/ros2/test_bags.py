@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-import resource
 import sqlite3
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,9 @@ from pipros.ros2.bags.metadata import parse_metadata
 from pipros.ros2.bags.reader import Ros2BagReader
 from pipros.ros2.distribution import Distribution
 from tests.support.ros2_samples import store_of
+
+if sys.platform != "win32":
+    import resource
 
 MINE = f"Header header\nint8[] x\n{SEPARATOR}\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id"
 
@@ -291,6 +294,7 @@ def test_invalid_conversions_leave_nothing(
     assert sorted(os.listdir()) == before
 
 
+@pytest.mark.needs("resource limits")
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_a_full_disk_is_an_error_and_leaves_nothing(storage: str, capsys: pytest.CaptureFixture[str]) -> None:
     text: Any = load_message_class("std_msgs/String")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import pty
+import sys
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
@@ -18,6 +18,9 @@ from pipros.policy.model import ActRefused
 from pipros.server import terminal_approvals
 from pipros.server.approvals import MINUTE_S, Approvals, Question, answer_act, waiting_acts
 from tests.support.waiting import wait_until
+
+if sys.platform != "win32":
+    import pty
 
 QUESTION = Question("publish", "/cmd_vel", '{"linear": {"x": 0.2}}', "base.yaml:2: topics./cmd_vel")
 
