@@ -74,6 +74,7 @@ class Interpreter:
         include_module: Callable[[str], None] = lambda _name: None,
         commands: Container[str] = (),
         targets: Container[str] = (),
+        forgives: Callable[[CMakeError], bool] = lambda _error: False,
     ) -> None:
         """Store the arguments without executing a file.
 
@@ -85,6 +86,7 @@ class Interpreter:
             include_module: called with the name of each included module that is not a file of the project.
             commands: additional names for which `if(COMMAND name)` is true, besides CMake's own commands.
             targets: the names for which `if(TARGET name)` is true.
+            forgives: called with each error; if true, execution continues after the command.
         """
         self.scope = scope
         self.file = ""
@@ -94,6 +96,7 @@ class Interpreter:
         self._check = check
         self._on_unsupported = on_unsupported
         self._include_module = include_module
+        self._forgives = forgives
         self._functions: dict[str, _Function] = {}
         self._guarded: set[str] = set()
         self._depth = 0
@@ -151,8 +154,11 @@ class Interpreter:
                 raise self.error(command, f"A logical block is not closed; end{command.name}() is missing")
             try:
                 flow = self._run_one(command, commands[position + 1 : end])
-            except _MISTAKES as error:
-                raise self.error(command, str(error)) from None
+            except (CMakeError, *_MISTAKES) as error:
+                problem = error if isinstance(error, CMakeError) else self.error(command, str(error))
+                if not self._forgives(problem):
+                    raise problem from None
+                flow = _Flow.NEXT
             position = end
             if flow is not _Flow.NEXT:
                 return flow

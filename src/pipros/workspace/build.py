@@ -429,7 +429,8 @@ class _Build:
         except genuine_catkin.MissingTools as error:
             is_said = False  # it is long, and the list of errors has it
             for package in natives:
-                target = self._result.projects[package.name].needs_cmake[0]
+                reasons = self._result.projects[package.name].needs_cmake
+                target = next((reason for reason in reasons if reason.target), reasons[0])
                 place = f"{target.file}:{target.line}"
                 failed[package.name] = f"{place}: the package [{package.name}] {target.what}, but {error}"
         except NativeBuildFailed as error:

@@ -297,3 +297,35 @@ def test_an_absent_package_is_a_warning_if_nothing_is_compiled(workspace: Worksp
     (absent,) = result.projects["talkers"].absent
     assert absent.name == "move_base_node"
     assert any("move_base_node" in line and "WARNING" in line for line in workspace.lines)
+
+
+def test_a_library_that_is_missing_stops_only_the_compiled_part(workspace: Workspace) -> None:
+    """As in rosbag_storage, roslz4 and cv_bridge, on whose messages and modules Python packages depend."""
+    workspace.add(
+        "storage",
+        "find_package(catkin REQUIRED COMPONENTS message_generation)\n"
+        "find_path(LIBRARY library.h PATHS /nowhere NO_DEFAULT_PATH)\n"
+        'if(NOT LIBRARY)\n  message(FATAL_ERROR "no library")\nendif()\n'
+        "if(${LIBRARY_VERSION} VERSION_LESS 1.11)\nendif()\n"
+        "add_message_files(FILES Level.msg)\ngenerate_messages()\n"
+        "catkin_package(CATKIN_DEPENDS message_runtime)\nadd_subdirectory(cpp)",
+        "message_runtime",
+        msg__Level_dot_msg="string level\n",
+        cpp__CMakeLists_dot_txt="add_library(storage storage.cpp)\n",
+    )
+    workspace.add("python", depends="storage")
+
+    result = workspace.build()
+
+    (error,) = result.errors
+    assert "the package [storage] compiles [storage], but cmake" in error
+    assert "python" in result.built
+    assert (workspace.layout.devel / "lib/python3/dist-packages/storage/__init__.py").is_file()
+
+
+def test_an_error_in_a_package_that_compiles_nothing_stops_it(workspace: Workspace) -> None:
+    workspace.add(
+        "p", 'if(NO)\n  add_library(p p.cpp)\nendif()\nmessage(FATAL_ERROR "broken")\ncatkin_package()'
+    )
+    (error,) = workspace.build().errors
+    assert error.endswith("CMakeLists.txt:6 (message):\n  broken")

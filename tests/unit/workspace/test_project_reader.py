@@ -212,3 +212,15 @@ def test_hooks_and_extras_are_found_in_their_folders(folder: Path) -> None:
     ]
     assert [Path(path).name for path in project.cfg_extras] == ["p.cmake", "q.cmake.in"]
     assert project.catkin_depends == [("rospy", 4)]
+
+
+def test_the_manifest_and_genmsg_set_variables(folder: Path) -> None:
+    text = (
+        "find_package(catkin REQUIRED COMPONENTS genmsg)\ncatkin_package_xml()\n"
+        "install(FILES ${p_VERSION} DESTINATION ${GENMSG_LANGS_DESTINATION})"
+    )
+
+    (item,) = read(folder, text, {"genmsg": FoundPackage()}).installations
+
+    assert item.copy is not None
+    assert (item.copy.source, item.copy.target) == (f"{folder}/1.2.3", "etc/ros/genmsg")

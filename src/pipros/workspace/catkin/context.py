@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
+from pathlib import Path
 
 from pipros.basics.extras import install_command
 from pipros.basics.input_file import read_text
 from pipros.cmake.configure import configured
 from pipros.cmake.interpreter import Interpreter
 from pipros.cmake.language import CMakeError, Command
+from pipros.cmake.names import BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope
 from pipros.workspace.catkin.names import CATKIN_COMMANDS
 from pipros.workspace.catkin.project import NativeTarget, Project
@@ -28,6 +31,11 @@ class FoundPackage:
     version: str = ""
     extras: Sequence[str] = ()
 
+
+_COMPILES = re.compile(r"^\s*add_(?:executable|library)\s*\(", re.IGNORECASE | re.MULTILINE)
+
+_FORGIVEN = BUILTIN_COMMANDS - {"project"}
+"""Commands whose errors are left to CMake in a package with compiled code."""
 
 FindPackage = Callable[[str], FoundPackage | None]
 """Function that returns a package by name, or None if it does not exist."""
@@ -78,7 +86,9 @@ class ReadContext:
             include_module=self._include_module,
             commands=CATKIN_COMMANDS,
             targets=project.targets,
+            forgives=self._forgives,
         )
+        self._forgiven: list[CMakeError] = []
 
     @property
     def file(self) -> str:
@@ -88,10 +98,26 @@ class ReadContext:
     def run(self) -> None:
         """Execute the project's `CMakeLists.txt`.
 
+        In a package with compiled code, errors of CMake's own commands are left to CMake, and the rest of the
+        file is executed: they come from missing libraries, or from variables that only CMake sets.
+
         Raises:
             CMakeError: the file is invalid, or reports an error.
         """
         self._interpreter.run_file(self.project.file)
+        if self._forgiven and not any(reason.target for reason in self.project.needs_cmake):
+            raise self._forgiven[0]
+
+    def _forgives(self, error: CMakeError) -> bool:
+        is_forgiven = error.command.lower() in _FORGIVEN and self._compiles
+        if is_forgiven:
+            self._forgiven.append(error)
+        return is_forgiven
+
+    @cached_property
+    def _compiles(self) -> bool:
+        files = Path(self.project.folder).rglob("CMakeLists.txt")
+        return any(_COMPILES.search(read_text(str(file), errors="replace")) for file in files)
 
     def error(self, command: Command, reason: str) -> CMakeError:
         """Return an error that names the location of a command in the current file."""

@@ -25,9 +25,10 @@ _HARMLESS_PACKAGES = frozenset(
 _FOUND_VARIABLES: Mapping[str, Mapping[str, str]] = {
     "PythonInterp": {"PYTHONINTERP_FOUND": "1", "PYTHON_VERSION_MAJOR": "3"},
     "Python3": {"Python3_EXECUTABLE": sys.executable, "Python3_Interpreter_FOUND": "1"},
+    "genmsg": {"GENMSG_LANGS_DESTINATION": "etc/ros/genmsg"},
     "Python": {"Python_EXECUTABLE": sys.executable, "Python_Interpreter_FOUND": "1"},
 }
-"""Variables that `find_package()` sets in addition to `<name>_FOUND`."""
+"""Variables that a found package or component sets in addition to `<name>_FOUND`."""
 
 
 _COMPONENT_KEYWORDS = frozenset(("COMPONENTS", "OPTIONAL_COMPONENTS", "REQUIRED"))
@@ -131,7 +132,7 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
         return
     context.components.add(name)
     context.project.components.append((name, command.line))
-    context.scope.values[f"{name}_FOUND"] = "1"
+    context.scope.values.update({f"{name}_FOUND": "1", **_FOUND_VARIABLES.get(name, {})})
     if package is not None:
         context.scope.values[f"{name}_VERSION"] = package.version
         if name not in CORE_PACKAGES | INTERPRETED_PACKAGES:
@@ -166,6 +167,10 @@ def _cfg_extra(context: ReadContext, command: Command, path: str) -> str:
             return made
         return path + ending
     raise context.error(command, f"catkin_package() could not find CFG_EXTRAS file: {path}")
+
+
+def _package_xml(context: ReadContext, _command: Command, _words: list[str]) -> None:
+    context.scope.values[f"{context.project.name}_VERSION"] = context.version
 
 
 def _python_setup(context: ReadContext, command: Command, words: list[str]) -> None:
@@ -236,6 +241,7 @@ COMMANDS: Mapping[str, Handler] = {
     "find_package": _find_package,
     "catkin_package": _catkin_package,
     "catkin_metapackage": _catkin_package,
+    "catkin_package_xml": _package_xml,
     "catkin_python_setup": _python_setup,
     "catkin_add_env_hooks": _add_hooks,
     "message": _message,
