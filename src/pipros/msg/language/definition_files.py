@@ -61,6 +61,13 @@ class DefinitionFiles:
         for file in below:
             if os.path.isfile(file):
                 return file
+        # or in another folder: add_message_files(DIRECTORY test/msg)
+        other = [os.path.join(path, f"{name}.{kind}") for path in _folders_below(folder)]
+        found = [file for file in other if os.path.isfile(file)]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise NotFound(f"more than one file defines the {NOUNS[kind]} {type_name}: {', '.join(found)}")
         raise NotFound(f"there is no {NOUNS[kind]} {name} in package {package}: looked for {candidates[0]}")
 
     def names(self, kind: str, package: str) -> list[str]:

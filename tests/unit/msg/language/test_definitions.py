@@ -55,3 +55,18 @@ def test_bytes_that_are_not_text_are_a_mistake_in_the_file(packages: Packages) -
     with pytest.raises(DefinitionError, match=r"Arm\.msg: the file cannot be read") as caught:
         packages.definitions.message("robot/Arm")
     assert caught.value.file == str(file)
+
+
+def test_a_folder_besides_msg_is_searched_last_and_must_be_unambiguous(packages: Packages) -> None:
+    """As `add_message_files(DIRECTORY test/msg FILES Arm.msg)` allows."""
+    packages.write("robot/test/msg/Arm.msg", "int32 a")
+    packages.write("robot/test/srv/Ask.srv", "int32 b\n---")
+    assert packages.definitions.message("robot/Arm").text == "int32 a"
+    assert [field.name for field in packages.definitions.service("robot/Ask").request.fields] == ["b"]
+
+    packages.write("robot/old/Leg.msg", "int32 a")
+    packages.write("robot/new/Leg.msg", "int32 a")
+    with pytest.raises(NotFound, match=r"more than one file defines the message robot/Leg: .*Leg\.msg, "):
+        packages.definitions.message("robot/Leg")
+    packages.write("robot/msg/Leg.msg", "int32 c")
+    assert packages.definitions.message("robot/Leg").text == "int32 c"
