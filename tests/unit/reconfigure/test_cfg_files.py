@@ -280,6 +280,12 @@ def test_a_file_runs_once_until_it_changes(cfg: Path, tmp_path: Path) -> None:
     assert read(other)["description"]["parameters"][0]["srcfile"] == "Other.cfg"
 
 
+def test_the_fraction_of_a_level_is_dropped_as_in_cpp(cfg: Path) -> None:
+    """opencv_apps has `gen.add("scale0", double_t, 1.05, …)`."""
+    cfg.write_text(cfg.read_text().replace('"gain", double_t, 2', '"gain", double_t, 1.05'))
+    assert module_contents(read(cfg))["level"]["gain"] == 1
+
+
 def test_a_file_runs_again_when_what_it_imports_changes(cfg: Path, tmp_path: Path) -> None:
     module = tmp_path / "common_gains.py"
     module.write_text("LEVEL = 1\n")
