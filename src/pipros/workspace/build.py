@@ -39,6 +39,7 @@ from pipros.workspace.devel import (
     write_over_genuine,
 )
 from pipros.workspace.environment import underlays_of_build
+from pipros.workspace.executables import shipped_programs
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.layout import (
     SourcePackage,
@@ -433,6 +434,8 @@ class _Build:
                 target = next((reason for reason in reasons if reason.target), reasons[0])
                 place = f"{target.file}:{target.line}"
                 failed[package.name] = f"{place}: the package [{package.name}] {target.what}, but {error}"
+                if shipped := shipped_programs(package.name):
+                    failed[package.name] += f". Until then, these run from pipros: {', '.join(shipped)}"
         except NativeBuildFailed as error:
             failed = {package.name: str(error) for package in natives}
             names = set(failed)  # the others are built without genuine catkin

@@ -2,20 +2,20 @@
 
 Built programs (`devel/lib/<package>`) and those that pip installed (`lib/<package>`) take precedence over
 those in the package's folder. A name such as `talker.py` matches at any depth; a name such as
-`scripts/talker.py` must match the end of the path. A program that a package lacks may be in Debian's package
-of the same name (`/usr/lib/<package>`).
+`scripts/talker.py` must match the end of the path. If a package lacks a program, for example because its C++
+is not compiled, the package of that name shipped with pipros may have it, or Debian's (`/usr/lib/<package>`).
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from pipros.basics.errors import NotFound
 from pipros.packages import installed_packages, system_packages
-from pipros.workspace.index import Package, PackageIndex
+from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
 from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
 
 _ON_WINDOWS = os.name == "nt"
@@ -30,8 +30,8 @@ class Executables(NamedTuple):
     Attributes:
         runnable: executable files in order of preference, built programs first.
         unusable: matching paths that are not files or not executable.
-        searched: the folder of built programs if there is one, Debian's folder if a program was found only
-            there, and the package's folder.
+        searched: the folder of built programs if there is one, pipros's or Debian's folder if a program was
+            found only there, and the package's folder.
     """
 
     runnable: tuple[Path, ...]
@@ -69,8 +69,8 @@ def find_executables(
     """Return the programs called `name` in `package`.
 
     `workspaces` are the built workspaces to search; defaults to the workspaces in `CMAKE_PREFIX_PATH`. Only
-    the first workspace that has programs for this package is used. Debian's programs are used if there are
-    no others.
+    the first workspace that has programs for this package is used. The programs of the package of that name
+    shipped with pipros, and then Debian's, are used if there are no others.
     """
     if workspaces is None:
         workspaces = built_workspaces()
@@ -84,6 +84,12 @@ def find_executables(
                 unusable.append(path)
             else:
                 runnable.setdefault(os.path.realpath(path), path)
+    shipped = SHARED_PACKAGES / package.name
+    # folders of headers have the names of programs, too
+    is_there = bool(runnable) or any(path.is_file() for path in unusable)
+    if not is_there and (found := [*filter(_is_executable, _named(shipped, name))]):
+        runnable = {str(path): path for path in found}
+        searched.insert(-1, shipped)
     if not runnable and (installed := system_packages.program(package.name, name)):
         runnable[installed] = Path(installed)
         searched.insert(-1, Path(installed).parent)
@@ -94,10 +100,19 @@ def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | No
     """Return the sorted names of all programs in a package, for completion and suggestions."""
     if workspaces is None:
         workspaces = built_workspaces()
-    folders = [*_build_folders(package, workspaces), package.path]
-    files = (Path(parent, name) for folder in folders for parent, name in _walk(folder))
+    folders = [*_build_folders(package, workspaces), package.path, SHARED_PACKAGES / package.name]
     installed = map(os.path.basename, system_packages.programs(package.name))
-    return sorted({path.name for path in files if _is_executable(path)} | set(installed))
+    return sorted({*_programs(folders), *installed})
+
+
+def shipped_programs(package: str) -> list[str]:
+    """Return the sorted names of the programs that pipros ships in a package of that name."""
+    return sorted(_programs([SHARED_PACKAGES / package]))
+
+
+def _programs(folders: Iterable[Path]) -> set[str]:
+    files = (Path(parent, name) for folder in folders for parent, name in _walk(folder))
+    return {path.name for path in files if _is_executable(path)}
 
 
 def _build_folders(package: Package, workspaces: Sequence[BuiltWorkspace]) -> list[Path]:

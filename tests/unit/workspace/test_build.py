@@ -299,6 +299,12 @@ def test_an_absent_package_is_a_warning_if_nothing_is_compiled(workspace: Worksp
     assert any("move_base_node" in line and "WARNING" in line for line in workspace.lines)
 
 
+def test_compiled_code_that_pipros_ships_in_python_names_the_programs_that_run(workspace: Workspace) -> None:
+    workspace.add("joy", "add_executable(joy_node joy.cpp)\ncatkin_package()")
+    (error,) = workspace.build().errors
+    assert error.endswith("Until then, these run from pipros: joy_node")
+
+
 def test_a_library_that_is_missing_stops_only_the_compiled_part(workspace: Workspace) -> None:
     """As in rosbag_storage, roslz4 and cv_bridge, on whose messages and modules Python packages depend."""
     workspace.add(

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipros.workspace.executables import find_executables, list_executables
-from pipros.workspace.index import Package
+from pipros.workspace.index import SHARED_PACKAGES, Package
 from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
 
 
@@ -96,6 +96,21 @@ def test_programs_are_listed_by_name(package: Package, workspace: BuiltWorkspace
     program(package.path / "scripts" / "plain.py", mode=0o644)
     program(workspace.executables_of("p") / "a")
     assert list_executables(package, [workspace]) == ["a", "b.py"]
+
+
+def test_a_program_that_is_not_compiled_runs_from_the_shipped_package(tmp_path: Path) -> None:
+    source = Package("joy", tmp_path)
+    (tmp_path / "include" / "joy_node").mkdir(parents=True)
+    shipped = SHARED_PACKAGES / "joy" / "scripts" / "joy_node"
+
+    found = find_executables(source, "joy_node", ())
+
+    assert (found.runnable, found.searched) == ((shipped,), (SHARED_PACKAGES / "joy", tmp_path))
+    assert list_executables(source, ()) == ["joy_node"]
+    plain = program(tmp_path / "joy_node", mode=0o644)
+    assert find_executables(source, "joy_node", ()).runnable == ()
+    plain.chmod(0o755)
+    assert find_executables(source, "joy_node", ()).runnable == (plain,)
 
 
 def test_workspaces_are_the_marked_folders_of_the_prefix_path(tmp_path: Path) -> None:
