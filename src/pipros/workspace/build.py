@@ -242,6 +242,13 @@ class _Build:
     ) -> Project | None:
         """Read and check a package. If that fails, report the failure and return None."""
         self._say(f"-- +++ processing catkin package: '{package.name}'")
+        if package.build_type.startswith("ament"):
+            self._fail(
+                package,
+                f"{package.manifest_file}: the package is for ROS 2 (build type {package.build_type}). Check "
+                "out its branch for ROS 1, or put a file CATKIN_IGNORE into its folder",
+            )
+            return None
         if not (package.folder / "CMakeLists.txt").is_file():
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")
             return None

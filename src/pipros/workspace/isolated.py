@@ -90,13 +90,6 @@ def build_isolated(
         genuine |= closure(packages, {name})
 
 
-def _is_plain_cmake(package: SourcePackage) -> bool:
-    """Return whether a package is built by CMake alone, without catkin."""
-    return any(
-        export.tagname == "build_type" and export.content == "cmake" for export in package.manifest.exports
-    )
-
-
 def _build_all(
     layout: WorkspaceFolders,
     packages: Sequence[SourcePackage],
@@ -118,7 +111,7 @@ def _build_all(
             variables = _with_underlay(variables, layout.install if options.build.installs else devel)
             last = devel if devel.is_dir() else last
             continue
-        is_plain = _is_plain_cmake(package)
+        is_plain = package.build_type == "cmake"
         say(f"\n==> Processing {'plain cmake' if is_plain else 'catkin'} package: '{package.name}'")
         lines: list[str] = []
         tell = lines.append if options.is_quiet else _without_headings(say)

@@ -52,6 +52,13 @@ class SourcePackage:
     def is_metapackage(self) -> bool:
         return any(export.tagname == "metapackage" for export in self.manifest.exports)
 
+    @property
+    def build_type(self) -> str:
+        """The build type that the manifest exports for ROS 1; `catkin` by default."""
+        exports = (export for export in self.manifest.exports if export.tagname == "build_type")
+        types = (str(export.content) for export in exports if export.evaluated_condition is not False)
+        return next(types, "catkin")
+
     def dependencies(self, *kinds: str) -> set[str]:
         """Return the dependencies in the given lists of the manifest (`build_depends`, `exec_depends`, …)."""
         return {

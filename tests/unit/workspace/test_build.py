@@ -335,3 +335,20 @@ def test_an_error_in_a_package_that_compiles_nothing_stops_it(workspace: Workspa
     )
     (error,) = workspace.build().errors
     assert error.endswith("CMakeLists.txt:6 (message):\n  broken")
+
+
+@pytest.mark.parametrize("condition", ["", ' condition="$ROS_VERSION == 2"'])
+def test_a_package_for_ros_2_says_so(workspace: Workspace, condition: str) -> None:
+    folder = workspace.add("angles")
+    manifest = folder / "package.xml"
+    export = f"<export><build_type{condition}>ament_cmake</build_type></export></package>"
+    text = manifest.read_text().replace("</package>", export).replace('format="2"', 'format="3"')
+    manifest.write_text(text)
+
+    result = workspace.build()
+
+    if condition:
+        assert (result.built, result.errors) == (["angles"], [])
+    else:
+        (error,) = result.errors
+        assert error.startswith(f"angles: {manifest}: the package is for ROS 2 (build type ament_cmake)")
