@@ -131,6 +131,7 @@ def test_targets_that_need_genuine_catkin_are_found_with_their_line(
         "set_target_properties(x PROPERTIES A b)",
         "add_library(headers INTERFACE)",
         "add_library(x ALIAS y)",
+        "find_package(catkin REQUIRED COMPONENTS nodelet)\nclass_loader_hide_library_symbols(x)",
         "find_package(Boost REQUIRED)\nfind_package(Python3)",
         "enable_testing()\ninclude(CTest)",
     ],

@@ -38,6 +38,8 @@ CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
     "em_expand": None,
     "debug_message": None,
     "assert": None,
+    "class_loader_hide_library_symbols": None,
+    "pluginlib_enable_plugin_testing": None,
     "roslint_cpp": None,
     "roslint_python": None,
     "roslint_add_test": None,
