@@ -171,6 +171,12 @@ def test_two_images_are_paired_and_subtracted(ros: RosSystem, open_tab: OpenTab)
     expect(tab.locator(".picture canvas:not(.over):visible")).to_have_count(2)
     expect(tab.locator(".tab-images .bar")).to_contain_text("4.0 ms apart")
     keep_screenshots(tab, "image-pair")
+    tab.get_by_role("button", name="Zoom in").click()
+    zoomed = "[...document.querySelectorAll('.picture > canvas')].map((each) => each.style.transform)"
+    wait_until(lambda: "scale(1.25)" in tab.evaluate(zoomed)[0], 30, "the zoom")
+    assert len(set(tab.evaluate(zoomed))) == 1  # both are zoomed
+    tab.locator(".picture").nth(1).press("0")
+    wait_until(lambda: tab.evaluate(zoomed) == ["", ""], 30, "both pictures as a whole")
     tab.get_by_label("Show the pair as").select_option("difference")
     expect(tab.locator(".picture canvas:not(.over):visible")).to_have_count(1)
     wait_until(lambda: tab.evaluate(AT, [50, 20]) == [30, 30, 30], 30, "the difference")
@@ -206,6 +212,41 @@ def test_detections_and_markers_are_drawn_over_an_image(ros: RosSystem, open_tab
     keep_screenshots(tab, "image-markers")
     tab.get_by_label("Overlay").select_option("nothing")
     wait_until(lambda: tab.evaluate(OVER, edge) == nothing, 30, "the image alone")
+
+
+STAMPED = """async (found) => {
+  const { imageStage } = await import("/image_stage.js");
+  const stage = imageStage();
+  const colours = [];
+  for (const [stamp, over] of found) {
+    const size = { width: 1, height: 1, full: [4, 4] };
+    const head = JSON.stringify({ stamp, encoding: "mono8", color: "gray", depth: "8U", ...size });
+    await stage.show(new DataView(new TextEncoder().encode(`${head}\\n0`).buffer));
+    const shapesOf = (color) => (color ? [{ color, circles: [2, 2, 1] }] : []);
+    stage.over(over.map(([at, color]) => ({ stamp: at, shapes: shapesOf(color) })));
+    const drawn = stage.area.querySelector(".over");
+    const at = drawn && [3, 2].map((place) => place * (drawn.width / 4));
+    colours.push(drawn && [...drawn.getContext("2d").getImageData(...at, 1, 1).data].slice(0, 3));
+  }
+  return colours;
+}"""
+
+
+def test_detections_are_drawn_over_the_image_of_their_stamp(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    tab = open_tab(Page(ros), "images")
+    red, green = [255, 0, 0], [0, 255, 0]
+    s = 1_000_000_000
+    steps = [
+        (10 * s, [], None),
+        (10 * s, [(10 * s, "#f00"), (10 * s + s // 5, "#0f0")], red),
+        (10 * s + s // 4, [], green),  # the newest of about that time
+        (12 * s, [], None),
+        (12 * s, [(0, "#f00")], red),  # without a stamp
+        (12 * s, [(0, "")], None),  # nothing is found any more
+        (0, [(20 * s, "#0f0")], green),
+    ]
+    assert tab.evaluate(STAMPED, [step[:2] for step in steps]) == [step[2] for step in steps]
 
 
 def test_a_compressed_image_with_video_names_republish(ros: RosSystem, open_tab: OpenTab) -> None:

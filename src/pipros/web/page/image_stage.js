@@ -7,6 +7,8 @@ import { drawShapes } from "./image_overlay.js";
 import { imageZoom } from "./image_zoom.js";
 
 const SHARP = 1200; // pixels
+const KEPT = 20; // shapes of the last times
+const APART_NS = 5e8; // how far shapes may be from the image's time
 
 // A picture with its controls, and the pixel under the cursor.
 export function imageStage(label = "Image") {
@@ -20,7 +22,7 @@ export function imageStage(label = "Image") {
   let last = null; // the newest image, as it was received
   let head = null; // its header
   let cursor = null; // the pixel under the cursor
-  let shapes = []; // over the image
+  let shapes = []; // over the image: {stamp, shapes}, the newest last
 
   function tell() {
     replace(pixel, cursor && head ? `(${cursor.x}, ${cursor.y}): ${head.valueAt(cursor.x, cursor.y)}` : "");
@@ -49,19 +51,21 @@ export function imageStage(label = "Image") {
     tell();
   }
 
-  // Draws shapes over the image; see image_overlay.js.
+  // Draws shapes over the image: a list of {stamp, shapes}, see image_overlay.js. Those of a stamp are drawn over the image of that
+  // stamp; if there are none, the newest ones, unless they are of another time.
   function over(next) {
-    shapes = next;
+    shapes = [...shapes, ...next].slice(-KEPT);
     drawOver();
   }
 
   function drawOver() {
-    if (canvas.hidden || !shapes.length) { overlay.remove(); return; }
+    const found = canvas.hidden ? null : shapesFor(head.stamp, shapes);
+    if (!found?.length) { overlay.remove(); return; }
     if (!overlay.isConnected) canvas.after(overlay);
     overlay.style.transform = canvas.style.transform;
     const times = Math.max(1, Math.ceil(SHARP / canvas.width)); // shapes are sharp also over small images
     Object.assign(overlay, { width: canvas.width * times, height: canvas.height * times });
-    drawShapes(overlay.getContext("2d"), shapes, overlay.width / (head.full?.[0] || canvas.width));
+    drawShapes(overlay.getContext("2d"), found, overlay.width / (head.full?.[0] || canvas.width));
   }
 
   // Saves the picture as it is drawn.
@@ -80,7 +84,13 @@ export function imageStage(label = "Image") {
     tell();
   }
 
-  return { area, canvas, pixel, controls: [range.element, zoom.buttons, save], show, showDifference, over, clear };
+  return { area, canvas, pixel, zoom, controls: [range.element, zoom.buttons, save], show, showDifference, over, clear };
+}
+
+// Returns the shapes for an image. Without stamps, these are the newest ones.
+function shapesFor(stamp, all) {
+  const isNear = (each) => !stamp || !each.stamp || Math.abs(each.stamp - stamp) <= APART_NS;
+  return (all.findLast((each) => stamp && each.stamp === stamp) ?? all.findLast(isNear))?.shapes;
 }
 
 // Fields for the values of black and white, and a choice of colours, for pictures of numbers. `onChange()` is called after a change.

@@ -6,13 +6,21 @@ const STEP = 1.25;
 const MOST = 64; // times
 
 // Makes a canvas and its siblings, which are drawn with `object-fit: contain`, zoom by wheel, + and -, and move by dragging and the
-// arrow keys. `onPixel(at)` is called with {x, y} of the pixel under the cursor; with null if there is none. Returns {buttons, fit}.
+// arrow keys. `onPixel(at)` is called with {x, y} of the pixel under the cursor; with null if there is none. Returns {buttons, fit,
+// follow(view), onView(view)}: `onView`, which can be replaced, is called with what the user chose, and `follow` shows it in another
+// picture.
 export function imageZoom(canvas, onPixel) {
   const area = canvas.parentElement;
   let view = { scale: 1, x: 0, y: 0 }; // the position of the canvas, in pixels of the screen
   let grabbed = null; // the last pointer event of a drag
+  const own = { follow: (next) => place(next), onView: (_view) => {} };
 
   function show(next) {
+    place(next);
+    own.onView(view);
+  }
+
+  function place(next) {
     const { clientWidth: wide, clientHeight: high } = canvas;
     const scale = Math.min(MOST, Math.max(1, next.scale));
     const inside = (at, size) => Math.min(0, Math.max(size * (1 - scale), at));
@@ -70,5 +78,5 @@ export function imageZoom(canvas, onPixel) {
     h("button", { "aria-label": "Zoom out", title: "Zoom out (-)", onclick: () => zoom(1 / STEP) }, "−"),
     h("button", { "aria-label": "Zoom in", title: "Zoom in (+)", onclick: () => zoom(STEP) }, "+"),
     h("button", { title: "Fit the picture (0)", onclick: fit }, "Fit"));
-  return { buttons, fit };
+  return Object.assign(own, { buttons, fit });
 }

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-from collections.abc import AsyncIterator, Mapping
+from collections import deque
+from collections.abc import AsyncIterator, Mapping, Sequence
 from typing import Any
 
 from pipros.basics.errors import PiprosError
@@ -27,6 +28,8 @@ from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 0.1
+MAX_UNDRAWN = 20
+"""Maximum number of messages with detections that wait for a slow browser."""
 UNMATCHED_S = 2.0
 """Time (s) without a pair after which a browser gets the numbers of images on both topics instead."""
 
@@ -50,7 +53,7 @@ class ImageViews:
 
     async def _packed(self, watch: TopicWatch, message: AnyMsg) -> bytes:
         head, pixels = await self._system.computations.run(decoded_image, watch, message)
-        text = json.dumps({**head, "topic": watch.topic, **watch.figures()})
+        text = json.dumps({**head, "stamp": stamp_ns(message), "topic": watch.topic, **watch.figures()})
         return text.encode() + b"\n" + pixels
 
     async def image_pair(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -84,8 +87,9 @@ class ImageViews:
     async def image_overlay(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the shapes that a topic draws over the images of the topic `image`, with an error or "".
 
-        A `Detection2DArray` is in pixels of the image. Markers are projected with the `camera_info` beside
-        the image and with the newest transforms.
+        The shapes are a list of dictionaries with `stamp` (ns) and `shapes`. There is one for each
+        `Detection2DArray` since the last value, in pixels of the image. Markers are a single entry with the
+        stamp 0; they are projected with the `camera_info` beside the image and with the newest transforms.
         """
         image = topic_name({"name": arguments.get("image")})
         with self._system.topics.watch(topic_name(arguments)) as watch, contextlib.ExitStack() as stack:
@@ -100,7 +104,7 @@ class ImageViews:
 
 
 class _Overlay:
-    """Draws the newest detections, or the current markers, of a topic.
+    """Draws the detections, or the current markers, of a topic.
 
     One thread at a time calls `values`.
     """
@@ -113,10 +117,14 @@ class _Overlay:
         self._markers = OverlayMarkers()
         self._camera: Camera | None = None
         self._error = ""
-        self._detections: tuple[int, Mapping[str, Any]] = -1, {"shapes": [], "error": ""}
+        self._undrawn: deque[AnyMsg] = deque(maxlen=MAX_UNDRAWN)
+        self._detections: Mapping[str, Any] = {"over": [], "error": ""}
         self._info = info_topic(image, system.observation.types)
         self._tree: FrameTree | None = None
-        if not system.observation.types.get(watch.topic, "").endswith("/Detection2DArray"):
+        if system.observation.types.get(watch.topic, "").endswith("/Detection2DArray"):
+            listening = watch.listening(lambda message, _: self._undrawn.append(message), from_newest=True)
+            stack.enter_context(listening)
+        else:
             stack.enter_context(watch.listening(self._take, from_newest=True))
             info = stack.enter_context(system.topics.watch(self._info))
             stack.enter_context(KnownTopic(info, "sensor_msgs/CameraInfo", self._locate).listening())
@@ -127,15 +135,16 @@ class _Overlay:
         return self._of_detections() if self._tree is None else self._of_markers(self._tree)
 
     def _of_detections(self) -> Mapping[str, Any]:
-        newest = self._watch.newest
-        if newest is not None and newest.number != self._detections[0]:
+        over, error = [], ""
+        while self._undrawn:
             try:
-                decoded = self._watch.decode(newest.message)
-                values = {"shapes": detection_shapes(decoded), "error": ""}
-            except (PiprosError, AttributeError, TypeError) as error:
-                values = {"shapes": [], "error": f"{self._watch.topic} cannot be drawn: {error}"}
-            self._detections = newest.number, values
-        return self._detections[1]
+                decoded: Any = self._watch.decode(self._undrawn.popleft())
+                over.append({"stamp": decoded.header.stamp.to_nsec(), "shapes": detection_shapes(decoded)})
+            except (PiprosError, AttributeError, TypeError) as problem:
+                error = f"{self._watch.topic} cannot be drawn: {problem}"
+        if over or error:
+            self._detections = {"over": over, "error": error}
+        return self._detections
 
     def _take(self, message: AnyMsg, wall_s: float) -> None:
         try:
@@ -152,7 +161,7 @@ class _Overlay:
     def _of_markers(self, tree: FrameTree) -> Mapping[str, Any]:
         camera = self._camera
         if camera is None:
-            return {"shapes": [], "error": self._error or f"no CameraInfo came on {self._info} yet"}
+            return _unstamped([], self._error or f"no CameraInfo came on {self._info} yet")
         poses: dict[str, Pose] = {}
 
         def pose_in(frame: str) -> Pose:
@@ -163,8 +172,12 @@ class _Overlay:
         try:
             shapes = marker_shapes(self._markers.shown(self._system.now_s()), camera, pose_in)
         except TransformException as error:
-            return {"shapes": [], "error": str(error)[:LONGEST_ERROR]}
-        return {"shapes": shapes, "error": self._error}
+            return _unstamped([], str(error)[:LONGEST_ERROR])
+        return _unstamped(shapes, self._error)
+
+
+def _unstamped(shapes: Sequence[Mapping[str, Any]], error: str) -> Mapping[str, Any]:
+    return {"over": [{"stamp": 0, "shapes": shapes}], "error": error}
 
 
 def info_topic(image: str, types: Mapping[str, str]) -> str:

@@ -19,6 +19,8 @@ export function open(view, argument, context) {
   const why = whyNoData(context);
   const [stage, beside] = [imageStage(), imageStage("Second image")];
   const pictures = h("div", { class: "split" }, stage.area);
+  stage.zoom.onView = beside.zoom.follow;
+  beside.zoom.onView = stage.zoom.follow;
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choices.controls, figures, stage.pixel,
     h("span", { class: "spring" }), stage.controls), error, hint, why.element, pictures));
   let shown = parsedImages(argument);
@@ -81,7 +83,7 @@ export function open(view, argument, context) {
   }
 
   function drawOver(data) {
-    stage.over(data.shapes);
+    stage.over(data.over);
     replace(error, data.error);
   }
 
