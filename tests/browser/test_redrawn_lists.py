@@ -42,6 +42,20 @@ MORPH = """async () => {
   return [kept, list.textContent, plain.firstChild === bold, plain.innerHTML];
 }"""
 
+TAB_STOP = """async () => {
+  const { dataTable } = await import("/table.js");
+  const table = dataTable([{ title: "Name", text: (row) => row, order: (row) => row }],
+    { label: "Names", keyOf: (row) => row, onChoose: () => {}, sortBy: "Name" });
+  document.body.append(table.element);
+  const stops = [];
+  for (const rows of [["b"], ["b", "a"], ["b", "a", "0"], ["a", "0"]]) {
+    table.show(rows);
+    if (stops.length === 1) table.element.querySelector("[data-name=b]").focus();
+    stops.push([...table.element.querySelectorAll("[tabindex='0']")].map((row) => row.dataset.name).join());
+  }
+  return stops;
+}"""
+
 
 @pytest.fixture
 def reporter(ros: RosSystem) -> RosSystem:
@@ -57,6 +71,11 @@ def test_elements_with_keys_are_kept(ros: RosSystem, open_tab: OpenTab) -> None:
     kept, text, is_same, html = open_tab(Page(ros), "graph").evaluate(MORPH)
     assert (kept, text) == ([1, 2, 3], "anewdcagaintext")
     assert (is_same, html) == (True, '<b>1</b><li data-key="x">x</li>end')
+
+
+def test_tab_stops_at_the_first_row_until_another_had_the_focus(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    assert open_tab(Page(ros), "graph").evaluate(TAB_STOP) == ["b", "b", "b", "0"]
 
 
 def press(tab: Tab, selector: str) -> None:

@@ -185,6 +185,8 @@ def test_without_control_nothing_is_published(system: RosSystem, open_tab: OpenT
     tab = scene_of(system, open_tab, tmp_path, "", size=(390, 700))
     for name in ("2D Nav Goal", "2D Pose Estimate", "Publish Point", "Save"):
         expect(tab.get_by_role("button", name=name, exact=True)).to_be_disabled()
+    tools = tab.locator(".scene-tools button")
+    assert not tools.evaluate_all("(all) => all.filter((each) => each.scrollWidth > each.clientWidth).length")
 
 
 def place_on(tab: Tab, x: float, y: float) -> tuple[float, float]:

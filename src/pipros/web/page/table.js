@@ -11,6 +11,7 @@ export function dataTable(columns, options) {
   let sorted = { title: sortBy, isDown: false };
   let rows = [];
   let chosen = null;
+  let isEntered = false; // whether a row had the focus
   const shown = new Map(); // key to {row, element, cells}
   const heads = new Map(columns.map((column) => [column.title, head(column)]));
   const body = h("tbody", {});
@@ -42,7 +43,7 @@ export function dataTable(columns, options) {
     const focused = body.contains(document.activeElement) ? document.activeElement : null;
     wanted.forEach((row, index) => place(body, update(row), index));
     if (focused instanceof HTMLElement && focused !== document.activeElement) focused.focus({ preventScroll: true }); // its row was moved
-    if (onChoose && !body.querySelector(":scope > [tabindex='0']")) stopAt(body, body.querySelector("[data-name]"));
+    if (onChoose && !(isEntered && body.querySelector(":scope > [tabindex='0']"))) stopAt(body, body.querySelector("[data-name]"));
     replace(more.firstChild, `${rows.length - wanted.length} more: filter to see them.`);
     if (rows.length > wanted.length) body.append(more);
     else more.remove();
@@ -78,7 +79,10 @@ export function dataTable(columns, options) {
     for (const [other, { element: row }] of shown) row.setAttribute("aria-selected", String(other === key));
   }
 
-  if (onChoose) body.addEventListener("focusin", (event) => stopAt(body, event.target));
+  if (onChoose) body.addEventListener("focusin", (event) => {
+    isEntered = true;
+    stopAt(body, event.target);
+  });
   if (onChoose) body.addEventListener("keydown", (event) => chooseByKey(event, onChoose));
   element.addEventListener("copy", copyRow);
   const csvButton = (name) => h("button", { title: "Save the table as CSV",
