@@ -55,7 +55,7 @@ function compose(types, name) {
     const [size, get] = SCALARS[name];
     return { least: size, read: (reader) => get(reader.view, reader.take(size)) };
   }
-  if (name === "string") return { least: 4, read: text };
+  if (name === "string") return { least: 4, read: text() };
   if (name === "time") return { least: 8, read: (reader) => nanoseconds(reader, (view, at) => view.getUint32(at, true)) };
   if (name === "duration") return { least: 8, read: (reader) => nanoseconds(reader, (view, at) => view.getInt32(at, true)) };
   const fields = types[name].map(([field, base, array]) => [field, fieldOf(types, base, array)]);
@@ -87,10 +87,16 @@ const numbers = ([size, , Numbers], countOf) => (reader) => {
   return new Numbers(reader.view.buffer.slice(from, from + count * size));
 };
 
-function text(reader) {
-  const size = reader.count(1);
-  const from = reader.view.byteOffset + reader.take(size);
-  return TEXT.decode(new Uint8Array(reader.view.buffer, from, size));
+// Returns how to read a text. The last one is kept, because a field often has the same text in many elements.
+function text() {
+  let known = new Uint8Array(0);
+  let found = "";
+  return (reader) => {
+    const size = reader.count(1);
+    const bytes = new Uint8Array(reader.view.buffer, reader.view.byteOffset + reader.take(size), size);
+    if (size !== known.length || bytes.some((byte, at) => byte !== known[at])) [known, found] = [bytes.slice(), TEXT.decode(bytes)];
+    return found;
+  };
 }
 
 function nanoseconds(reader, get) {

@@ -8,6 +8,9 @@ const isFinite = (...parts) => parts.every((part) => Object.values(part).every(N
 // Returns why a marker cannot be drawn, or an empty text.
 export function problemOf({ pose, scale, color, points, colors, type, text, mesh_resource: mesh }) {
   const { position, orientation } = pose;
+  const sum = position.x + position.y + position.z + orientation.x + orientation.y + orientation.z + orientation.w + scale.x + scale.y +
+    scale.z + color.r + color.g + color.b + color.a; // finite only if all are
+  if (type > ARROW && type < LINE_STRIP && Number.isFinite(sum) && !points.length && !colors.length) return "";
   const parts = { Position: [position], Orientation: [orientation], Scale: [scale], Color: [color], Points: points, Colors: colors };
   const invalid = Object.keys(parts).filter((name) => !isFinite(...parts[name]));
   if (invalid.length) return invalid.map((name) => `${name} contains invalid floating point values (nans or infs)`).join("\n");

@@ -108,6 +108,7 @@ export function points(style, positions, tints, size, alpha = 1, hasAlpha = fals
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
   geometry.setAttribute("tint", new THREE.BufferAttribute(tints, 4, true));
+  if (!isTransparent) geometry.boundingSphere = new THREE.Sphere(); // not computed from all points to sort the objects by their distance
   const uniforms = { size: { value: size }, perDepth: { value: perDepth }, metric: { value: style === "Points" ? 0 : 1 },
     height: { value: 1 }, style: { value: STYLES[style] ?? 1 }, alpha: { value: alpha }, number: { value: 0 } };
   const material = new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, ...blending });

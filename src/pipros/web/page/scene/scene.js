@@ -259,9 +259,9 @@ export class Scene {
     const isNew = this.isDirty || this.frames.version !== this.last.version || elapsed > 500;
     const isDue = isNew && elapsed >= interval - 2;
     this.pacing.note(time);
-    if (isDue && !this.pacing.isReady(time)) return;
+    if (this.slow.isLooking || (isDue && !this.pacing.isReady(time))) return;
     this.slow.note(time, isDue);
-    if (!isDue) return;
+    if (!isDue || this.slow.isLooking) return;
     this.last = { time, version: this.frames.version };
     this.isDirty = false;
     this.draw();

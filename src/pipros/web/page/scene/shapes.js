@@ -28,6 +28,9 @@ export const CYLINDER = new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math
 export const CONE = new THREE.ConeGeometry(0.5, 1, 32).rotateX(Math.PI / 2);
 const ROD = CYLINDER.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2); // from the origin along +x
 const TIP = CONE.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2);
+// The same with fewer sides, for axes and the arrows of frames: there are many, and drawing takes as long as there are triangles.
+const THIN_ROD = new THREE.CylinderGeometry(0.5, 0.5, 1, 12).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
+const THIN_TIP = new THREE.ConeGeometry(0.5, 1, 12).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
 const SHARED = new Set([BOX, SPHERE, CYLINDER, CONE, ROD, TIP]);
 const CROSSES = new Map(); // thickness to a geometry of three rods
 const MAX_CROSSES = 100;
@@ -43,7 +46,7 @@ function crossOf(thickness) {
     }
     CROSSES.clear();
   }
-  const rod = ROD.clone().scale(1, thickness, thickness);
+  const rod = THIN_ROD.clone().scale(1, thickness, thickness);
   const made = joined([rod, rod.clone().rotateZ(Math.PI / 2), rod.clone().rotateY(-Math.PI / 2)]);
   made.userData.isShared = true;
   CROSSES.set(thickness, made);
@@ -84,8 +87,8 @@ export function arrow(shaftLength, shaftDiameter, headLength, headDiameter, mate
 
 // Returns an arrow along +x as one geometry, whose shaft and head have the given colours (r, g, b of 0 to 1).
 export function arrowShape(shaftLength, shaftDiameter, headLength, headDiameter, shaftColour, headColour) {
-  const shaft = ROD.clone().scale(shaftLength || 1e-6, shaftDiameter || 1e-6, shaftDiameter || 1e-6);
-  const head = TIP.clone().scale(headLength || 1e-6, headDiameter || 1e-6, headDiameter || 1e-6).translate(shaftLength, 0, 0);
+  const shaft = THIN_ROD.clone().scale(shaftLength || 1e-6, shaftDiameter || 1e-6, shaftDiameter || 1e-6);
+  const head = THIN_TIP.clone().scale(headLength || 1e-6, headDiameter || 1e-6, headDiameter || 1e-6).translate(shaftLength, 0, 0);
   return joined([shaft, head], [shaftColour, headColour]);
 }
 

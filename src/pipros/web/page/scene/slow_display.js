@@ -1,17 +1,19 @@
 // Names the display that takes more than half of a slow picture.
 //
-// Pictures are slow if the browser asks for the next one late, several times in a row. Then the scene is drawn twice more, once
-// without the display that draws most, and the difference is its time.
+// Pictures are slow if the browser asks for the next one late, several times in a row. Then two pictures are timed, before one of
+// which the scene is drawn once more without the display that draws most. The page's thread does not wait for them.
 
 const SLOW_MS = 100; // from one picture to the next
 const ROW = 4; // slow pictures, after which the display is looked for
-const PAUSE_MS = 10000; // until it is looked for again
+const PAUSE_MS = 30000; // until it is looked for again
+const POLL_MS = 4;
 const HALF = 0.5;
 
 export class SlowDisplay {
   constructor(scene) {
     this.scene = scene;
     this.found = null; // {display, share, ms}
+    this.isLooking = false; // then no other pictures may be drawn
     this.slow = 0; // pictures in a row
     this.lookedAt = -Infinity;
     this.last = { time: 0, isDrawn: false };
@@ -27,31 +29,42 @@ export class SlowDisplay {
     if (this.found && !this.slow) this.found = null;
     if (this.slow < ROW) return;
     this.lookedAt = time;
-    this.found = this.look();
+    this.isLooking = true;
+    this.look().then((found) => { this.found = found; }).finally(() => { this.isLooking = false; });
   }
 
-  look() {
+  async look() {
     const shown = this.scene.all().filter((display) => display.isOn && !display.displays && display.root.visible);
     const weights = shown.map((display) => ({ display, weight: weightOf(display.root) }));
     const [heaviest] = weights.sort((one, other) => other.weight - one.weight);
     if (!heaviest?.weight) return null;
     const { display } = heaviest;
-    const all = this.timed();
-    display.root.visible = false;
-    const others = this.timed();
-    display.root.visible = true;
-    const share = all > 0 ? (all - others) / all : 0;
-    return share > HALF ? { display, share, ms: all } : null;
+    const all = await this.timed(() => this.scene.draw());
+    const both = await this.timed(() => {
+      display.root.visible = false;
+      this.scene.renderer.render(this.scene.world, this.scene.view.camera);
+      display.root.visible = true;
+      this.scene.draw();
+    });
+    const share = all > 0 ? 2 - both / all : 0;
+    return share > HALF ? { display, share: Math.min(1, share), ms: all } : null;
   }
 
-  // Returns how long drawing takes, until the picture is finished.
-  timed() {
-    const { renderer, world, view } = this.scene;
-    const gl = renderer.getContext();
+  // Returns a promise of the time (ms) until what is drawn is finished.
+  async timed(draw) {
+    await this.finished();
     const begin = performance.now();
-    renderer.render(world, view.camera);
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    draw();
+    await this.finished();
     return performance.now() - begin;
+  }
+
+  async finished() {
+    const gl = this.scene.renderer.getContext();
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    while (fence && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) await new Promise((go) => setTimeout(go, POLL_MS));
+    gl.deleteSync(fence);
   }
 
   // One line about the display; empty if there is none.

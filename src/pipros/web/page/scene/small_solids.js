@@ -36,6 +36,8 @@ void main() {
 #if defined(BALL)
   mat3 rows = transpose(seen);
   reach = 0.5 * vec3(length(rows[0]), length(rows[1]), 0.0);
+#elif defined(TUBE)
+  reach.xy = 0.5 * (vec2(length(vec2(seen[0].x, seen[1].x)), length(vec2(seen[0].y, seen[1].y))) + abs(seen[2].xy));
 #endif
   gl_PointSize = max(1.0, 2.0 * max(reach.x, reach.y) * metre);
   bool isTiny = gl_PointSize < 2.5; // then all pixels have the same brightness
