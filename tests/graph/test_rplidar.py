@@ -197,7 +197,7 @@ def test_a_silent_or_broken_device_is_asked_again(
     lidar = make_lidar()
     lidar.is_silent = True
     node = ros.pipros.start_node("rplidar_ros", "rplidarNode", f"_serial_port:={lidar.path}")
-    node.wait_for("does not answer GET_INFO as an RPLIDAR; the baud rate may be wrong. Trying again")
+    node.wait_for("does not answer GET_INFO like an RPLIDAR; the baud rate may be wrong. Trying again")
     lidar.is_silent = False
     scans.wait()
     lidar.unplug()

@@ -1,4 +1,4 @@
-"""Streamable HTTP at a loopback port: the library's application under uvicorn, behind the checks of the door.
+"""Streamable HTTP at a loopback port: the library's application under uvicorn, behind checks of each request.
 
 Theory of operation. The listening socket is that of the other servers: it limits connections, and closes
 those that have not been admitted after `login_s`. `GuardedApp` checks host, origin and token of each request

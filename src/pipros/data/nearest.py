@@ -17,10 +17,10 @@ DIRECTIONS = ("backward", "forward", "nearest")
 def matches(
     times: NDArray[np.int64], others: NDArray[np.int64], tolerance: float | None, direction: str
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the number of the row for each time, and where there is none; such numbers mean nothing.
+    """Return the number of the row for each time, and a mask of the times without a row.
 
-    `others` may be in any order. Of rows with equal times, the last one is taken, or the first one if
-    `direction` is `forward`. See `Table.asof` for the arguments.
+    The numbers of masked times are undefined. `others` may be in any order. Of rows with equal times, the
+    last one is taken, or the first one if `direction` is `forward`. For the arguments, see `Table.asof`.
 
     Raises:
         ValueError: the direction is unknown, or the tolerance is negative.

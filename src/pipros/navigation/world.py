@@ -262,7 +262,7 @@ class NavigationWorld:
     # -- what tests demand -------------------------------------------------------
 
     def send_goal(self, x: float, y: float, yaw: float) -> None:
-        """Send a goal on the map. The time stands still; `reaches` also waits."""
+        """Send a goal on the map. Does not wait, so no simulated time passes; see `reaches`."""
         self._result = None
         self._goals.publish(plane.stamped_pose((x, y, yaw), "map", self._robots.stamp()))
 
@@ -279,7 +279,7 @@ class NavigationWorld:
         """Send a goal, and let the time pass until move_base has reached it.
 
         Raises:
-            WorldFailure: it has not within the simulated time, it gave up, or the robot is in fact elsewhere.
+            WorldFailure: the simulated time passed, move_base gave up, or the robot is not at the goal.
         """
         self.send_goal(x, y, yaw)
         began_s = self.time_s

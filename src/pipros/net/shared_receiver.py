@@ -97,7 +97,7 @@ class DescriptorSocket(socket.socket):
             NoSharedMemory: none has arrived.
         """
         if not self._descriptors:
-            raise NoSharedMemory("a descriptor was announced and not sent")
+            raise NoSharedMemory("a descriptor was announced but not sent")
         return self._descriptors.pop(0)
 
     def close(self) -> None:

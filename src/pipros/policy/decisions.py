@@ -61,7 +61,7 @@ class Reading:
 
 @dataclass(slots=True)
 class PolicyState:
-    """What decisions depend on besides the policy and the act. All clients share it.
+    """The state from which acts are decided, besides the policy. All clients share it.
 
     Attributes:
         accepted: by kind and name, for rules that have allowed an act.

@@ -25,7 +25,7 @@ class ActGate:
     """Decides about acts, for all clients of a server together. Thread-safe.
 
     Methods take names as the node takes them, and resolve them as it does, so that a remapping of the server
-    does not lead around the policy. Without a policy they do nothing.
+    does not bypass the policy. Without a policy they do nothing.
 
     Attributes:
         policy: the policy; None allows everything.

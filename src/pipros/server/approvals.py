@@ -102,7 +102,7 @@ class Approvals:
 
         Args:
             client: the client that acts, to which an approval for a minute is limited.
-            over: ends the wait, because the client has gone.
+            over: set when the client has disconnected, which ends the wait.
 
         Raises:
             ActRefused: the human has refused, or has not answered within `wait_s`; `over` was set; or too
@@ -126,7 +126,7 @@ class Approvals:
             if waiting.verdict == FOR_A_MINUTE:
                 self._granted[key] = self._clock_s() + MINUTE_S
         if over.is_set():
-            raise ActRefused("the client has gone, or has cancelled the call")
+            raise ActRefused("the client has disconnected, or has cancelled the call")
         if not waiting.verdict:
             raise ActRefused(f"no human has approved this within {wait_s:g} s")
         if waiting.verdict == REFUSE:

@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 class Caller(NamedTuple):
-    """A client during one call: who it is, and an event that is set when it has gone or the call is over."""
+    """A client during one call: its identity, and an event set when it disconnects or the call is over."""
 
     identity: Hashable
     over: threading.Event
@@ -174,7 +174,7 @@ class ApprovedActs:
                 approval = self.approvals.wait(caller.identity, question, self.limits.wait_s, caller.over)
             note("approved", approval=approval)
             if caller.over.is_set():
-                raise ActRefused("the client has gone, or has cancelled the call")
+                raise ActRefused("the client has disconnected, or has cancelled the call")
             return carry_out(system)
 
     def end_run(self, run: int) -> bool | None:

@@ -205,7 +205,7 @@ def main() -> None:
     node.start()
     threading.Thread(target=guardian.read, daemon=True).start()
     guardian.run()
-    # A master or subscriber that hangs must not keep the process.
+    # A master or subscriber that hangs must not keep the process alive.
     threading.Timer(ENDING_S, os._exit, (0,)).start()
     node.shutdown()
     os._exit(0)

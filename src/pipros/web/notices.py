@@ -85,5 +85,5 @@ class Notices:
         return recent[::-1]
 
     def stale(self) -> list[tuple[Kind, str, float]]:
-        """Return the kind and name of each stale source, and when its last data came; the newest first."""
+        """Return the kind and name of each stale source, and the time of its last data; the newest first."""
         return sorted(((*key, since_s) for key, since_s in self._stale.items()), key=lambda each: -each[2])

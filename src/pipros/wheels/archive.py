@@ -114,5 +114,5 @@ def _opened(entry: ArchiveEntry) -> io.BufferedIOBase:
 
 
 def _quoted(path: str) -> str:
-    """Return a path as CSV has it."""
+    """Return a path as a field of CSV, quoted if necessary."""
     return '"' + path.replace('"', '""') + '"' if any(sign in path for sign in ',"\r\n') else path

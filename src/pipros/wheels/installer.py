@@ -110,7 +110,7 @@ def find_installer(name: str = "") -> tuple[str, ...]:
         name: `pip` or `uv` to use only this one; empty for any.
 
     Raises:
-        NoInstaller: there is none.
+        NoInstaller: neither is available.
     """
     if name in ("", "pip"):
         if importlib.util.find_spec("pip") is not None:

@@ -84,5 +84,5 @@ def _summary(description: str) -> str:
 
 
 def _line(text: str) -> str:
-    """Return a text as one line, as a header has it."""
+    """Return a text as one line, as headers require."""
     return " ".join(text.split())

@@ -51,7 +51,7 @@ def normalized(name: str) -> str:
 
 
 def escaped(distribution: str) -> str:
-    """Return a distribution's name as file names of wheels have it."""
+    """Return a distribution's name in the form that file names of wheels require."""
     return normalized(distribution).replace("-", "_")
 
 

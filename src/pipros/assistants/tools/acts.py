@@ -59,8 +59,8 @@ class ActTools:
         seconds: Seconds = 0.0,
         rate_hz: Annotated[float, Field(ge=1.0, le=50.0)] = 10.0,
     ) -> Answer:
-        """Publish a message once, or with seconds again and again for this time, and then the policy's stop,
-        if the topic has one. A human must approve this, unless the message is the stop."""
+        """Publish a message once, or repeatedly for `seconds`, and then the policy's stop, if the topic has
+        one. A human must approve this, unless the message is the stop."""
         name = self._acts.system().node.resolve(topic)
         rule = self._rule(ActKind.TOPIC, name)
         value = message_from_yaml(rule.message_class, message, time.time_ns())

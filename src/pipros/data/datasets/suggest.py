@@ -62,7 +62,8 @@ def suggest(bags: Bags, rows: int = 200) -> str:
         rates[group].append(rate)
     found = rates["cameras"] or rates["observations"] or rates["actions"]
     if not found:
-        raise BadSettings(f"no topic has usual numbers or pictures, got {', '.join(bags.topics()) or 'none'}")
+        names = ", ".join(bags.topics()) or "none"
+        raise BadSettings(f"no topic has numbers or pictures of known types, got {names}")
     rate = min([each for each in found if each >= _RARE_HZ] or found)
     head = [
         f"rate: {max(1, min(50, round(rate)))}  # rows a second",

@@ -111,7 +111,7 @@ def _read_header(data: bytes) -> tuple[Header, memoryview]:
     if mode not in MODES:
         raise InvalidPcd(f"DATA must be one of {', '.join(MODES)}, got {mode}")
     if any(kind.str[1:] not in CODES or not 0 < count <= _COUNT for _, kind, count in fields):
-        raise InvalidPcd(f"SIZE, TYPE and COUNT must be those of numbers, got {sizes}, {types}, {counts}")
+        raise InvalidPcd(f"SIZE, TYPE and COUNT must describe numbers, got {sizes}, {types}, {counts}")
     if width < 0 or height < 0 or width * height > _POINTS:
         raise InvalidPcd(f"WIDTH and HEIGHT must be 0 to {_POINTS} points, got {width} and {height}")
     return Header(fields, width, height, (px, py, pz, qx, qy, qz, qw), mode), memoryview(data)[start:]

@@ -101,7 +101,7 @@ def clusters(points: Any, tolerance: float, smallest: int, largest: int, pairs: 
 
 
 def _places(points: Any) -> tuple[Any, Any]:
-    """Return the different places of points, and the index of each point's place.
+    """Return the distinct positions of points, and for each point the index of its position.
 
     Drivers often put all points that they could not measure at the origin.
     """

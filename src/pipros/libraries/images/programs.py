@@ -70,7 +70,7 @@ def _run(
     """Load nodelets, and warn about inputs that are not published until the node is shut down.
 
     Args:
-        nodelets: for each, what follows the node's name in its own, its plugin, its remappings, and the
+        nodelets: for each, the suffix of its name after the node's, its plugin, its remappings, and the
             private parameters of the node that are copied to it.
     """
     hosting = Hosting(node)

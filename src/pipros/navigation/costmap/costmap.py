@@ -190,7 +190,7 @@ class Costmap(CostmapCore):
             each.is_active = is_active
 
     def reset_layers(self) -> None:
-        """Forget what was measured: all costs are set back, and computed again in the next update."""
+        """Discard all measurements. The costs are reset, and computed again in the next update."""
         with self.lock:
             self.grid.costs[...] = self.grid.default
             for layer in self.layered.layers:

@@ -94,7 +94,7 @@ class Layer:
         """React to another footprint."""
 
     def reset(self) -> None:
-        """Forget what was measured."""
+        """Discard all measurements."""
 
 
 class LayeredCostmap:

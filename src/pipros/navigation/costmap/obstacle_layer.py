@@ -19,8 +19,8 @@ _INSIDE_M = 0.001
 class ObstacleLayer(CellLayer):
     """Costs of sensors' observations.
 
-    In each update, rays to all points of clearing sources are set free, then the points of marking sources
-    are set to 254; then the cells under the robot are set free.
+    Each update sets the cells on the rays to all points of clearing sources to 0, then those of the points of
+    marking sources to 254, then those under the robot to 0.
 
     Attributes:
         sources: the sensors, in the order of the parameter `observation_sources`.

@@ -1,4 +1,4 @@
-"""Choose the velocity whose way has the lowest score."""
+"""Choose the velocity whose trajectory has the lowest score."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pipros.navigation.plane import Triple
 Point = tuple[float, float]
 
 FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
-"""Scores of ways that swing, collide, leave the grid, lead into an obstacle, or away from the plan."""
+"""Scores of trajectories that oscillate, collide, leave the grid, enter an obstacle, or leave the plan."""
 
 
 class Oscillation:
@@ -66,9 +66,9 @@ class Choice:
     """The result of a cycle.
 
     Attributes:
-        command: the chosen velocity, or None if all ways were discarded.
-        way: the poses of the chosen way, shape (k, 3).
-        tried: all ways.
+        command: the chosen velocity, or None if all trajectories were discarded.
+        way: the poses of the chosen trajectory, shape (k, 3).
+        tried: all trajectories.
         scores: their scores, shape (n,); negative if discarded.
     """
 
@@ -97,7 +97,7 @@ class DwaPlanner:
     def look_at(
         self, grid: CostGrid, footprint: Sequence[Point], pose: Triple, plan: Sequence[Point]
     ) -> None:
-        """Prepare for the ways from a pose along a plan, which ends at the local goal."""
+        """Prepare to score trajectories from a pose along a plan, which ends at the local goal."""
         settings, (goal_x, goal_y) = self.settings, plan[-1]
         self._grid, self._footprint, self._goal = grid, footprint, plan[-1]
         ahead, angle = settings.forward_point_distance, math.atan2(goal_y - pose[1], goal_x - pose[0])
@@ -122,13 +122,13 @@ class DwaPlanner:
         return Choice((x, y, turn), tried.way(best), tried, scores)
 
     def is_legal(self, pose: Triple, velocity: Triple, command: Triple) -> bool:
-        """Return whether the way with one velocity is legal. This ends the bans for oscillation."""
+        """Return whether the trajectory with one velocity is legal. This ends the bans for oscillation."""
         self._oscillation.reset()
         tried = simulated(self.settings, pose, velocity, np.array([command]))
         return not len(tried) or bool(self.scores(tried)[0] >= 0)
 
     def scores(self, tried: Trajectories) -> Array:
-        """Return the scores of ways, lowest best; negative for those that are discarded."""
+        """Return the scores of trajectories: the lowest is best, and a negative one discards."""
         settings, scale = self.settings, self._grid.resolution
         scores = np.where(self._oscillation.forbids(tried.commands), FORBIDDEN, 0.0)
         path, goal, nose = self.distances
@@ -151,7 +151,7 @@ class DwaPlanner:
         return scores
 
     def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
-        """Return the distance at the end of each way, or at a point ahead of it.
+        """Return the distance at the end of each trajectory, or at a point ahead of it.
 
         Ways that leave the grid are discarded; if the point is not ahead, also those through obstacles.
         """
@@ -170,7 +170,7 @@ class DwaPlanner:
         return scores
 
     def _obstacle_scores(self, tried: Trajectories, chosen: NDArray[np.int64]) -> Array:
-        """Return the greatest cost (or the sum) under the footprint and the centre along the chosen ways."""
+        """Return the greatest cost (or the sum) under footprint and centre along the given trajectories."""
         x, y, yaw = tried.x[chosen], tried.y[chosen], tried.yaw[chosen]
         is_part = np.arange(x.shape[1]) < tried.counts[chosen, None]
         costs = np.zeros(x.shape, np.int64)
@@ -196,6 +196,6 @@ class DwaPlanner:
 
 
 def _add(scores: Array, found: Array, weight: float) -> None:
-    """Add a term to the scores; discard what it discards."""
+    """Add a term to the scores. A negative value discards a trajectory."""
     kept = scores >= 0
     scores[kept] = np.where(found < 0, found, scores + found * weight)[kept]

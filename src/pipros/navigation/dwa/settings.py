@@ -10,7 +10,7 @@ from typing import Any, Final
 from pipros.navigation.parameters import InvalidParameter, settings_of, tunable
 
 MAX_POSES: Final = 2_000_000
-"""Maximum number of poses of all ways in a cycle: some 200 MB."""
+"""Maximum number of poses of all trajectories in a cycle: some 200 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,7 @@ class DwaSettings:
 
     Attributes:
         sim_period: period of the controller in seconds, for the window of velocities.
-        sum_scores: whether the costs under a way are summed up; otherwise the greatest counts.
+        sum_scores: whether the costs under a trajectory are added; otherwise the greatest counts.
         cheat_factor: factor of the squared distance to the goal at which the alignment ends.
     """
 

@@ -1,4 +1,4 @@
-"""The velocities that are tried, and the way that the robot would take with each: all of them as arrays."""
+"""The velocities that are tried, and the robot's trajectory with each, as arrays."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _SLACK = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectories:
-    """Simulated ways.
+    """Simulated trajectories.
 
     Attributes:
         commands: the velocities to command, shape (n, 3).
-        x, y, yaw: the poses of each way, shape (n, m), beginning with the robot's pose.
-        counts: the number of poses of each way, shape (n,); what follows in the rows is padding.
+        x, y, yaw: the poses of each trajectory, shape (n, m), beginning with the robot's pose.
+        counts: the number of poses of each trajectory, shape (n,); the rest of each row is padding.
     """
 
     commands: Array
@@ -37,7 +37,7 @@ class Trajectories:
         return len(self.counts)
 
     def way(self, index: int) -> Array:
-        """Return the poses of one way, shape (k, 3)."""
+        """Return the poses of one trajectory, shape (k, 3)."""
         k = self.counts[index]
         return np.column_stack((self.x[index, :k], self.y[index, :k], self.yaw[index, :k]))
 
@@ -80,9 +80,9 @@ def window(settings: DwaSettings, pose: Triple, velocity: Triple, goal: tuple[fl
 
 
 def simulated(settings: DwaSettings, pose: Triple, velocity: Triple, samples: Array) -> Trajectories:
-    """Return the ways with these velocities. Velocities that the limits forbid, and standstill, are left out.
+    """Return the trajectories with these velocities, except those that the limits forbid, and standstill.
 
-    The ways consist of straight steps, in the direction at the beginning of each. Without `use_dwa`, the
+    They consist of straight steps, in the direction at the beginning of each. Without `use_dwa`, the
     robot accelerates towards the velocity.
     """
     speed, turning = np.hypot(samples[:, 0], samples[:, 1]), np.abs(samples[:, 2])
@@ -111,7 +111,7 @@ def simulated(settings: DwaSettings, pose: Triple, velocity: Triple, samples: Ar
 def _accelerated(
     settings: DwaSettings, velocity: Triple, samples: Array, dt: Array, steps: int
 ) -> tuple[Array, list[Array]]:
-    """Return the first velocity of each way, and the velocity during each step per axis."""
+    """Return the first velocity of each trajectory, and the velocity during each step per axis."""
     commands, rates = [], []
     for axis, (now, gain) in enumerate(zip(velocity, settings.accelerations, strict=True)):
         wanted = samples[:, axis, None]

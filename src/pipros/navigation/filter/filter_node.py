@@ -256,7 +256,7 @@ def _six(twist: Any) -> Array:
 
 
 def _rotational(covariance: Any) -> Array:
-    """Return a covariance of rotations, 3 x 3, as a part of one of 6 x 6."""
+    """Return a 6 x 6 covariance with a 3 x 3 covariance of rotations, and zeros elsewhere."""
     return np.pad(_square(covariance, 3), ((3, 0), (3, 0)))
 
 

@@ -20,7 +20,7 @@ _LEAST_SHARE = 0.95
 
 
 class Descent:
-    """The way down a field to where it is zero, half a cell per step. Positions are columns and rows."""
+    """The descent of a field to its zero, half a cell per step. Positions are columns and rows."""
 
     def __init__(self, field: Potential) -> None:
         self._field = field
@@ -28,9 +28,9 @@ class Descent:
         self._gradients: dict[Cell, Point] = {}
 
     def follow(self, first: Cell, last: Cell, limit: int) -> list[Point]:
-        """Return the points of the way, at most `limit`; an empty list if there is none.
+        """Return the points of the path, at most `limit`; an empty list if there is none.
 
-        Where one of the cells around has no potential, or the way swings, it goes on in the lowest of them.
+        If a neighbouring cell has no potential, or the path oscillates, it continues in the lowest neighbour.
         """
         (column, row), x, y = first, 0.0, 0.0
         points: list[Point] = []
@@ -154,7 +154,7 @@ def find_field(
 ) -> PotentialField:
     """Return potentials from which the cheapest path to the goal follows.
 
-    The region between start and goal is searched first. If every way out of it is longer than the path that
+    The region between start and goal is searched first. If every path out of it is longer than the path that
     was found there, this is the cheapest of all. Otherwise the whole map is searched.
     """
     height, width = costs.shape

@@ -1,4 +1,4 @@
-"""The potential field of navfn: for each cell, the cost of the cheapest way from one cell.
+"""The potential field of navfn: for each cell, the cost of the cheapest path from one cell.
 
 Konolige, "A Gradient Method for Realtime Robot Control", IROS 2000. The potential p of a cell of cost h
 follows from those of its cheapest neighbours in x and in y, a <= b, as if a straight wave crossed the cell:

@@ -107,7 +107,7 @@ class Alignment:
         """Return the coordinates of a position in the plane, with the altitude as z.
 
         Raises:
-            OutOfRange: it has none.
+            OutOfRange: the position has no coordinates in this plane.
         """
         if self.is_local:
             return (*self._plane.forward(latitude, longitude, altitude)[:2], altitude)

@@ -12,7 +12,7 @@ PATIENCE_S = 3.0
 
 
 class Obstacle:
-    """A disc on a closed way through its points, at a constant speed. Walls do not stop it.
+    """A disc on a closed path through its points, at a constant speed. Walls do not stop it.
 
     Attributes:
         x, y: its position in the map frame, in metres.

@@ -79,7 +79,7 @@ def test_compressed_data_with_repetitions_is_read() -> None:
         (b"DATA", b"DAYA", "must end with a line DATA"),
         (b"SIZE 4 4 1 2", b"SIZE 4 4 1", "header is malformed"),
         (b"SIZE 4 4 1 2", b"SIZE 4 3 1 2", "header is malformed"),
-        (b"SIZE 4 4 1 2", b"SIZE 2 4 1 2", "must be those of numbers"),
+        (b"SIZE 4 4 1 2", b"SIZE 2 4 1 2", "must describe numbers"),
         (b"WIDTH 2", b"WIDTH 999999999", "WIDTH and HEIGHT must be 0 to"),
         (b"WIDTH 2", b"WIDTH 3", "with 3 points must have 15 values, got 10"),
         (b"300", b"70000", "value of field n is invalid"),

@@ -256,6 +256,6 @@ class Lidar:
                 raise DeviceError("the node shuts down")
             if time.monotonic() > end_s:
                 raise DeviceError(
-                    f"{self.name} does not answer {what} as an RPLIDAR; the baud rate may be wrong"
+                    f"{self.name} does not answer {what} like an RPLIDAR; the baud rate may be wrong"
                 )
             self._received += self._stream.read()
