@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "-o", "--output", type=Path, default=Path("typings"), metavar="DIR", help="default: typings"
     )
     parser.add_argument(
-        "-w", "--watch", action="store_true", help="go on, and write stubs again when definitions change"
+        "-w", "--watch", action="store_true", help="write stubs again when definitions change"
     )
     parser.add_argument(
         "--installable", action="store_true", help="name the folders PKG-stubs, to be installed (PEP 561)"

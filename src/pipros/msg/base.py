@@ -137,7 +137,7 @@ class Message:
         return cls().deserialize(bytes(data))
 
     def _repr_html_(self) -> str:
-        """Return the display of notebooks."""
+        """Return the HTML that notebooks display."""
         from pipros.msg.display import message_html
 
         return message_html(self)

@@ -52,7 +52,7 @@ class PrivateParameters:
         return math.floor(value + 0.5)
 
     def read(self, kind: type[_Kind], **known: Any) -> _Kind:
-        """Return a dataclass: fields that are not `known` are parameters of the types of their defaults."""
+        """Return a dataclass. Fields that are not `known` are read from the parameters of their names."""
         readers: Any = {bool: self.boolean, int: self.integer, float: self.number, str: self.text}
         for each in fields(kind):  # type: ignore[arg-type]
             if each.name not in known and type(each.default) in readers:

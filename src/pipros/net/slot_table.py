@@ -19,7 +19,7 @@ SLOTS: Final = 6
 """Number of slots of a segment, unless its limit allows only fewer."""
 QUOTA: Final = 3
 """Number of slots that a subscriber may have waiting, and again in use. It is less than SLOTS, so that other
-subscribers go on.
+subscribers continue.
 """
 FEWEST_SLOTS: Final = 2
 """Minimum number of slots of a segment. With a single one, no message could be written while another is read.

@@ -110,8 +110,8 @@ class ActTools:
         return self._perform("set_parameter", Act(ActKind.PARAMETER, full, value), value, carry_out)
 
     def send_goal(self, action: Name, goal: Values, wait_s: Seconds = 5.0) -> Answer:
-        """Send a goal to an action server, and wait for its result for some time. data has the id of the
-        goal, for cancel_goal, and the result if it came in time. A human must approve this."""
+        """Send a goal to an action server, and wait up to `wait_s` seconds for its result. data has the id of
+        the goal, for cancel_goal, and the result if it arrived in time. A human must approve this."""
         name = self._acts.system().node.resolve(action)
         rule = self._rule(ActKind.TOPIC, f"{name}/goal")
         identity = f"pipros_mcp-{secrets.token_hex(8)}"

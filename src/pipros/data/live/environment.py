@@ -19,8 +19,8 @@ _Base: Any = _gymnasium.Env
 class RobotEnvironment(_Base):  # type: ignore[misc]
     """`gymnasium.Env` of a robot. A step publishes an action, and observes at the next time of the grid.
 
-    The grid begins with `reset`, and its rate is that of the description. A step that comes late is not made
-    up for: the grid goes on, and `info["late_s"]` says how late it was. The observation has `state`, and the
+    The grid begins with `reset`, and its rate is that of the description. A late step does not shift
+    the grid; `info["late_s"]` says how late it was. The observation has `state`, and the
     picture of each camera.
 
     Attributes:

@@ -93,4 +93,4 @@ class DwaSettings:
 
 
 SETTINGS: Final = settings_of(DwaSettings)
-"""The reconfigurable parameters, in the order of genuine's description."""
+"""The reconfigurable parameters, in the order of the genuine description."""

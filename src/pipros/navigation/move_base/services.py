@@ -89,7 +89,7 @@ class PlanService:
 
 
 def _around(goal: Triple, tolerance: float, resolution: float) -> Iterator[Triple]:
-    """Yield places around a goal, on squares of growing size up to the tolerance, in genuine's order."""
+    """Yield places around a goal, on squares of growing size up to the tolerance, in the genuine order."""
     step = 3 * resolution
     if 0 < tolerance < step:
         step = tolerance

@@ -1,4 +1,4 @@
-"""The parameters of move_base that clients can change, in the order of genuine's description."""
+"""The parameters of move_base that clients can change, in the order of the genuine description."""
 
 from __future__ import annotations
 
