@@ -66,6 +66,10 @@ NOT_RUN = {
     ("classroom.md", "sh"): "installation on the computers of a class, as in script/fresh course",
     ("containers.md", "sh"): "needs containers and routers; tests/interop/test_nat.py has the same settings",
     ("containers.md", "yaml"): "needs Docker or Kubernetes, which were not run",
+    ("messages.md", "sh"): "a link in a genuine workspace; tests/interop/test_shipped_packages_in_cpp.py builds one",
+    ("pip.md", "sh"): "names of the reader's folders; the first tests of tests/tutorial/test_pip.py run the same",
+    ("simulation.md", "sh"): "an argument that tests/graph/test_turtlebot3_launch.py sets in the same launch file",
+    ("tools.md", "sh"): "a table that is not included; tests/unit/cli/test_launch_survey.py has a small one",
     ("robot.md", "sh"): "needs several computers; tests/interop/test_addresses.py has the same settings",
     ("bags.md", "sh"): "options of rosbag, which tests/unit/cli/test_rosbag.py runs one by one",
     ("bridges.md", "javascript"): "clients from npm, which tests/clients runs with other programs",
@@ -153,8 +157,30 @@ def test_every_block_of_every_page_is_run_by_a_test() -> None:
     assert not missing
 
 
+def test_no_block_is_hidden_from_these_tests() -> None:
+    """Blocks without a language, and indented ones, would be neither run nor listed."""
+    hidden = []
+    for page in sorted(DOCS.glob("*.md")):
+        is_block = False
+        for number, line in enumerate(page.read_text().splitlines(), 1):
+            if line.lstrip().startswith("```"):
+                is_block = not is_block
+                if is_block and not re.match(r"```\w", line):
+                    hidden.append(f"{page.name}:{number}: {line}")
+            elif not is_block and re.match(r" {4}(?!options:| {2}heading_level:)\S", line):
+                hidden.append(f"{page.name}:{number}: {line}")
+    assert hidden == []
+
+
 @pytest.mark.parametrize(("place", "test"), OTHERS.items(), ids=str)
 def test_the_test_named_for_a_block_exists(place: tuple[str, str], test: str) -> None:
     page, language = place
     assert Path(REPOSITORY, test).is_file()
     assert f"```{language}" in (DOCS / page).read_text()
+
+
+@pytest.mark.parametrize("place", NOT_RUN, ids=str)
+def test_the_reason_not_to_run_a_block_is_needed(place: tuple[str, str]) -> None:
+    page, language = place
+    assert f"```{language}" in (DOCS / page).read_text()
+    assert all(Path(REPOSITORY, test).exists() for test in re.findall(r"tests/[\w/]+(?:\.py)?", NOT_RUN[place]))
