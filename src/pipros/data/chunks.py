@@ -105,7 +105,7 @@ def grouped(fields: Iterable[tuple[Connection, int, Any, int, int]], limit: int)
 
 
 def joined_groups(groups: Sequence[MessageGroup]) -> MessageGroup:
-    """Return one group with the messages of several ones, or an empty one."""
+    """Join groups; the result is empty if there are none."""
     if len(groups) == 1:
         return groups[0]
     if not groups:

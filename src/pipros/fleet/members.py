@@ -32,7 +32,7 @@ class Members:
     """
 
     def __init__(self, limit: int) -> None:
-        """`limit`: maximum number of names. As many tokens of further names wait for room."""
+        """`limit` is the maximum number of names, and of tokens of other names that wait for room."""
         self.crowded: set[str] = set()
         self._waiting: dict[Token, None] = {}
         self._limit = limit

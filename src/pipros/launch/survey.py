@@ -253,7 +253,7 @@ class Figures(NamedTuple):
     Attributes:
         with_packages: files for which pipros ships all packages of these programs, complete or not.
         with_programs: files for which pipros ships all these programs and nodelets.
-        lacking: the files that lack nothing but one package, by this package.
+        lacking: the files that lack one package only, by this package.
     """
 
     with_packages: int

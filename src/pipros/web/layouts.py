@@ -196,5 +196,5 @@ def _file_of(name: object) -> str:
             f"a layout name must consist of at most 60 letters, digits, spaces or . _ + -, got {name!r}"
         )
     if is_device(name):
-        raise BadLayout(f"a layout cannot be named {name!r}, which Windows takes for a device")
+        raise BadLayout(f"a layout cannot be named {name!r}, which Windows treats as a device")
     return name + _ENDING

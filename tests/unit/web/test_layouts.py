@@ -49,7 +49,7 @@ def test_names_that_could_leave_the_folder_are_refused(layouts: StoredLayouts, n
 
 @pytest.mark.parametrize("name", ["CON", "nul", "Com1", "aux.old", "LPT9 ", "prn .x"])
 def test_names_that_windows_takes_for_devices_are_refused(layouts: StoredLayouts, name: str) -> None:
-    with pytest.raises(BadLayout, match="Windows takes for a device"):
+    with pytest.raises(BadLayout, match="Windows treats as a device"):
         layouts.save(name, PANELS)
     layouts.save(f"my {name}", PANELS)
 

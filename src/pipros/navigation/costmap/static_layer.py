@@ -15,7 +15,7 @@ from pipros.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, 
 
 @dataclass(frozen=True, slots=True)
 class StaticSettings:
-    """The parameters, under their names: how the cells of a map become costs, and where it comes from."""
+    """The parameters of the layer: the topic of the map, and the conversion of its cells to costs."""
 
     map_topic: str = "map"
     first_map_only: bool = False

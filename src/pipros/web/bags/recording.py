@@ -185,7 +185,7 @@ class BagRecording:
                 f"underscores, and begin with a letter or digit, got {name!r:.120}"
             )
         if is_device(name):
-            raise RecordingRefused(f"a recording cannot be named {name}, which Windows takes for a device")
+            raise RecordingRefused(f"a recording cannot be named {name}, which Windows treats as a device")
         path = self._folder.path / (name if name.endswith(ENDINGS) else f"{name}.bag")
         for taken in (path, path.with_name(f"{path.name}.active")):
             if taken.exists() or taken.is_symlink():
