@@ -66,9 +66,9 @@ NOT_RUN = {
     ("classroom.md", "sh"): "installation on the computers of a class, as in script/fresh course",
     ("containers.md", "sh"): "needs containers and routers; tests/interop/test_nat.py has the same settings",
     ("containers.md", "yaml"): "needs Docker or Kubernetes, which were not run",
-    ("messages.md", "sh"): "a link in a genuine workspace; tests/interop/test_shipped_packages_in_cpp.py builds one",
-    ("pip.md", "sh"): "names of the reader's folders; the first tests of tests/tutorial/test_pip.py run the same",
-    ("simulation.md", "sh"): "an argument that tests/graph/test_turtlebot3_launch.py sets in the same launch file",
+    ("messages.md", "sh"): "tests/interop/test_shipped_packages_in_cpp.py builds such a workspace",
+    ("pip.md", "sh"): "the reader's folders; tests/tutorial/test_pip.py runs the same commands",
+    ("simulation.md", "sh"): "an argument that tests/graph/test_turtlebot3_launch.py sets, too",
     ("tools.md", "sh"): "a table that is not included; tests/unit/cli/test_launch_survey.py has a small one",
     ("robot.md", "sh"): "needs several computers; tests/interop/test_addresses.py has the same settings",
     ("bags.md", "sh"): "options of rosbag, which tests/unit/cli/test_rosbag.py runs one by one",
@@ -183,4 +183,5 @@ def test_the_test_named_for_a_block_exists(place: tuple[str, str], test: str) ->
 def test_the_reason_not_to_run_a_block_is_needed(place: tuple[str, str]) -> None:
     page, language = place
     assert f"```{language}" in (DOCS / page).read_text()
-    assert all(Path(REPOSITORY, test).exists() for test in re.findall(r"tests/[\w/]+(?:\.py)?", NOT_RUN[place]))
+    named = re.findall(r"tests/[\w/]+(?:\.py)?", NOT_RUN[place])
+    assert all(Path(REPOSITORY, test).exists() for test in named)

@@ -6,6 +6,7 @@ import re
 import subprocess
 from collections import defaultdict
 from collections.abc import Iterator
+from itertools import takewhile
 
 from pipros.cli.complete.options import words_after
 from tests.support.environments import REPOSITORY, VENV_BIN
@@ -15,6 +16,8 @@ PROGRAMS = re.compile(r"(?:pipros|catkin|ros(?!2)|rqt|rviz)[\w-]*")
 OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 # Programs that pass their arguments on.
 PASSING = {"rosrun", "roslaunch-complete"}
+# The number of words that name a subcommand, if more than one.
+DEPTHS = {("fleet",): 3}
 # Options that no help lists, with the reason.
 UNLISTED = {
     ("roslaunch", "--child"): "for the launcher on another machine",
@@ -40,13 +43,11 @@ def written() -> dict[tuple[str, ...], dict[str, str]]:
     found: dict[tuple[str, ...], dict[str, str]] = defaultdict(dict)
     for page in PAGES:
         for program, *words in commands((REPOSITORY / page).read_text()):
-            subcommands = []
-            if words_after(program):
-                for word in words:
-                    if not re.fullmatch(r"[a-z][a-z-]*", word):
-                        break
-                    subcommands.append(word)
-            options = found[program, *subcommands[:1]] if program not in PASSING else {}
+            if program in PASSING:
+                continue
+            depth = DEPTHS.get(tuple(words[:1]), 1) if words_after(program) else 0
+            subcommands = takewhile(re.compile(r"[a-z][a-z0-9-]*").fullmatch, words[:depth])
+            options = found[(program, *subcommands)]
             for word in words:
                 if match := OPTION.match(word):
                     options.setdefault(match[0], page)
@@ -57,13 +58,17 @@ def test_the_commands_of_the_documentation_exist_with_their_options() -> None:
     missing = []
     for (program, *subcommands), options in written().items():
         known = words_after(program)
-        if any(word not in known for word in subcommands):
+        if subcommands and subcommands[0] not in known:
             missing.append(f"{program} {' '.join(subcommands)}: {sorted(set(options.values()))}")
             continue
         if not options:
             continue
         helped = subprocess.run(
-            [VENV_BIN / program, *subcommands, "--help"], capture_output=True, text=True, timeout=60, check=False
+            [VENV_BIN / program, *subcommands, "--help"],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
         )
         listed = set(OPTION.findall(helped.stdout + helped.stderr)) | {"--help"}
         missing += [
