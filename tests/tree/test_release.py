@@ -88,6 +88,18 @@ def test_unreleased_lines_are_refused(tree: Path) -> None:
     assert "the section Unreleased of CHANGELOG.md has 1 lines" in said
 
 
+def test_a_section_without_a_date_is_refused(tree: Path) -> None:
+    (tree / "CHANGELOG.md").write_text(CHANGELOG.replace("2026-01-02", "not yet released"))
+    commit(tree)
+
+    code, said = release(tree)
+
+    assert (code, said) == (
+        1,
+        "script/release: CHANGELOG.md says that 1.2.0 is not yet released; set the date\n",
+    )
+
+
 def test_a_version_that_is_tagged_is_refused(tree: Path) -> None:
     git(tree, "tag", "v1.2.0")
 

@@ -60,7 +60,7 @@ class Stream:
         return data
 
     def write(self, data: bytes) -> None:
-        """Send bytes, which must be few."""
+        """Send a few bytes, such as a command."""
         try:
             sent = os.write(self._handle.fileno(), data)
         except OSError as error:

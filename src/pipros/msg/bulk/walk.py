@@ -80,7 +80,7 @@ def _skip_elements(
 
 
 def _skip(plan: MessagePlan, cursors: Cursors) -> NDArray[np.int64]:
-    """Return the positions behind the messages at the cursors."""
+    """Return the positions after the messages at the cursors."""
     for step in plan.steps:
         if isinstance(step, FixedRun):
             cursors.need(step.dtype.itemsize)

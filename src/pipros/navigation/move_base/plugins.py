@@ -21,10 +21,10 @@ _FACTOR: Final = 4.0
 
 
 def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, is_strict: bool) -> None:
-    """Say which planner runs, if the one in a parameter is another: in pipros there is one of each kind.
+    """Report which planner runs if a parameter names another one: pipros has one of each kind.
 
     Raises:
-        InvalidParameter: it is another one, and `is_strict` is true.
+        InvalidParameter: the parameter names another one, and `is_strict` is true.
     """
     if name == ours:
         return
