@@ -1,7 +1,7 @@
 """The server: the tools, each with its limits, under the library's `MCPServer`.
 
-A tool that acts runs while its client is connected: the event of its `Caller` is set when the client cancels the
-call or closes the connection.
+A tool that acts runs while its client is connected: the event of its `Caller` is set when the client cancels
+the call or closes the connection.
 """
 
 from __future__ import annotations
