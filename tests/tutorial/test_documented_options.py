@@ -17,7 +17,7 @@ OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 # Programs that pass their arguments on.
 PASSING = {"rosrun", "roslaunch-complete"}
 # The number of words that name a subcommand, if more than one.
-DEPTHS = {("fleet",): 3}
+DEPTHS = {"fleet": 3}
 # Options that no help lists, with the reason.
 UNLISTED = {
     ("roslaunch", "--child"): "for the launcher on another machine",
@@ -45,7 +45,7 @@ def written() -> dict[tuple[str, ...], dict[str, str]]:
         for program, *words in commands((REPOSITORY / page).read_text()):
             if program in PASSING:
                 continue
-            depth = DEPTHS.get(tuple(words[:1]), 1) if words_after(program) else 0
+            depth = DEPTHS.get(words[0], 1) if words and words_after(program) else 0
             subcommands = takewhile(re.compile(r"[a-z][a-z0-9-]*").fullmatch, words[:depth])
             options = found[(program, *subcommands)]
             for word in words:
