@@ -2,15 +2,16 @@
 
 `--outcomes-to=FILE` appends one line of JSON for each test. `--but-passed=FILE` deselects the tests that
 passed according to such a file. Both options need the `=`, because pytest would take a separate argument for
-a path of tests. `python -m tests.support.outcomes FILE…` prints where the time of such runs went.
+a path of tests. `python -m tests.support.outcomes FILE…` prints where the processor time of such runs went.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 import threading
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,7 +19,7 @@ from typing import Any
 
 import pytest
 
-_STARTS = "starts"
+_STARTS, _PROCESSOR_S = "starts", "processor_s"
 _EVENTS = {
     "os.fork": "process",
     "os.forkpty": "process",
@@ -39,6 +40,8 @@ class Outcome:
     result: str
     """`passed`, `failed` or `skipped`."""
     seconds: float
+    processor_s: float = 0.0
+    """Processor time of the test, its fixtures, and the processes that they started and waited for."""
     starts: tuple[str, ...] = ()
     """What the test or its fixtures started: any of `process`, `socket` and `thread`."""
     output: str = ""
@@ -52,14 +55,15 @@ def read_outcomes(file: Path) -> list[Outcome]:
 
 
 def times(outcomes: Sequence[Outcome], count: int = 20) -> str:
-    """Return the seconds of the slowest folders and of the slowest tests, one line each."""
-    by_folder: Counter[str] = Counter()
+    """Return the processor seconds of the dearest folders and tests, one line each, and of all tests."""
+    by_folder: defaultdict[str, float] = defaultdict(float)
     for outcome in outcomes:
-        by_folder["/".join(outcome.test.partition("::")[0].split("/")[:3])] += round(outcome.seconds)
-    slowest = sorted(outcomes, key=lambda outcome: -outcome.seconds)[:count]
-    lines = [f"{seconds:6d} s  {folder}" for folder, seconds in by_folder.most_common(count)]
-    lines += ["", *(f"{round(outcome.seconds):6d} s  {outcome.test}" for outcome in slowest)]
-    return "\n".join(lines)
+        by_folder["/".join(outcome.test.partition("::")[0].split("/")[:3])] += outcome.processor_s
+    dearest = sorted(outcomes, key=lambda outcome: -outcome.processor_s)[:count]
+    by_cost = sorted(by_folder.items(), key=lambda pair: -pair[1])[:count]
+    lines = [f"{seconds:8.1f} s  {folder}" for folder, seconds in by_cost]
+    lines += ["", *(f"{outcome.processor_s:8.1f} s  {outcome.test}" for outcome in dearest)]
+    return "\n".join([*lines, "", f"{sum(by_folder.values()):8.1f} s  {len(outcomes)} tests"])
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -82,12 +86,13 @@ class Recorder:
         if report.when in ("setup", "call"):
             return
         del self._reports[report.nodeid]
-        starts = next((str(value) for name, value in report.user_properties if name == _STARTS), "")
+        known = dict(report.user_properties)
         outcome = Outcome(
             report.nodeid,
             next((phase.outcome for phase in reports if not phase.passed), "passed"),
             round(sum(phase.duration for phase in reports), 3),
-            tuple(starts.split()),
+            float(known.get(_PROCESSOR_S, 0.0)),  # type: ignore[arg-type]
+            tuple(str(known.get(_STARTS, "")).split()),
             "\n".join(_text(phase) for phase in reports if phase.failed),
         )
         with self._file.open("a", encoding="utf-8") as file:
@@ -100,14 +105,16 @@ def _text(report: pytest.TestReport) -> str:
 
 
 class StartsRecorder:
-    """Records in the reports whether a test started a process, socket or thread.
+    """Records the processor time of a test, and whether it started a process, socket or thread.
 
-    What a fixture of a module or session starts is attributed to all tests that use the fixture.
+    What a fixture of a module or session starts is attributed to all tests that use the fixture; its
+    processor time, to the tests that are the first and the last to use it.
     """
 
     def __init__(self) -> None:
         self._seen: set[str] = set()
         self._by_fixture: defaultdict[str, set[str]] = defaultdict(set)
+        self._began_s = 0.0
         sys.addaudithook(self._audit)
         threading.Thread.start = self._noting(threading.Thread.start)  # type: ignore[assignment,method-assign]
 
@@ -135,14 +142,28 @@ class StartsRecorder:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self) -> Generator[None, object, object]:
-        self._seen = set()
+        self._seen, self._began_s = set(), _processor_s()
         return (yield)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        report = yield
+        if call.when == "teardown":
+            report.user_properties.append((_PROCESSOR_S, round(_processor_s() - self._began_s, 2)))
+        return report
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_teardown(self, item: pytest.Item) -> None:
         for name in getattr(item, "fixturenames", ()):
             self._seen |= self._by_fixture[name]
         item.user_properties.append((_STARTS, " ".join(sorted(self._seen))))
+
+
+def _processor_s() -> float:
+    """Return the processor time of this process, and of those that it has waited for."""
+    return sum(os.times()[:4])
 
 
 def configure(config: pytest.Config) -> None:

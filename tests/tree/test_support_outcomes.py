@@ -130,19 +130,39 @@ def _run(folder: Path, *words: str) -> str:
     return ended.stdout
 
 
-def test_the_slowest_folders_and_tests_come_first() -> None:
+def test_an_outcome_has_the_processor_time_of_the_test_and_its_processes(folder: Path) -> None:
+    busy = "import time\nwhile time.process_time() < 0.3: pass"
+    (folder / "test_it.py").write_text(
+        "import subprocess, sys, time\n"
+        f"def test_here():\n    until = time.process_time() + 0.3\n"
+        "    while time.process_time() < until: pass\n"
+        f"def test_there(): subprocess.run([sys.executable, '-c', {busy!r}], check=True)\n"
+        "def test_waits(): time.sleep(1)\n"
+    )
+
+    _run(folder, "--outcomes-to=outcomes", "-n", "1")
+
+    spent = {
+        outcome.test.partition("::")[2]: outcome.processor_s for outcome in read_outcomes(folder / "outcomes")
+    }
+    assert min(spent["test_here"], spent["test_there"]) > 0.25 > spent["test_waits"]
+
+
+def test_the_dearest_folders_and_tests_come_first() -> None:
     printed = times(
         [
-            Outcome("tests/unit/bag/test_a.py::test_x", "passed", 2.0),
-            Outcome("tests/unit/bag/test_b.py::test_y", "passed", 3.0),
-            Outcome("tests/e2e/test_c.py::test_z", "passed", 4.0),
+            Outcome("tests/unit/bag/test_a.py::test_x", "passed", 9.0, 2.0),
+            Outcome("tests/unit/bag/test_b.py::test_y", "passed", 1.0, 3.0),
+            Outcome("tests/e2e/test_c.py::test_z", "passed", 1.0, 4.0),
         ],
         count=2,
     )
     assert [line.split() for line in printed.splitlines()] == [
-        ["5", "s", "tests/unit/bag"],
-        ["4", "s", "tests/e2e/test_c.py"],
+        ["5.0", "s", "tests/unit/bag"],
+        ["4.0", "s", "tests/e2e/test_c.py"],
         [],
-        ["4", "s", "tests/e2e/test_c.py::test_z"],
-        ["3", "s", "tests/unit/bag/test_b.py::test_y"],
+        ["4.0", "s", "tests/e2e/test_c.py::test_z"],
+        ["3.0", "s", "tests/unit/bag/test_b.py::test_y"],
+        [],
+        ["9.0", "s", "3", "tests"],
     ]
