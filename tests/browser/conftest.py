@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -46,14 +47,19 @@ def ros(ros: RosSystem) -> RosSystem:
     return ros
 
 
-@pytest.fixture(
-    scope="module"
-)  # Playwright runs an event loop in this thread, which must not affect tests of other modules
-def chromium() -> Iterator[Browser]:
+@contextlib.contextmanager
+def running_chromium() -> Iterator[Browser]:
+    """Start Chromium, and end it. Meanwhile, Playwright runs an event loop in this thread."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="package")  # a start takes a second of processor time; elsewhere, the loop would harm
+def chromium() -> Iterator[Browser]:
+    with running_chromium() as browser:
+        yield browser
 
 
 @pytest.fixture

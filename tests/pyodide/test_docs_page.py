@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 import rosbag
 import rospy
-from tests.browser.conftest import chromium, steady_network  # noqa: F401 # fixtures
+from tests.browser.conftest import running_chromium, steady_network  # noqa: F401 # the latter is a fixture
 from tests.support.environments import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
@@ -34,6 +34,12 @@ def as_html(text: str) -> str:
         text,
         flags=re.MULTILINE | re.DOTALL,
     )
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Browser]:
+    with running_chromium() as browser:
+        yield browser
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +64,7 @@ class _Quiet(http.server.SimpleHTTPRequestHandler):
 
 
 def test_the_page_runs_python_and_lists_a_bag(
-    chromium: Browser,  # noqa: F811
+    chromium: Browser,
     address: str,
     tmp_path: Path,
 ) -> None:

@@ -1,0 +1,1 @@
+"""The page in Chromium. A package, so that all modules share the browser (`chromium`)."""
