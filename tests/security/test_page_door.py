@@ -128,7 +128,7 @@ def close_code(socket: ClientConnection) -> int:
 def test_a_browser_that_does_not_read_does_not_delay_shutdown(
     ros: RosSystem, strangers: Strangers, number: signal.Signals
 ) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", CAMERA)
     ros.wait_for_publisher("/image")
     page = Page(ros)
@@ -145,7 +145,7 @@ def test_a_browser_that_does_not_read_does_not_delay_shutdown(
 
 
 def test_a_hung_service_does_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros)
     with socket.create_server(("127.0.0.1", 0)) as service, page.connect() as browser:
         uri = f"rosrpc://127.0.0.1:{service.getsockname()[1]}"
@@ -158,7 +158,7 @@ def test_a_hung_service_does_not_delay_shutdown(ros: RosSystem, strangers: Stran
 
 
 def test_an_action_that_blocks_the_loop_does_not_delay_shutdown(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, command=sys.executable, prefix=("sh", "-c", 'exec "$1" -c "$0"', BLOCKS))
     with page.connect() as browser:
         browser.socket.send(json.dumps({"id": 1, "action": "about"}))
@@ -169,7 +169,7 @@ def test_an_action_that_blocks_the_loop_does_not_delay_shutdown(ros: RosSystem) 
 
 def test_silent_connections_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros)
     for data in (b"", b"GET / HTTP/1.1\r\n", b"GET /live HTTP/1.1\r\n"):
         strangers.connect(page, data)
@@ -181,7 +181,7 @@ def test_silent_connections_do_not_delay_shutdown(ros: RosSystem, strangers: Str
 
 def test_unfinished_tls_handshakes_do_not_delay_shutdown(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
     for data in (b"", b"\x16\x03\x01\x02\x00"):
         strangers.connect(page, data)
@@ -191,7 +191,7 @@ def test_unfinished_tls_handshakes_do_not_delay_shutdown(ros: RosSystem, strange
 
 
 def test_a_second_signal_ends_the_process_at_once(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = ros.pipros.start(sys.executable, "-c", HANGS_AT_ITS_END)
     page.wait_for("#token=")
     page.send_signal(signal.SIGINT)
@@ -214,7 +214,7 @@ def answered(page: Page) -> None:
 
 def test_silent_connections_leave_room_for_browsers(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, prefix=("sh", "-c", 'ulimit -n 256; exec "$@"', "sh"))
     for _ in range(400):
         strangers.connect(page)
@@ -230,7 +230,7 @@ def test_silent_connections_leave_room_for_browsers(ros: RosSystem, strangers: S
 
 def test_a_page_without_descriptors_says_so_once(ros: RosSystem, strangers: Strangers) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=100"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, prefix=("sh", "-c", 'ulimit -n 32; exec "$@"', "sh"))
     held = [strangers.connect(page) for _ in range(40)]
     page.process.wait_for("refused new connections: Too many open files")
@@ -244,14 +244,14 @@ def test_a_page_without_descriptors_says_so_once(ros: RosSystem, strangers: Stra
 @pytest.mark.parametrize("data", [b"", b"GET / HTTP/1.1\r\nHost: localhost\r\n"])
 def test_a_connection_without_a_request_is_closed(ros: RosSystem, strangers: Strangers, data: bytes) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=0.2"
-    ros.pipros.start_master()
+    ros.serve_master()
     assert has_ended(strangers.connect(Page(ros), data))
 
 
 @pytest.mark.parametrize("data", [b"", b"\x16\x03\x01\x02\x00"])
 def test_an_unfinished_tls_handshake_is_ended(ros: RosSystem, strangers: Strangers, data: bytes) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=0.2"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros, "--cert", CERTIFICATES / "cert.pem", "--key", CERTIFICATES / "key.pem")
     assert has_ended(strangers.connect(page, data))
     assert "Traceback" not in page.process.output
@@ -259,7 +259,7 @@ def test_an_unfinished_tls_handshake_is_ended(ros: RosSystem, strangers: Strange
 
 def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=60"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros)
     firsts = (
         "",
@@ -276,14 +276,14 @@ def test_a_websocket_without_the_token_is_closed(ros: RosSystem) -> None:
 
 def test_a_websocket_without_a_first_message_is_asked_to_try_again(ros: RosSystem) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=4"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros)
     with connect(f"ws://{page.host}/live", origin=Origin(f"http://{page.host}"), proxy=None) as socket:
         assert close_code(socket) == 1013  # after 1008, a page forgets its token
 
 
 def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros)
     with (
         pytest.raises(ConnectionClosed),
@@ -297,7 +297,7 @@ def test_bytes_before_the_token_are_limited(ros: RosSystem) -> None:
 
 def test_no_cookie_is_set_and_none_opens_anything(ros: RosSystem) -> None:
     ros.pipros.environment["PIPROS_LIMITS"] = "login_s=60"
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page(ros)
     port = page.host.rpartition(":")[2]
     for path in ("/", f"/?token={page.token}"):
