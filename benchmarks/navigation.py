@@ -36,7 +36,7 @@ from pipros.navigation.dwa.settings import DwaSettings
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
 from pipros.navigation.filter.state import SIZE, Measurement
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
-from pipros.navigation.mapping.settings import AmclSettings as Mapping
+from pipros.navigation.mapping.settings import MappingSettings
 from pipros.navigation.mapping.slam import GridSlam
 from pipros.navigation.mapping.survey import Survey
 from pipros.navigation.navfn.plan import plan
@@ -151,7 +151,8 @@ def outlines_of_poses():
 def mapping_scans(particles):
     """Return the processor times (ms) of processed scans on a drive at 0.4 m/s, and its duration (s)."""
     angles = math.tau / 360 * np.arange(360)
-    settings = Mapping(xmin=-10.0, ymin=-10.0, xmax=10.0, ymax=10.0, particles=particles).with_ranges(10.0)
+    area = {"xmin": -10.0, "ymin": -10.0, "xmax": 10.0, "ymax": 10.0}
+    settings = MappingSettings(**area, particles=particles).with_ranges(10.0)
     slam = GridSlam(settings, angles, (0.0, 0.0, 0.0), np.random.default_rng(1))
     survey, taken, moments = Survey(settings, angles), [], list(drive(rays=360))
     for moment in moments:
