@@ -54,19 +54,16 @@ def padded(corners: Points, padding: float) -> Points:
     return [(float(x + np.sign(x) * padding), float(y + np.sign(y) * padding)) for x, y in corners]
 
 
-def radii(corners: Points) -> tuple[float, float]:
-    """Return the radii of the inscribed and the circumscribed circle around the robot's centre.
-
-    With fewer than 3 corners they are infinite and 0.
-    """
+def inscribed_radius(corners: Points) -> float:
+    """Return the radius of the inscribed circle around the robot's centre; infinite without three corners."""
     if len(corners) <= 2:
-        return math.inf, 0.0
+        return math.inf
     starts = np.array(corners, float)
     edges = np.roll(starts, -1, axis=0) - starts
     lengths = (edges**2).sum(axis=1)
     along = np.clip(-(starts * edges).sum(axis=1) / np.where(lengths > 0, lengths, 1), 0, 1)
     nearest = starts + along[:, None] * edges
-    return float(np.hypot(*nearest.T).min()), float(np.hypot(*starts.T).max())
+    return float(np.hypot(*nearest.T).min())
 
 
 def placed(corners: Points, x: float, y: float, yaw: float) -> Points:

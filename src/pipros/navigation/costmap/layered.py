@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pipros.navigation.costmap.footprint import radii
+from pipros.navigation.costmap.footprint import inscribed_radius
 from pipros.navigation.costmap.grid import FREE, UNKNOWN, CostGrid, Costs, Numbers, Points
 
 
@@ -105,7 +105,7 @@ class LayeredCostmap:
         is_rolling: whether the grid moves with the robot.
         is_size_locked: whether a layer has set the size, so that parameters no longer do.
         footprint: the padded outline of the robot, around its centre.
-        inscribed_radius, circumscribed_radius: of the footprint, in metres.
+        inscribed_radius: that of the footprint, in metres.
         window: the cells that the last update computed; None before the first one.
     """
 
@@ -116,7 +116,7 @@ class LayeredCostmap:
         self.is_size_locked = False
         self.layers: list[Layer] = []
         self.footprint: Points = []
-        self.inscribed_radius, self.circumscribed_radius = radii([])
+        self.inscribed_radius = inscribed_radius([])
         self.window: CellRectangle | None = None
 
     def resize(self, *geometry: Any, lock: bool = False) -> None:
@@ -129,7 +129,7 @@ class LayeredCostmap:
     def set_footprint(self, padded: Points) -> None:
         """Set the outline of the robot."""
         self.footprint = padded
-        self.inscribed_radius, self.circumscribed_radius = radii(padded)
+        self.inscribed_radius = inscribed_radius(padded)
         for layer in self.layers:
             layer.footprint_changed()
 

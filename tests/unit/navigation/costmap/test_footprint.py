@@ -7,16 +7,23 @@ from typing import Any
 
 import pytest
 
-from pipros.navigation.costmap.footprint import as_text, circle, from_parameter, padded, placed, radii
+from pipros.navigation.costmap.footprint import (
+    as_text,
+    circle,
+    from_parameter,
+    inscribed_radius,
+    padded,
+    placed,
+)
 from pipros.navigation.parameters import InvalidParameter
 
 BURGER = [(-0.105, -0.105), (-0.105, 0.105), (0.041, 0.105), (0.041, -0.105)]
 
 
 def test_the_radii_of_a_burger_and_of_a_round_robot() -> None:
-    assert radii(padded(BURGER, 0.01)) == pytest.approx((0.051, 0.16263), abs=1e-4)
-    assert radii(circle(1.0)) == pytest.approx((math.cos(math.radians(11.25)), 1.0))
-    assert radii([(1.0, 0.0), (2.0, 0.0)]) == (math.inf, 0.0)
+    assert inscribed_radius(padded(BURGER, 0.01)) == pytest.approx(0.051, abs=1e-4)
+    assert inscribed_radius(circle(1.0)) == pytest.approx(math.cos(math.radians(11.25)))
+    assert inscribed_radius([(1.0, 0.0), (2.0, 0.0)]) == math.inf
 
 
 def test_a_coordinate_of_zero_is_not_padded() -> None:
