@@ -80,7 +80,7 @@ while not rospy.is_shutdown():
 
 
 def test_the_time_axis_of_curves(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", STAMPED)
     ros.wait_for_publisher("/point")
     page = Page(ros)
@@ -259,8 +259,9 @@ def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, comma
         ),
     ],
 )
-def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[str], may: list[str]) -> None:
-    with Page(robot, *options, command="rqt_publisher").connect() as browser:
+def test_options_decide_what_a_page_may_change(ros: RosSystem, options: list[str], may: list[str]) -> None:
+    ros.serve_master()
+    with Page(ros, *options, command="rqt_publisher").connect() as browser:
         assert browser.act("about")["may"] == may
 
 
@@ -274,8 +275,9 @@ def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[s
         (["--perspective", "nothing"], "there is no layout [nothing]"),
     ],
 )
-def test_wrong_options_of_rqt_are_explained(robot: RosSystem, arguments: list[str], error: str) -> None:
-    ended = robot.pipros.run("rqt", *arguments)
+def test_wrong_options_of_rqt_are_explained(ros: RosSystem, arguments: list[str], error: str) -> None:
+    ros.serve_master()
+    ended = ros.pipros.run("rqt", *arguments)
     assert (ended.returncode, error in ended.output) == (1, True)
 
 
@@ -288,24 +290,26 @@ def test_wrong_options_of_rqt_are_explained(robot: RosSystem, arguments: list[st
         (["--bind", "0.0.0.0", "--control"], True),  # noqa: S104
     ],
 )
-def test_options_decide_who_may_store_layouts(robot: RosSystem, options: list[str], may_save: bool) -> None:
-    with Page(robot, *options).connect() as browser:
+def test_options_decide_who_may_store_layouts(ros: RosSystem, options: list[str], may_save: bool) -> None:
+    ros.serve_master()
+    with Page(ros, *options).connect() as browser:
         assert browser.act("layouts") == {"names": [], "may_save": may_save}
         answer = browser.act("save_layout", name="mine", panels="graph")
         assert ("error" not in answer) == may_save
         assert browser.act("layouts")["names"] == (["mine"] if may_save else [])
 
 
-def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None:
-    page = Page(robot, "--control")
+def test_publishing_stops_when_the_browser_disconnects(ros: RosSystem) -> None:
+    ros.serve_master()
+    page = Page(ros, "--control")
     with page.connect() as browser:
         bad = browser.watch("publishing", name="/x", type="std_msgs/String", message="wrong: y", rate=0)
         assert "wrong" in next(bad)["error"]
     with page.connect() as browser:
         arguments = {"name": "/x", "type": "std_msgs/String", "message": "data: hello", "rate": 50}
         first(browser.watch("publishing", **arguments), lambda value: value["count"] > 1)
-        assert robot.pipros.run("rostopic", "echo", "-n1", "/x").stdout[0] == 'data: "hello"'
-    wait_until(lambda: robot.publishers("/x") == [], 30.0, "the publisher to end")
+        assert ros.pipros.run("rostopic", "echo", "-n1", "/x").stdout[0] == 'data: "hello"'
+    wait_until(lambda: ros.publishers("/x") == [], 30.0, "the publisher to end")
 
 
 @pytest.mark.parametrize(
@@ -364,7 +368,7 @@ while not rospy.is_shutdown():
 
 
 def test_a_stuck_browser_does_not_delay_others_and_costs_little_memory(ros: RosSystem) -> None:
-    ros.pipros.start_bare_master()
+    ros.serve_master()
     ros.pipros.start(sys.executable, "-c", LARGE_IMAGES)
     ros.wait_for_publisher("/image")
     page = Page(ros)
