@@ -18,6 +18,8 @@ from pipros.basics.posix import user_id
 
 HAS_LOCAL_SOCKETS: Final = sys.platform == "linux"
 
+_NO_SOCKETS: Final = "this system has no Unix sockets that report the user at the other end"
+
 _CREDENTIALS: Final = struct.Struct("3i")
 """The layout of `struct ucred`: process, user and group IDs."""
 _BACKLOG: Final = 16
@@ -32,6 +34,8 @@ def listen(folder: CacheFolder, name: str) -> socket.socket:
         Untrusted: other users could write to the folder.
         OSError: the socket cannot be created, for example on a file system without sockets.
     """
+    if not HAS_LOCAL_SOCKETS:  # Windows cannot even enter the folder
+        raise OSError(_NO_SOCKETS)
     unfinished = f".{name}.{os.urandom(6).hex()}"
     inside = folder.enter(creates=True)
     try:
@@ -60,6 +64,8 @@ def connect(folder: CacheFolder, name: str, timeout_s: float) -> socket.socket:
         Untrusted: another user listens there, or could write to the folder.
         OSError: the socket does not exist, or its program has ended.
     """
+    if not HAS_LOCAL_SOCKETS:
+        raise OSError(_NO_SOCKETS)
     inside = folder.enter()
     client = _socket()
     try:
@@ -102,5 +108,5 @@ def peer_user(connection: socket.socket) -> int | None:
 
 def _socket() -> socket.socket:
     if sys.platform != "linux":
-        raise OSError("this system has no Unix sockets that report the user at the other end")
+        raise OSError(_NO_SOCKETS)
     return socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

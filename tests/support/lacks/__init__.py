@@ -18,14 +18,22 @@ SYSTEMS = ("macos", "windows")
 
 FEATURES = {
     "/proc": SYSTEMS,
+    "DISPLAY": SYSTEMS,
+    "blocked signals": ("windows",),
     "executable files": ("windows",),
     "file owners": ("windows",),
+    "first lines": ("windows",),
+    "handled signals": ("windows",),
+    "named pipes": ("windows",),
     "O_NOFOLLOW": ("windows",),
     "process groups": ("windows",),
     "pseudo-terminals": ("windows",),
+    "programs that replace a process": ("windows",),
     "resource limits": ("windows",),
     "shared memory": SYSTEMS,
     "SIGKILL": ("windows",),
+    "timer signals": ("windows",),
+    "Unix sockets": SYSTEMS,
 }
 """What tests need, and the systems that lack it."""
 

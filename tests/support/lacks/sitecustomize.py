@@ -115,6 +115,7 @@ class _Seen(ModuleType):
         before = vars(real)
         vars(self).update(
             _real=real,
+            _replaced={},
             _is_lacking=lambda name: name in exact or name.startswith(beginnings),
             _others={name: (before.get(name), other) for name, other in others.items()},
         )
@@ -130,10 +131,18 @@ class _Seen(ModuleType):
         return getattr(real, name)
 
     def __setattr__(self, name: str, value: object) -> None:
-        setattr(vars(self)["_real"], name, value)
+        real = vars(self)["_real"]
+        if name in vars(real):
+            self._replaced.setdefault(name, vars(real)[name])
+        setattr(real, name, value)
 
     def __delattr__(self, name: str) -> None:
-        delattr(vars(self)["_real"], name)
+        """Undo a replacement. Tests delete what was not in the dictionary of the module before."""
+        real = vars(self)["_real"]
+        if name in self._replaced:
+            setattr(real, name, self._replaced.pop(name))
+        else:
+            delattr(real, name)
 
     def __dir__(self) -> list[str]:
         return [name for name in dir(vars(self)["_real"]) if not self._is_lacking(name)]
@@ -204,20 +213,30 @@ def _select_of_windows(real: Any) -> dict[str, Any]:
     return {"select": select}
 
 
+def known_signals() -> set[int]:
+    """Return the signals that Windows has."""
+    import signal
+
+    names = ("SIGABRT", "SIGFPE", "SIGILL", "SIGINT", "SIGSEGV", "SIGTERM", "SIGUSR2")
+    return {getattr(signal, name) for name in names}
+
+
+def handle_signal(number: int, handler: Any) -> Any:
+    """Do what `signal.signal` does on Windows. In the module, so that it can be pickled."""
+    import signal
+
+    if number not in known_signals():
+        raise ValueError("invalid signal value")
+    return signal.signal(number, handler)
+
+
 def _signal_of_windows(real: Any) -> dict[str, Any]:
-    known = {real.SIGABRT, real.SIGFPE, real.SIGILL, real.SIGINT, real.SIGSEGV, real.SIGTERM, real.SIGUSR2}
-
-    def handle(number: int, handler: Any) -> Any:
-        if number not in known:
-            raise ValueError("invalid signal value")
-        return real.signal(number, handler)
-
     return {
         "CTRL_BREAK_EVENT": real.SIGUSR2,
         "CTRL_C_EVENT": real.SIGINT,
         "SIGBREAK": real.SIGUSR2,
-        "signal": handle,
-        "valid_signals": lambda: known,
+        "signal": handle_signal,
+        "valid_signals": known_signals,
     }
 
 

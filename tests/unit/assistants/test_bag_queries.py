@@ -53,6 +53,7 @@ def test_a_query_has_a_time_limit(folder: Path) -> None:
     assert "longer than 1 s" in assistant.call("query_bag", bag="run.bag", sql=endless).data
 
 
+@pytest.mark.needs("resource limits")
 def test_a_query_has_a_memory_limit(folder: Path) -> None:
     assistant = LocalAssistant(NOBODY, folder, assistant_query_bytes=50_000_000)
     assert assistant.call("query_bag", bag="run.bag", sql="SELECT count(*) FROM a").is_error

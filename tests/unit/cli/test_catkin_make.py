@@ -96,6 +96,7 @@ def test_invalid_targets_and_options_exit_with_1(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.needs("first lines")
 def test_a_custom_target_is_made_when_it_is_named(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = base / "src" / "one" / "CMakeLists.txt"
     file.write_text(file.read_text() + "add_custom_target(mine COMMAND ${CMAKE_COMMAND} -E touch made)\n")

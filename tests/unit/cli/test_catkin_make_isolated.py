@@ -115,6 +115,7 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return log
 
 
+@pytest.mark.needs("first lines")
 def test_compiled_code_and_what_it_needs_are_built_by_genuine_catkin(
     workspace: Workspace, tools: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -134,6 +135,7 @@ def test_compiled_code_and_what_it_needs_are_built_by_genuine_catkin(
 PLAIN = "<export><build_type>cmake</build_type></export>"
 
 
+@pytest.mark.needs("first lines")
 @pytest.mark.parametrize("words", ["", "--install", "--merge -q"])
 def test_a_package_without_catkin_is_built_and_installed_by_cmake(
     workspace: Workspace, tools: Path, words: str
@@ -154,6 +156,7 @@ def test_a_package_without_catkin_is_built_and_installed_by_cmake(
     assert (prefix / "setup.sh").is_file()
 
 
+@pytest.mark.needs("first lines")
 def test_a_package_whose_cmake_fails_ends_the_build(
     workspace: Workspace, tools: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -44,7 +44,7 @@ def offered(capsys: pytest.CaptureFixture[str], *words: str) -> list[str]:
     ("line", "offers"),
     [
         ("rosrun robots", ["robots"]),
-        ("rosrun robots ", ["drive.py"]),
+        pytest.param("rosrun robots ", ["drive.py"], marks=pytest.mark.needs("executable files")),
         ("rosrun robots drive.py ", []),
         ("rosrun nope ", []),
         ("rosrun --pre", ["--prefix"]),
@@ -94,6 +94,7 @@ def test_files_are_found_by_their_names_and_paths(package: Path, capsys: pytest.
         assert capsys.readouterr().out == f"{package}/launch/go.launch\n"
 
 
+@pytest.mark.needs("first lines")
 def test_the_options_of_a_genuine_rosdep_are_completed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -92,7 +92,7 @@ def test_decompress_needs_no_option(bag: Path) -> None:
     assert (contents("run.bag"), compression_of("run.bag")) == (values(ROWS), {"none"})
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows ends a process without its handlers")
+@pytest.mark.needs("handled signals")
 @pytest.mark.parametrize("number", [signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)])
 def test_a_rewriting_that_a_signal_ends_leaves_nothing_behind(
     number: signal.Signals, bag: Path, monkeypatch: pytest.MonkeyPatch

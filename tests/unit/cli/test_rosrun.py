@@ -40,6 +40,7 @@ def script(path: Path, mode: int = 0o755) -> Path:
     return path
 
 
+@pytest.mark.needs("programs that replace a process")
 def test_the_program_gets_its_arguments_untouched(scripts: Path) -> None:
     talker = script(scripts / "talker.py")
     with pytest.raises(Became) as became:
@@ -47,6 +48,7 @@ def test_the_program_gets_its_arguments_untouched(scripts: Path) -> None:
     assert became.value.command == [str(talker), "--debug", "a:=b", "c d"]
 
 
+@pytest.mark.needs("programs that replace a process")
 def test_a_launch_prefix_precedes_the_program(scripts: Path) -> None:
     talker = script(scripts / "talker.py")
     with pytest.raises(Became) as became:
@@ -89,6 +91,7 @@ def test_a_missing_folder_in_the_package_path_is_named(
     assert f"[rosrun] ROS_PACKAGE_PATH lists [{missing}], which does not exist" in capsys.readouterr().err
 
 
+@pytest.mark.needs("executable files")
 def test_an_unknown_program_ends_with_3(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script(scripts / "talker.py")
     assert rosrun.main(["talkers", "talker"]) == 3
@@ -97,6 +100,7 @@ def test_an_unknown_program_ends_with_3(scripts: Path, capsys: pytest.CaptureFix
     assert captured.err == "[rosrun] Did you mean talker.py?\n"
 
 
+@pytest.mark.needs("executable files")
 def test_a_script_that_is_not_executable_is_named(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
     plain = script(scripts / "talker.py", 0o644)
     assert rosrun.main(["talkers", "talker.py"]) == 3
@@ -113,6 +117,7 @@ def two_talkers(scripts: Path) -> tuple[Path, Path]:
     return script(scripts / "a" / "talker.py"), script(scripts / "b" / "talker.py")
 
 
+@pytest.mark.needs("programs that replace a process")
 def test_the_user_can_choose_among_several_programs(
     two_talkers: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -133,6 +138,7 @@ def test_without_an_answer_nothing_is_run(
     assert rosrun.main(["talkers", "talker.py"]) == 127
 
 
+@pytest.mark.needs("programs that replace a process")
 def test_debug_prints_the_searched_folders(scripts: Path, capsys: pytest.CaptureFixture[str]) -> None:
     talker = script(scripts / "talker.py")
     with pytest.raises(Became):

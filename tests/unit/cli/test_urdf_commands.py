@@ -92,6 +92,7 @@ def test_a_missing_file_and_a_missing_argument_are_errors(
     assert "Usage: urdf_to_graphviz FILE" in capsys.readouterr().err
 
 
+@pytest.mark.needs("first lines")
 def test_urdf_to_graphviz_writes_the_drawing_of_urdfdom(
     robot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

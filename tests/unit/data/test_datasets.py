@@ -227,6 +227,7 @@ def test_an_interrupted_run_continues_and_equals_a_whole_one() -> None:
     assert len(list(Path("out").rglob("*.*"))) == len(list(Path("whole").rglob("*.*")))
 
 
+@pytest.mark.needs("blocked signals")
 @pytest.mark.parametrize("delay_s", [0.05, 0.15])
 def test_workers_that_are_starting_end_silently_on_ctrl_c(delay_s: float) -> None:
     code = "import sys; from pipros.cli.pipros import main; sys.exit(main())"

@@ -149,7 +149,7 @@ def test_errors_name_the_file_and_the_place(text: str, reason: str) -> None:
 def test_unreadable_files_raise(tmp_path: Path) -> None:
     with pytest.raises(BadFleetFile, match="No such file"):
         read_fleet_file(tmp_path / "missing.yaml")
-    with pytest.raises(BadFleetFile, match=r"not a regular file|directory"):
+    with pytest.raises(BadFleetFile, match=r"not a regular file|directory|denied"):
         read_fleet_file(tmp_path)
 
 

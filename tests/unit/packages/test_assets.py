@@ -66,7 +66,7 @@ def test_files_of_a_package_are_read(package: Path, path: str) -> None:
         "package://my_robot//etc/a.stl",
         "package://my_robot/a\0.stl",
         "package://my_robot/loop.stl",
-        "package://my_robot/pipe.stl",
+        pytest.param("package://my_robot/pipe.stl", marks=pytest.mark.needs("named pipes")),
         "package://my_robot/" + "a/" * 5000 + "a.stl",
         "file:///etc/passwd",
         "http://localhost/a.stl",

@@ -63,6 +63,7 @@ def test_a_folder_that_does_not_exist_has_no_packages(tmp_path: Path) -> None:
     assert crawl(str(tmp_path / "nowhere")).packages == ()
 
 
+@pytest.mark.needs("named pipes")
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes on this system")
 def test_a_manifest_that_is_a_pipe_does_not_block(tmp_path: Path) -> None:
     for name in ("package.xml", "manifest.xml"):

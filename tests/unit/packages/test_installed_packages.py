@@ -154,6 +154,7 @@ def test_an_editable_package_is_its_source_folder(installation: Installation, tm
     assert index.get("gone") is None
 
 
+@pytest.mark.needs("executable files")
 def test_programs_are_in_the_lib_folder_beside_share(installation: Installation) -> None:
     installation.add("arm")
     program = installation.folder / "lib" / "arm" / "move"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import socket
-import sys
 
 import pytest
 
@@ -51,7 +50,7 @@ def test_a_pace_admits_the_first_message_and_refuses_one_at_once() -> None:
     assert all(fast.admits() for _ in range(3))
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/net/udp")
+@pytest.mark.needs("/proc")
 def test_a_gateway_hints_at_programs_that_announce_themselves_by_multicast_only() -> None:
     with free_domain() as domain, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
         assert hint_for(Discovery(domain)) is None

@@ -158,6 +158,7 @@ def reachable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Appro
     approvals.stop()
 
 
+@pytest.mark.needs("Unix sockets")
 def test_other_programs_of_this_user_list_and_answer(reachable: Approvals) -> None:
     waiting = asked(reachable)
     listed(reachable)
@@ -171,6 +172,7 @@ def test_other_programs_of_this_user_list_and_answer(reachable: Approvals) -> No
     assert waiting_acts()[0]["acts"] == [{"tool": "publish"}]
 
 
+@pytest.mark.needs("Unix sockets")
 def test_the_socket_is_private(reachable: Approvals, tmp_path: Path) -> None:
     del reachable
     folder = tmp_path / "pipros" / "approvals"
@@ -204,6 +206,7 @@ def terminal(monkeypatch: pytest.MonkeyPatch) -> Iterator[Typing]:
     found.close()
 
 
+@pytest.mark.needs("pseudo-terminals")
 @pytest.mark.parametrize(
     ("typed", "verdict"), [("y\n", "once"), ("M\n", "minute"), ("n\n", "refuse"), ("what\nn\n", "refuse")]
 )
@@ -246,6 +249,7 @@ def test_a_terminal_asks_and_answers(
     assert "  master  http://robot:11311\n" in output
 
 
+@pytest.mark.needs("pseudo-terminals")
 def test_what_was_typed_before_an_act_appeared_does_not_approve_it(
     terminal: Typing, capsys: pytest.CaptureFixture[str]
 ) -> None:

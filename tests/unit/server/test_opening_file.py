@@ -109,7 +109,10 @@ def test_a_code_that_was_used_removes_the_file(
     assert list(home.iterdir()) == []
 
 
-@pytest.mark.parametrize(("variable", "value"), [("PIPROS_BROWSER", "off"), ("DISPLAY", "")])
+@pytest.mark.parametrize(
+    ("variable", "value"),
+    [("PIPROS_BROWSER", "off"), pytest.param("DISPLAY", "", marks=pytest.mark.needs("DISPLAY"))],
+)
 def test_no_page_is_opened(
     home: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch, variable: str, value: str
 ) -> None:

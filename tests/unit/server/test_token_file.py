@@ -36,6 +36,7 @@ def test_weak_tokens_are_refused(text: str, reason: str, tmp_path: Path) -> None
         read_tokens(written(tmp_path, text))
 
 
+@pytest.mark.needs("file owners")
 @pytest.mark.parametrize("mode", [0o640, 0o604, 0o620])
 def test_files_that_others_can_use_are_refused(mode: int, tmp_path: Path) -> None:
     with pytest.raises(BadTokenFile, match="chmod 600"):

@@ -145,7 +145,11 @@ def test_the_last_failure_counts_when_no_retry_is_left(index: PackageIndex, tmp_
     [
         ([a_test(package="nopkg")], "Package [nopkg] for test node [nopkg/a.py] does not exist"),
         ([a_test(type="none.py")], "Test node [pkg/none.py] does not exist or is not executable"),
-        ([a_test(type="plain.py")], "Test node [pkg/plain.py] does not exist or is not executable"),
+        pytest.param(
+            [a_test(type="plain.py")],
+            "Test node [pkg/plain.py] does not exist or is not executable",
+            marks=pytest.mark.needs("executable files"),
+        ),
         ([a_test(), a_test(type="b.py")], "Duplicate tests named [a] in rostest suite"),
     ],
 )

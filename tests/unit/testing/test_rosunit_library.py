@@ -88,6 +88,7 @@ def test_a_program_is_a_case_that_leaves_results(results: Path, tmp_path: Path) 
     assert results.is_dir()
 
 
+@pytest.mark.needs("first lines")
 def test_a_program_that_takes_too_long_or_leaves_nothing_is_a_failure(results: Path, tmp_path: Path) -> None:
     program = tmp_path / "sleeps"
     program.write_text("#!/bin/sh\nexec sleep 100\n")

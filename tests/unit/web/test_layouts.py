@@ -74,6 +74,7 @@ def test_layouts_are_limited_in_size_and_number(layouts: StoredLayouts) -> None:
     assert layouts.load("7") == "graph"
 
 
+@pytest.mark.needs("file owners")
 def test_a_folder_that_others_can_write_to_is_not_used(layouts: StoredLayouts, tmp_path: Path) -> None:
     layouts.save("base", PANELS)
     (tmp_path / "home" / "pipros" / "layouts").chmod(0o777)
@@ -82,6 +83,7 @@ def test_a_folder_that_others_can_write_to_is_not_used(layouts: StoredLayouts, t
             attempt()
 
 
+@pytest.mark.needs("file owners")
 def test_a_link_in_the_folder_is_not_followed(layouts: StoredLayouts, tmp_path: Path) -> None:
     layouts.save("base", PANELS)
     secret = tmp_path / "secret"

@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
 from pipros.web.process_usage import usage_of
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
@@ -21,6 +23,7 @@ while True:
 """
 
 
+@pytest.mark.needs("/proc")
 def test_a_process_has_memory_threads_and_processor_time(processes: Processes) -> None:
     # In the process of the tests, threads of earlier tests may end at any time.
     process = processes.start(sys.executable, "-I", "-S", "-c", PROGRAM, stdin=subprocess.PIPE)

@@ -50,6 +50,7 @@ def test_an_infinite_loop_is_stopped(workspace: Workspace) -> None:
     assert "iterations" in error
 
 
+@pytest.mark.needs("first lines")
 def test_commands_that_make_installed_files_run_without_cmake(workspace: Workspace) -> None:
     folder = workspace.add(
         "p", COPY + "install(FILES ${CMAKE_CURRENT_BINARY_DIR}/made/b.txt DESTINATION share/p)", a_dot_txt="a"
@@ -71,6 +72,7 @@ def test_an_unneeded_file_is_not_made(workspace: Workspace) -> None:
     assert not (workspace.layout.build / "p/made").exists()
 
 
+@pytest.mark.needs("first lines")
 def test_targets_of_all_are_run_in_the_order_of_their_needs(workspace: Workspace) -> None:
     workspace.add(
         "p",
@@ -89,6 +91,7 @@ def test_targets_of_all_are_run_in_the_order_of_their_needs(workspace: Workspace
     assert workspace.build().built == ["p"]  # a target has no files that could be up to date
 
 
+@pytest.mark.needs("first lines")
 def test_a_command_that_fails_is_named_with_its_line(workspace: Workspace) -> None:
     folder = workspace.add("p", "add_custom_target(bad ALL COMMAND ${CMAKE_COMMAND} -E false)")
     workspace.add("fine")

@@ -16,6 +16,7 @@ def script(path: Path, content: str) -> Path:
     return path
 
 
+@pytest.mark.needs("first lines")
 @pytest.mark.parametrize(
     ("printed", "failed"),
     [
@@ -43,6 +44,7 @@ def test_the_rejected_packages_are_found_with_the_reason(
     assert printed in capsys.readouterr().out
 
 
+@pytest.mark.needs("first lines")
 @pytest.mark.parametrize("printed", ["", "CMake Error at CMakeLists.txt:4 (cmake_minimum_required):\n  Old."])
 def test_a_failure_without_a_culprit_is_an_error(tmp_path: Path, printed: str) -> None:
     cmake = script(tmp_path / "cmake", PRINTS.format(text=printed))

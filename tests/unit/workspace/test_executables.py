@@ -34,6 +34,7 @@ def test_a_script_is_found_at_any_depth(package: Package) -> None:
     assert find_executables(package, "other/talker.py", ()).runnable == ()
 
 
+@pytest.mark.needs("executable files")
 def test_files_that_cannot_be_executed_are_listed_separately(package: Package) -> None:
     plain = program(package.path / "scripts" / "talker.py", mode=0o644)
     folder = package.path / "talker.py"
@@ -42,6 +43,7 @@ def test_files_that_cannot_be_executed_are_listed_separately(package: Package) -
     assert (found.runnable, found.unusable) == ((), (folder, plain))
 
 
+@pytest.mark.needs("executable files")
 def test_a_name_is_matched_whole(package: Package) -> None:
     program(package.path / "talker.py")
     assert find_executables(package, "talker", ()).runnable == ()
@@ -91,6 +93,7 @@ def test_only_the_topmost_workspace_with_this_package_counts(
     assert find_executables(package, "talker", [workspace, below]).runnable == (built,)
 
 
+@pytest.mark.needs("executable files")
 def test_programs_are_listed_by_name(package: Package, workspace: BuiltWorkspace) -> None:
     program(package.path / "scripts" / "b.py")
     program(package.path / "scripts" / "plain.py", mode=0o644)

@@ -114,6 +114,7 @@ def test_the_tools_of_an_overlay_are_found_by_its_prefix(tmp_path: Path) -> None
     assert (tools.prefix, tools.toplevel) == (tmp_path / "opt", toplevel)
 
 
+@pytest.mark.needs("first lines")
 def test_a_tool_that_fails_is_named(tmp_path: Path) -> None:
     programs(tmp_path / "bin", "cmake", code=3)
     layout = WorkspaceFolders(tmp_path, *(tmp_path / name for name in ("src", "build", "devel", "install")))
@@ -139,6 +140,7 @@ PYTHON_PACKAGES = ("robot_state_publisher", "xacro", "joint_state_publisher", "d
                    "rqt_graph", "cv_bridge", "image_geometry", "interactive_markers", "rospy")  # fmt: skip
 
 
+@pytest.mark.needs("first lines")
 @pytest.mark.parametrize("name", PYTHON_PACKAGES)
 def test_a_python_package_of_pipros_is_found_by_cmake_and_not_built(tmp_path: Path, name: str) -> None:
     """Genuine catkin would require its CMakeLists.txt."""
@@ -165,6 +167,7 @@ def test_a_python_package_that_is_installed_is_left_to_cmake(tmp_path: Path) -> 
     assert shipped_packages(packages, [prefix_with(tmp_path / "opt", "xacro")]) == []
 
 
+@pytest.mark.needs("first lines")
 def test_packages_found_without_a_declared_dependency_are_found_too(tmp_path: Path) -> None:
     folder, layout = programs_and_layout(tmp_path)
     add_manifest(tmp_path / "src", "")

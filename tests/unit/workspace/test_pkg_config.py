@@ -16,6 +16,7 @@ def pkg_config(folder: Path, monkeypatch: pytest.MonkeyPatch, answer: str, code:
     monkeypatch.setenv("PATH", str(folder))
 
 
+@pytest.mark.needs("first lines")
 def test_folders_of_overlays_come_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     prefixes = [tmp_path / "upper", tmp_path / "lower"]
     for prefix in prefixes:
@@ -27,11 +28,13 @@ def test_folders_of_overlays_come_first(tmp_path: Path, monkeypatch: pytest.Monk
     assert flags("p", "cflags-only-I", "-I") == [folders[2], folders[1], folders[0], folders[3]]
 
 
+@pytest.mark.needs("first lines")
 def test_other_flags_keep_their_order_and_prefix(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pkg_config(tmp_path / "bin", monkeypatch, "-pthread -DX=1  -DA")
     assert flags("p", "cflags-only-other") == ["-pthread", "-DX=1", "-DA"]
 
 
+@pytest.mark.needs("first lines")
 def test_a_failed_query_names_the_query_and_the_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

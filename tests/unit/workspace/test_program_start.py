@@ -39,6 +39,7 @@ def test_a_launch_prefix_is_split_into_words_without_a_shell(tmp_path: Path) -> 
     assert command == ["gdb", "-ex", "run $(x)", "--args", str(script), "a b"]
 
 
+@pytest.mark.needs("first lines")
 def test_a_script_without_a_first_line_is_run_by_the_shell(tmp_path: Path) -> None:
     script = program(tmp_path / "start", "echo hello\n")
     assert command_of(script) == ["/bin/sh", str(script)]
@@ -60,6 +61,7 @@ def test_windows_runs_python_scripts_with_the_own_interpreter(
     assert command_of(script) == [*[sys.executable] * is_python, str(script)]
 
 
+@pytest.mark.needs("first lines")
 @pytest.mark.parametrize(
     ("content", "complaint"),
     [

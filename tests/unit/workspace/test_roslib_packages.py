@@ -58,6 +58,7 @@ def test_folders_are_made_when_they_are_required(package: Path) -> None:
         packages.get_pkg_subdir("old_robot", "package.xml/below")
 
 
+@pytest.mark.needs("executable files")
 def test_programs_and_files_are_found(package: Path) -> None:
     drive = str(package / "scripts" / "drive")
     assert packages.find_node("old_robot", "drive") == [drive]

@@ -11,6 +11,8 @@ from pipros.workspace.program_start import command_of, why_not_startable
 from pipros.workspace.script_interpreter import interpreter_of
 from tests.support.interpreters import add_rospy, make_interpreter
 
+pytestmark = pytest.mark.needs("first lines")
+
 
 def script(folder: Path, first_line: str, mode: int = 0o755) -> Path:
     folder.mkdir(parents=True, exist_ok=True)

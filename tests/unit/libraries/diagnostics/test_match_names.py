@@ -29,6 +29,7 @@ def handlers() -> Iterator[None]:
         signal.signal(number, handler)
 
 
+@pytest.mark.needs("timer signals")
 @pytest.mark.usefixtures("handlers")
 def test_each_line_is_answered_in_order(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

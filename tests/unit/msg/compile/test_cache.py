@@ -130,6 +130,7 @@ def test_a_full_disk_leaves_nothing_behind(place: Place, monkeypatch: pytest.Mon
     assert [path for path in place.cache.rglob("*") if path.is_file()] == []
 
 
+@pytest.mark.needs("file owners")
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="files have no owner here")
 def test_files_of_another_user_are_not_run(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
     place.code()
