@@ -233,7 +233,8 @@ def unpack(archive: Path, folder: Path) -> None:
             zipped.extractall(folder)  # noqa: S202
     else:
         with tarfile.open(archive) as opened:
-            opened.extractall(folder, filter="data")  # noqa: S202
+            opened.extraction_filter = getattr(tarfile, "data_filter", None)  # Debian 12's Python has none
+            opened.extractall(folder)  # noqa: S202
 
 
 # ---- one distribution
