@@ -126,7 +126,7 @@ def test_too_many_acts_and_those_of_clients_that_have_gone_do_not_wait(approvals
     with pytest.raises(ActRefused, match="2 acts already wait"):
         asked(approvals).result(30)
     over.set()
-    with pytest.raises(ActRefused, match="the client has gone"):
+    with pytest.raises(ActRefused, match="the client has disconnected"):
         futures[0].result(30)
     approvals.stop()
     with pytest.raises(ActRefused, match="a human has refused"):
