@@ -21,13 +21,13 @@ Twist: Any = load_message_class("geometry_msgs/Twist")
 
 
 def start_turtlesim(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start("rosrun", "turtlesim", "turtlesim_node", "_headless:=true")
     ros.wait_for_subscriber("/turtle1/cmd_vel")
 
 
 def test_talkers_and_listeners_of_both_languages_understand_each_other(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     in_cpp = ros.pipros.start("rosrun", "roscpp_tutorials", "listener", "__name:=cpp_listener")
     in_python = ros.pipros.start("rosrun", "rospy_tutorials", "listener.py")
     ros.pipros.start("rosrun", "roscpp_tutorials", "talker", "__name:=cpp").wait_for(
@@ -41,7 +41,7 @@ def test_talkers_and_listeners_of_both_languages_understand_each_other(ros: RosS
 
 @pytest.mark.parametrize("package", ["rospy_tutorials", "roscpp_tutorials"])
 def test_the_launch_files_start_a_talker_and_a_listener(ros: RosSystem, package: str) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     launched = ros.pipros.start("roslaunch", package, "talker_listener.launch")
     launched.wait_for("I heard")
     launched.press_ctrl_c()
@@ -49,7 +49,7 @@ def test_the_launch_files_start_a_talker_and_a_listener(ros: RosSystem, package:
 
 
 def test_numbers_are_added(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     server = ros.pipros.start("rosrun", "rospy_tutorials", "add_two_ints_server", PYTHONUNBUFFERED="1")
     ended = ros.pipros.run("rosrun", "rospy_tutorials", "add_two_ints_client", "3", "4")
     assert ended.stdout == ["Requesting 3+4", "3 + 4 = 7"]
@@ -68,7 +68,7 @@ def test_numbers_are_added(ros: RosSystem) -> None:
 
 
 def test_parameters_are_read_set_deleted_and_found(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     launched = ros.pipros.start("roslaunch", "rospy_tutorials", "param_talker.launch")
     for line in (
         "/global_example is global value",
@@ -84,7 +84,7 @@ def test_parameters_are_read_set_deleted_and_found(ros: RosSystem) -> None:
 
 
 def test_a_short_fibonacci_sequence_and_an_average(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     ros.pipros.start("rosrun", "actionlib_tutorials", "fibonacci_server.py")
     ros.wait_for_subscriber("/fibonacci/goal")
     goal = ["rostopic", "pub", "-1", "/fibonacci/goal", "actionlib_tutorials/FibonacciActionGoal"]
@@ -112,7 +112,7 @@ def test_the_fibonacci_server_of_roscpp_has_an_action_of_that_name_whatever_the_
 
 
 def test_a_client_of_actions_ends_with_one_line_after_ctrl_c(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     client = ros.pipros.start("rosrun", "actionlib_tutorials", "fibonacci_client.py")
     ros.wait_for_subscriber("/fibonacci/feedback")  # the last one
     client.press_ctrl_c()
@@ -138,7 +138,7 @@ def corners_and_turns(poses: list[Any]) -> list[tuple[float, float]]:
 @pytest.mark.timeout(240)
 def test_a_turtle_draws_a_pentagon_exactly(ros: RosSystem) -> None:
     """The turtle of this test moves once for each command, so that it never moves while a node is paused."""
-    ros.pipros.start_master()
+    ros.serve_master()
     poses = [Pose(x=5.5, y=5.5)]
     polls, seen = itertools.count(), 0
     with Node("turtle", environment=Environment(master_uri=ros.master_uri)) as node:
@@ -182,7 +182,7 @@ def test_a_turtle_draws_a_pentagon_exactly(ros: RosSystem) -> None:
     ],
 )
 def test_a_second_turtle_follows_the_first(ros: RosSystem, package: str, launch: str) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     terminal = ros.pipros.open_terminal()
     terminal.type(f"roslaunch {package} {launch}")
     newest: dict[str, Any] = {}
@@ -211,7 +211,7 @@ def test_a_second_turtle_follows_the_first(ros: RosSystem, package: str, launch:
 
 @pytest.mark.parametrize("package", ["turtle_tf", "turtle_tf2"])
 def test_positions_of_a_turtle_are_printed_in_the_frame_of_another(ros: RosSystem, package: str) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     launched = ros.pipros.start("roslaunch", package, f"{package}_sensor.launch")
     found = launched.wait_for(
         r"[Pp]oint of turtle 3 in frame of turtle 1 Position\(x:(\S+) y:(\S+) z:0\.000000\)", 60
@@ -221,13 +221,13 @@ def test_positions_of_a_turtle_are_printed_in_the_frame_of_another(ros: RosSyste
 
 
 def test_the_debugging_demo_shows_both_mistakes(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     launched = ros.pipros.start("roslaunch", "turtle_tf", "start_debug_demo.launch")
     launched.wait_for('"turtle3" passed to lookupTransform argument target_frame does not exist', 60)
 
 
 def test_carrots_are_sent_by_both_libraries(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     for package, program in (
         ("turtle_tf", "fixed_tf_broadcaster.py"),
         ("turtle_tf2", "dynamic_tf2_broadcaster.py"),
@@ -240,7 +240,7 @@ def test_carrots_are_sent_by_both_libraries(ros: RosSystem) -> None:
 
 
 def test_a_static_turtle_is_sent_with_its_angles(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     arguments = ["mystaticturtle", "0", "0", "1", "0", "0", "1.5707963"]
     ros.pipros.start("rosrun", "turtle_tf2", "static_turtle_tf2_broadcaster", *arguments).wait_for(
         "Spinning until killed publishing mystaticturtle to world"
@@ -271,7 +271,7 @@ def test_a_package_of_the_workspace_comes_first(ros: RosSystem, package: str) ->
 
 
 def test_the_example_of_diagnostics_reports_a_rate(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     node = ros.pipros.start("rosrun", "diagnostic_updater", "example")
     echo = ros.pipros.start("rostopic", "echo", "/diagnostics/status")
     echo.wait_for('name: "diagnostic_updater_example: topic1 topic status"')
@@ -281,7 +281,7 @@ def test_the_example_of_diagnostics_reports_a_rate(ros: RosSystem) -> None:
 
 
 def test_the_former_name_of_rqt_reconfigure_opens_its_page(ros: RosSystem) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     page = Page.of(ros.pipros.start("rosrun", "dynamic_reconfigure", "reconfigure_gui", "--no-browser"))
     assert page.place == "reconfigure"
 
@@ -298,7 +298,7 @@ def test_the_former_name_of_rqt_reconfigure_opens_its_page(ros: RosSystem) -> No
     ],
 )
 def test_the_later_tutorials_of_rospy_run(ros: RosSystem, launch: str, line: str) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     launched = ros.pipros.start("roslaunch", "rospy_tutorials", f"{launch}.launch")
     launched.wait_for(line)
     launched.press_ctrl_c()
@@ -307,7 +307,7 @@ def test_the_later_tutorials_of_rospy_run(ros: RosSystem, launch: str, line: str
 
 @pytest.mark.parametrize("model", ["01-myfirst.urdf", "06-flexible.urdf", "08-macroed.urdf.xacro"])
 def test_robots_of_the_urdf_tutorial_are_shown(ros: RosSystem, model: str) -> None:
-    ros.pipros.start_master()
+    ros.serve_master()
     folder = ros.pipros.run("rospack", "find", "urdf_tutorial").stdout[0]
     launched = ros.pipros.start(
         "roslaunch", "urdf_tutorial", "display.launch", f"model:={folder}/urdf/{model}", "gui:=false"
