@@ -8,10 +8,12 @@ rotations about the fixed axes x, y and z, in that order.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, pi
+from math import cos, inf, pi, sin
 from typing import Any, Final
 
 import numpy as np
+
+from pipros.libraries.transforms.pose import from_roll_pitch_yaw, rotation_matrix
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -79,14 +81,7 @@ def wrapped(angles: Array) -> Array:
 
 def rotation(roll: float, pitch: float, yaw: float) -> Array:
     """Return the matrix that turns vectors of the robot's frame into the world frame."""
-    cr, sr, cp, sp, cy, sy = _functions(roll, pitch, yaw)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+    return np.array(rotation_matrix((0.0, 0.0, 0.0, *from_roll_pitch_yaw(roll, pitch, yaw)))).reshape(3, 3)
 
 
 def transition(angles: Array, delta_s: float) -> Array:
@@ -96,7 +91,7 @@ def transition(angles: Array, delta_s: float) -> Array:
     follow from the angular velocity in the robot's frame (Fossen, Guidance and Control of Ocean Vehicles,
     1994, section 2.1.2).
     """
-    cr, sr, cp, sp, _, _ = _functions(*angles)
+    cr, sr, cp, sp = _functions(angles[0], angles[1])
     matrix = np.eye(SIZE)
     turned = rotation(*angles)
     matrix[POSITION, VELOCITY] = turned * delta_s
@@ -109,32 +104,25 @@ def transition(angles: Array, delta_s: float) -> Array:
 
 
 def jacobian(state: Array, matrix: Array, delta_s: float) -> Array:
-    """Return the derivative of the predicted state; `matrix` is the `transition` of the state."""
+    """Return the derivative of the predicted state; `matrix` is the `transition` of the state.
+
+    A turn about an axis moves the end of a way by the cross product of the two: roll is about the robot's x
+    axis, yaw about the world's z axis, and pitch about the world's y axis turned by the yaw.
+    """
     cr, sr, cp, sp, cy, sy = _functions(*state[ANGLES])
-    way = state[VELOCITY] * delta_s + state[ACCELERATION] * (0.5 * delta_s * delta_s)
+    turned, speed = matrix[POSITION, VELOCITY], state[VELOCITY] + state[ACCELERATION] * (0.5 * delta_s)
+    x, y, z = turned @ speed
     _, vpitch, vyaw = state[RATES]
     derivative = matrix.copy()
-    by_roll = [[0, cy * sp * cr + sy * sr, sy * cr - cy * sp * sr],
-               [0, sy * sp * cr - cy * sr, -sy * sp * sr - cy * cr],
-               [0, cp * cr, -cp * sr]]  # fmt: skip
-    by_pitch = [
-        [-cy * sp, cy * cp * sr, cy * cp * cr],
-        [-sy * sp, sy * cp * sr, sy * cp * cr],
-        [-cp, -sp * sr, -sp * cr],
-    ]
-    by_yaw = [[-sy * cp, -sy * sp * sr - cy * cr, cy * sr - sy * sp * cr],
-              [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-              [0, 0, 0]]  # fmt: skip
-    derivative[POSITION, 3] = np.array(by_roll) @ way
-    derivative[POSITION, 4] = np.array(by_pitch) @ way
-    derivative[POSITION, 5] = np.array(by_yaw) @ way
+    derivative[POSITION, 3] = turned @ (0.0, -speed[2], speed[1])
+    derivative[POSITION, 4] = cy * z, sy * z, -cy * x - sy * y
+    derivative[POSITION, 5] = -y, x, 0.0
     along, across = sr * vpitch + cr * vyaw, cr * vpitch - sr * vyaw
     derivative[ANGLES, 3] += np.array([across * sp / cp, -along, across / cp]) * delta_s
     derivative[ANGLES, 4] += np.array([along / (cp * cp), 0.0, along * sp / (cp * cp)]) * delta_s
     return derivative
 
 
-def _functions(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float, float, float]:
-    from math import cos, sin
-
-    return cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)
+def _functions(*angles: float) -> list[float]:
+    """Return the cosine and the sine of each angle."""
+    return [function(angle) for angle in angles for function in (cos, sin)]
