@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pipros.libraries.clouds.points import cloud_of
 from pipros.libraries.transforms.messages import pose_of
 from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg import load_message_class
@@ -90,10 +91,7 @@ def twist(velocity: Triple) -> Any:
 
 def cloud(names: Iterable[str], values: NDArray[Any], frame: str, stamp: Time) -> Any:
     """Return a sensor_msgs/PointCloud2 of float32 fields, from an array of shape (n, fields)."""
-    message = stamped("sensor_msgs/PointCloud2", frame, stamp, height=1, width=len(values), is_dense=True)
-    field: Any = load_message_class("sensor_msgs/PointField")
-    message.fields = [field(name, 4 * index, field.FLOAT32, 1) for index, name in enumerate(names)]
-    message.point_step = 4 * len(message.fields)
-    message.row_step = message.point_step * len(values)
-    message.data = values.astype("<f4").tobytes()
+    header = load_message_class("std_msgs/Header")(stamp=stamp, frame_id=frame)
+    message = cloud_of(header, dict(zip(names, values.T.astype("<f4"), strict=True)))
+    message.is_dense = True
     return message

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipros.libraries.transforms.pose import Pose, rotation_matrix
+from pipros.libraries.clouds.points import exact_matrix_of, moved, positions, rows_of
+from pipros.libraries.laser.projection import projected, valid_beams
+from pipros.libraries.laser.scan import Scan
+from pipros.libraries.transforms.pose import Pose
 from pipros.navigation.costmap.grid import Numbers
 
 Points3D = npt.NDArray[np.float32]
-
-_FLOAT32 = 7  # of sensor_msgs/PointField
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +60,7 @@ class ObservationSource:
 
         Points outside the heights of the source and those that are not finite are dropped.
         """
-        placed = _placed(points[np.isfinite(points).all(axis=1)], cloud)
+        placed = moved(points[np.isfinite(points).all(axis=1)], exact_matrix_of(cloud))
         height = placed[:, 2]
         chosen = (height >= self.settings.min_obstacle_height) & (height <= self.settings.max_obstacle_height)
         self._kept.insert(0, Observation(sensor[:3], placed[chosen], stamp_ns))
@@ -92,56 +93,34 @@ class ObservationSource:
         return not limit_ns or self._updated_ns is None or now_ns - self._updated_ns <= limit_ns
 
 
-def scan_points(scan: Any, *, is_infinity_valid: bool = False) -> Points3D:
+def scan_points(message: Any, *, is_infinity_valid: bool = False) -> Points3D:
     """Return the points of a `sensor_msgs/LaserScan` in its frame. Invalid ranges give no point.
 
     A range is valid if range_min <= range < range_max. With `is_infinity_valid`, an infinite one counts as
     just below range_max.
     """
-    ranges = np.asarray(scan.ranges, np.float32)
+    scan = Scan.of(message)
     if is_infinity_valid:
-        ranges = np.where(np.isposinf(ranges), np.float32(scan.range_max) - np.float32(0.0001), ranges)
+        longest = np.float32(scan.range_max) - np.float32(0.0001)
+        scan = scan.with_ranges(np.where(np.isposinf(scan.ranges), longest, scan.ranges))
     with np.errstate(all="ignore"):  # angles that are not finite give no point
-        angles = scan.angle_min + np.arange(len(ranges)) * scan.angle_increment
-    chosen = (ranges < scan.range_max) & (ranges >= scan.range_min) & np.isfinite(angles)
-    points = np.zeros((int(chosen.sum()), 3), np.float32)
-    points[:, 0] = ranges[chosen] * np.cos(angles[chosen])
-    points[:, 1] = ranges[chosen] * np.sin(angles[chosen])
-    return points
+        points: Points3D = projected(scan, valid_beams(scan))
+    return points[np.isfinite(points).all(axis=1)]
 
 
 def cloud_points(cloud: Any) -> Points3D:
     """Return the points of a `sensor_msgs/PointCloud2`.
 
     Raises:
-        ValueError: a field of x, y and z is missing, or the data is too short.
+        ValueError: x, y or z of type FLOAT32 is missing, or the data has another length than the points.
     """
-    offsets = {field.name: field.offset for field in cloud.fields if field.datatype == _FLOAT32}
-    count, size = cloud.width * cloud.height, cloud.point_step
-    if any(name not in offsets or offsets[name] + 4 > size for name in "xyz"):
-        raise ValueError("a cloud must have the fields x, y and z of type FLOAT32 within its points")
-    if len(cloud.data) < count * size:
-        raise ValueError(
-            f"a cloud of {count} points of {size} bytes must have more data, got {len(cloud.data)}"
-        )
-    kind = ">f4" if cloud.is_bigendian else "<f4"
-    places = [offsets[name] for name in "xyz"]
-    layout: Any = {"names": list("xyz"), "formats": [kind] * 3, "offsets": places, "itemsize": size}
-    rows = np.frombuffer(cloud.data, np.dtype(layout), count) if count else np.empty(0, np.dtype(layout))
-    return np.stack([rows[name].astype(np.float32) for name in "xyz"], axis=1)
+    points: Points3D = positions(cloud, rows_of(cloud))
+    return points
 
 
 def old_cloud_points(cloud: Any) -> Points3D:
     """Return the points of a `sensor_msgs/PointCloud`."""
     return np.array([(point.x, point.y, point.z) for point in cloud.points], np.float32).reshape(-1, 3)
-
-
-def _placed(points: Points3D, frame: Pose) -> Points3D:
-    """Convert points from the frame with a pose to its parent, with the rounding of tf2_sensor_msgs."""
-    x, y, z = points.T
-    turn = np.array(rotation_matrix(frame), np.float32).reshape(3, 3)
-    rows = [turn[at, 0] * x + turn[at, 1] * y + turn[at, 2] * z + np.float32(frame[at]) for at in range(3)]
-    return np.stack(rows, axis=1)
 
 
 def squared_distances(points: Points3D, origin: tuple[float, float, float]) -> Numbers:
