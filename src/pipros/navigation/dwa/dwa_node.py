@@ -102,8 +102,7 @@ class DwaLocalPlanner:
         if pose is None or goal is None or local is None or not len(local):
             return None
         with self._costmap.lock:
-            points = [(float(x), float(y)) for x, y in local[:, :2]]
-            self._planner.look_at(self._costmap.grid, self._costmap.footprint, pose, points)
+            self._planner.look_at(self._costmap.grid, self._costmap.footprint, pose, local[:, :2])
             if self._rotation.is_there(pose, goal):
                 return self._turn(pose, goal)
             choice = self._planner.choose(pose, self._velocity)

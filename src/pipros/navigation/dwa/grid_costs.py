@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.navigation.costmap.grid import INSCRIBED, LETHAL, UNKNOWN, CostGrid
+from pipros.navigation.costmap.grid import INSCRIBED, LETHAL, UNKNOWN, CostGrid, Costs
 
 Cells = NDArray[np.int64]
-Point = tuple[float, float]
 Array = NDArray[np.float64]
+Points: TypeAlias = Sequence[tuple[float, float]] | Array
+"""Positions, one by one or as an array of shape (n, 2)."""
 
 COLLISION, UNKNOWN_UNDER, OUTSIDE = -1, -2, -3
 """Results for a pose in collision, over unknown cells, and with a corner off the map."""
 
 
-def plan_cells(grid: CostGrid, plan: Sequence[Point]) -> Cells:
+def plan_cells(grid: CostGrid, plan: Points) -> Cells:
     """Return the cells of a plan inside the map, up to its first exit, shape (n, 2): row and column.
 
     The plan is filled in to the resolution. An unknown cell counts as outside.
     """
-    if not plan:
+    if not len(plan):
         return np.empty((0, 2), np.int64)
-    points = np.array(_filled(plan, grid.resolution))
-    x, y, inside = grid.world_to_cells(points[:, 0], points[:, 1])
+    x, y, inside = grid.world_to_cells(*_filled(np.asarray(plan), grid.resolution).T)
     inside &= grid.costs[y, x] != UNKNOWN
     if not inside.any():
         return np.empty((0, 2), np.int64)
@@ -36,17 +36,15 @@ def plan_cells(grid: CostGrid, plan: Sequence[Point]) -> Cells:
     return np.column_stack((y[first:last], x[first:last]))
 
 
-def _filled(plan: Sequence[Point], resolution: float) -> list[Point]:
-    points = [plan[0]]
-    for x, y in plan[1:]:
-        before_x, before_y = points[-1]
-        steps = math.ceil(math.hypot(x - before_x, y - before_y) / resolution)
-        points += [
-            (before_x + (x - before_x) * step / steps, before_y + (y - before_y) * step / steps)
-            for step in range(1, steps)
-        ]
-        points.append((x, y))
-    return points
+def _filled(points: Array, resolution: float) -> Array:
+    """Return points with others between them, so that none is further than the resolution from the next."""
+    apart = np.diff(points, axis=0)
+    counts = np.maximum(np.ceil(np.hypot(*apart.T) / resolution), 1).astype(np.int64)
+    line, ends = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts)
+    step = (np.arange(len(line)) - (ends - counts)[line] + 1)[:, None]
+    filled = points[line] + apart[line] * step / counts[line, None]
+    filled[ends - 1] = points[1:]
+    return np.concatenate((points[:1], filled))
 
 
 def waves(grid: CostGrid, targets: Sequence[Cells]) -> NDArray[np.int64]:
@@ -79,9 +77,7 @@ def waves(grid: CostGrid, targets: Sequence[Cells]) -> NDArray[np.int64]:
     return distance[:, 1:-1, 1:-1]
 
 
-def outline_costs(
-    grid: CostGrid, footprint: Sequence[tuple[float, float]], x: Array, y: Array, yaw: Array
-) -> NDArray[np.int64]:
+def outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array) -> NDArray[np.int64]:
     """Return the greatest cost on the outline for each pose, or a negative result.
 
     The edges are drawn with Bresenham's algorithm between the cells of the corners. With fewer than three
@@ -92,36 +88,31 @@ def outline_costs(
         x, y, yaw: the poses, shape (n,).
     """
     cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
-    corners = np.array(footprint if len(footprint) >= 3 else [(0.0, 0.0)])
+    has_outline = len(footprint) >= 3
+    corners = np.array(footprint if has_outline else [(0.0, 0.0)])
     column, row, inside = grid.world_to_cells(
         x[:, None] + corners[:, 0] * cosine - corners[:, 1] * sine,
         y[:, None] + corners[:, 0] * sine + corners[:, 1] * cosine,
     )
     outside = ~inside.all(axis=1)
     column[outside] = row[outside] = 0
-    costs = grid.costs.ravel()
-    if len(footprint) < 3:
-        highest = costs[row[:, 0] * grid.costs.shape[1] + column[:, 0]].astype(np.int64)
-        result = np.where((highest >= INSCRIBED) & (highest != UNKNOWN), COLLISION, highest)
-    else:
-        result = _worst_on_lines(costs, grid.costs.shape[1], column, row, footprint, grid.resolution)
-    result[result == UNKNOWN] = UNKNOWN_UNDER
+    longest = np.ceil(np.hypot(*(np.roll(corners, -1, axis=0) - corners).T) / grid.resolution) + 2
+    worst = _worst_on_lines(grid.costs, column, row, longest)
+    result = worst.astype(np.int64)
+    result[worst >= (LETHAL if has_outline else INSCRIBED)] = COLLISION
+    result[worst == UNKNOWN] = UNKNOWN_UNDER  # the greatest of all costs
     result[outside] = OUTSIDE
     return result
 
 
-def _worst_on_lines(
-    costs: NDArray[np.uint8],
-    columns: int,
-    x: NDArray[np.int64],
-    y: NDArray[np.int64],
-    footprint: Sequence[tuple[float, float]],
-    resolution: float,
-) -> NDArray[np.int64]:
-    """Return the result for the closed lines through these cells."""
+def _worst_on_lines(costs: Costs, x: Cells, y: Cells, longest: Array) -> Costs:
+    """Return the greatest cost on the closed lines through cells, shape (n, corners).
+
+    `longest` is the greatest number of cells of each line.
+    """
+    columns, flat = costs.shape[1], costs.ravel()
     worst = np.zeros(len(x), np.uint8)
-    is_unknown = np.zeros(len(x), bool)
-    for this in range(x.shape[1]):
+    for this, most in enumerate(longest):
         following = (this + 1) % x.shape[1]
         across, up = x[:, following] - x[:, this], y[:, following] - y[:, this]
         width, height = np.abs(across), np.abs(up)
@@ -129,15 +120,8 @@ def _worst_on_lines(
         long, short = np.maximum(width, height), np.minimum(width, height)
         major = np.where(is_steep, np.sign(up) * columns, np.sign(across))
         minor = np.where(is_steep, np.sign(across), np.sign(up) * columns)
-        start = y[:, this] * columns + x[:, this]
-        length = math.dist(footprint[this], footprint[following])
-        steps = np.arange(min(math.ceil(length / resolution) + 2, int(long.max(initial=0)) + 1))
-        steps = np.minimum(steps[:, None], long)
+        steps = np.minimum(np.arange(min(int(most), int(long.max(initial=0)) + 1))[:, None], long)
         aside = (long // 2 + steps * short) // np.maximum(long, 1)
-        found = costs[start + steps * major + aside * minor]
-        is_unknown |= (found == UNKNOWN).any(axis=0)
-        worst = np.maximum(worst, np.where(found == UNKNOWN, 0, found).max(axis=0))
-    result = worst.astype(np.int64)
-    result[worst == LETHAL] = COLLISION
-    result[is_unknown] = UNKNOWN
-    return result
+        found = flat[y[:, this] * columns + x[:, this] + steps * major + aside * minor]
+        worst = np.maximum(worst, found.max(axis=0))
+    return worst

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipros.navigation.costmap.grid import CostGrid
-from pipros.navigation.dwa.grid_costs import outline_costs, plan_cells, waves
+from pipros.navigation.dwa.grid_costs import Points, outline_costs, plan_cells, waves
 from pipros.navigation.dwa.settings import DwaSettings
 from pipros.navigation.dwa.trajectories import Array, Trajectories, simulated, window
 from pipros.navigation.plane import Triple
-
-Point = tuple[float, float]
 
 FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
 """Scores of trajectories that oscillate, collide, leave the grid, enter an obstacle, or leave the plan."""
@@ -94,14 +91,13 @@ class DwaPlanner:
         """Forget the oscillation: there is a new plan."""
         self._oscillation.reset()
 
-    def look_at(
-        self, grid: CostGrid, footprint: Sequence[Point], pose: Triple, plan: Sequence[Point]
-    ) -> None:
+    def look_at(self, grid: CostGrid, footprint: Points, pose: Triple, plan: Points) -> None:
         """Prepare to score trajectories from a pose along a plan, which ends at the local goal."""
         settings, (goal_x, goal_y) = self.settings, plan[-1]
         self._grid, self._footprint, self._goal = grid, footprint, plan[-1]
         ahead, angle = settings.forward_point_distance, math.atan2(goal_y - pose[1], goal_x - pose[0])
-        nose = [*plan[:-1], (goal_x + ahead * math.cos(angle), goal_y + ahead * math.sin(angle))]
+        nose = np.array(plan)
+        nose[-1] += ahead * math.cos(angle), ahead * math.sin(angle)
         path = plan_cells(grid, plan)
         self.distances = waves(grid, [path, path[-1:], plan_cells(grid, nose)[-1:]])
         distance = math.hypot(goal_x - pose[0], goal_y - pose[1])
