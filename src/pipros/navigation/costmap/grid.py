@@ -166,3 +166,16 @@ def cells_on_lines(first: Numbers, last: Numbers, shares: Numbers) -> Numbers:
     aside = (along // 2 + step[:, None] * np.abs(delta)[line]) // np.maximum(along, 1)
     cells: Numbers = np.broadcast_to(first, delta.shape)[line] + np.sign(delta)[line] * aside
     return cells
+
+
+def shortened(start: Numbers, ends: Numbers, low: Numbers, high: Numbers, inside: Any) -> Numbers:
+    """Return the ends of rays, shape (n, dimensions), cut off at a box that contains the start.
+
+    Rays that pass an edge of `high` end `inside` before it, in metres.
+    """
+    away = ends - start
+    with np.errstate(divide="ignore", invalid="ignore"):
+        to_low, to_high = (low - start) / away, (high - inside - start) / away
+    parts = np.where(ends < low, to_low, np.where(ends > high, to_high, 1.0))
+    found: Numbers = start + away * np.clip(parts.min(axis=1), 0.0, 1.0)[:, None]
+    return np.maximum(found, low)  # rounding errors can put an end below

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pipros.navigation.costmap.footprint import placed
-from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Numbers, Points, line_cells
+from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, Numbers, Points, line_cells, shortened
 from pipros.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, LayeredCostmap, Pose2D
 from pipros.navigation.costmap.observations import Observation, ObservationSource, squared_distances
 
@@ -79,9 +79,14 @@ class ObstacleLayer(CellLayer):
         if self.combination in (OVERWRITE, MAXIMUM):
             self.write(window, by_maximum=self.combination == MAXIMUM)
 
-    def _mark(self, seen: Observation, limit: float, bounds: Bounds) -> None:
+    def _near(self, seen: Observation, limit: float) -> Numbers:
+        """Return the points that mark: neither too high nor too far away."""
         points = seen.points[seen.points[:, 2] <= self.max_height]
-        points = points[squared_distances(points, seen.origin) < limit * limit].astype(np.float64)
+        near: Numbers = points[squared_distances(points, seen.origin) < limit * limit].astype(np.float64)
+        return near
+
+    def _mark(self, seen: Observation, limit: float, bounds: Bounds) -> None:
+        points = self._near(seen, limit)
         columns, rows, inside = self.grid.world_to_cells(points[:, 0], points[:, 1])
         self.grid.costs[rows[inside], columns[inside]] = LETHAL
         bounds.touch_all(points[inside, 0], points[inside, 1])
@@ -94,30 +99,21 @@ class ObstacleLayer(CellLayer):
             text = "the sensor at (%.2f, %.2f) is outside the costmap, which it cannot clear"
             self._warn(text, x, y)
             return
-        bounds.touch(x, y)
-        points = seen.points.astype(np.float64)
-        ends = self._within(x, y, points[:, 0], points[:, 1])
-        columns, rows, inside = grid.world_to_cells(*ends)
-        ends = ends[0][inside], ends[1][inside]
+        low, origin = np.array((grid.origin_x, grid.origin_y)), np.array((x, y))
+        high = low + np.array((grid.width, grid.height)) * grid.resolution
+        ends = shortened(origin, seen.points[:, :2].astype(np.float64), low, high, _INSIDE_M)
+        columns, rows, inside = grid.world_to_cells(*ends.T)
         cells = np.unique(rows[inside] * grid.width + columns[inside])
         for first in range(0, len(cells), RAYS_AT_ONCE):
             to_y, to_x = np.divmod(cells[first : first + RAYS_AT_ONCE], grid.width)
             ray_x, ray_y = line_cells(*start, to_x, to_y, grid.in_cells(limit))
             grid.costs[ray_y, ray_x] = FREE
-        dx, dy = ends[0] - x, ends[1] - y
-        shares = np.minimum(1.0, limit / np.maximum(np.hypot(dx, dy), 1e-9))
-        bounds.touch_all(x + dx * shares, y + dy * shares)
+        touch_rays(bounds, origin, ends[inside], limit)
 
-    def _within(self, x: float, y: float, to_x: Numbers, to_y: Numbers) -> tuple[Numbers, Numbers]:
-        """Shorten rays that end outside the grid, so that they end at its edge."""
-        grid, start, ends = self.grid, (x, y), (to_x.copy(), to_y.copy())
-        along = (to_x - x, to_y - y)
-        low = (grid.origin_x, grid.origin_y)
-        high = (low[0] + grid.width * grid.resolution, low[1] + grid.height * grid.resolution)
-        for edges, is_high, axis in ((low, False, 0), (low, False, 1), (high, True, 0), (high, True, 1)):
-            edge, across = edges[axis], 1 - axis
-            out = ends[axis] > edge if is_high else ends[axis] < edge
-            share = (edge - start[axis]) / along[axis][out]
-            ends[axis][out] = edge - _INSIDE_M if is_high else edge
-            ends[across][out] = start[across] + along[across][out] * share
-        return ends
+
+def touch_rays(bounds: Bounds, origin: Numbers, ends: Numbers, limit: float) -> None:
+    """Grow the bounds to include the first `limit` metres, in the plane, of rays."""
+    away = ends[:, :2] - origin[:2]
+    shares = np.minimum(1.0, limit / np.maximum(np.hypot(*away.T), 1e-9))
+    bounds.touch(*origin[:2])
+    bounds.touch_all(*(origin[:2] + away * shares[:, None]).T)

@@ -7,10 +7,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, CostGrid, Numbers, cells_on_lines
+from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, CostGrid, Numbers, cells_on_lines, shortened
 from pipros.navigation.costmap.layered import Bounds, Pose2D
-from pipros.navigation.costmap.observations import Observation, squared_distances
-from pipros.navigation.costmap.obstacle_layer import RAYS_AT_ONCE, ObstacleLayer
+from pipros.navigation.costmap.observations import Observation
+from pipros.navigation.costmap.obstacle_layer import RAYS_AT_ONCE, ObstacleLayer, touch_rays
 
 _VOXELS: Final = 16
 _NOTHING_KNOWN: Final = 0xFFFF
@@ -67,8 +67,7 @@ class VoxelLayer(ObstacleLayer):
         return places, ((places >= 0) & (places < (grid.width, grid.height, self.z_voxels))).all(axis=1)
 
     def _mark(self, seen: Observation, limit: float, bounds: Bounds) -> None:
-        points = seen.points[seen.points[:, 2] <= self.max_height]
-        points = points[squared_distances(points, seen.origin) < limit * limit].astype(np.float64)
+        points = self._near(seen, limit)
         places, inside = self._places(
             np.column_stack((points[:, :2], np.maximum(points[:, 2], self.origin_z)))
         )
@@ -86,7 +85,6 @@ class VoxelLayer(ObstacleLayer):
             text = "the sensor at (%.2f, %.2f, %.2f) is outside the voxels, which it cannot clear"
             self._warn(text, *seen.origin)
             return
-        bounds.touch(*seen.origin[:2])
         ends = self._shortened(origin, seen.points.astype(np.float64))
         places, inside = self._places(ends)
         places, reach = places[inside], self.grid.in_cells(limit)
@@ -95,9 +93,7 @@ class VoxelLayer(ObstacleLayer):
             part = slice(first, first + RAYS_AT_ONCE)
             voxels = cells_on_lines(start.astype(np.int64), places[part].astype(np.int64), shares[part])
             self._free(*voxels.T)
-        away = ends[inside] - origin
-        far = np.minimum(1.0, limit / np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-9))
-        bounds.touch_all(*(origin[:2] + away[:, :2] * far[:, None]).T)
+        touch_rays(bounds, origin, ends[inside], limit)
 
     def _free(self, column: Numbers, row: Numbers, height: Numbers) -> None:
         columns, cells = self.columns.costs.reshape(-1), row * self.grid.width + column
@@ -114,12 +110,7 @@ class VoxelLayer(ObstacleLayer):
         grid, away = self.grid, points - origin
         lengths = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
         ends: Numbers = np.maximum(0.0, (lengths - 2 * grid.resolution) / lengths)[:, None] * away + origin
-        away = ends - origin
         low = np.array((grid.origin_x, grid.origin_y, self.origin_z))
         size = (np.array((grid.width, grid.height)) - 0.5) * grid.resolution
         high = np.array((*(low[:2] + size), self.max_height))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            to_low, to_high = (low - origin) / away, (high - (0.0, 0.0, _BELOW_TOP_M) - origin) / away
-        parts = np.where(ends < low, to_low, np.where(ends > high, to_high, 1.0))
-        ends = origin + away * np.clip(parts.min(axis=1), 0.0, 1.0)[:, None]
-        return np.maximum(ends, low)  # costmap_2d drops rays that rounding errors end below
+        return shortened(origin, ends, low, high, (0.0, 0.0, _BELOW_TOP_M))
