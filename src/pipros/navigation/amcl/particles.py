@@ -150,18 +150,17 @@ def _bins(poses: Array) -> Labels:
 
 
 def _connected(bins: Labels) -> Labels:
-    """Return the label of each bin (distinct rows): that of the connected component in which it is."""
+    """Return the label of each bin (sorted distinct rows): that of the connected component in which it is."""
     low = bins.min(axis=0) - 1
     _, width, depth = (bins.max(axis=0) + 2 - low).tolist()
-    codes = ((bins - low) @ np.array((width * depth, depth, 1))).astype(np.int64)
-    order = codes.argsort()
-    ordered = codes[order]
+    scale = np.array((width * depth, depth, 1))
+    codes = (bins - low) @ scale  # in ascending order, as the bins are
     pairs = []
     for step in _NEIGHBOURS:
-        wanted = codes + int(np.dot(step, (width * depth, depth, 1)))
-        place = np.minimum(np.searchsorted(ordered, wanted), len(ordered) - 1)
-        hit = ordered[place] == wanted
-        pairs.append(np.stack((np.flatnonzero(hit), order[place[hit]])))
+        wanted = codes + np.dot(step, scale)
+        place = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
+        hit = np.flatnonzero(codes[place] == wanted)
+        pairs.append(np.stack((hit, place[hit])))
     one, other = np.concatenate(pairs, axis=1)
     label: Labels = np.arange(len(bins))
     while True:  # each round spreads the smallest label to neighbours, then follows labels to their ends

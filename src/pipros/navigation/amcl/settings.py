@@ -118,15 +118,12 @@ def checked(settings: AmclSettings) -> AmclSettings:
         raise InvalidParameter(
             f"~max_particles must be >= 1 and ~min_particles >= 0, got {most} and {settings.min_particles}"
         )
-    is_laser, is_odometry = (
-        settings.laser_model_type in LASER_MODELS,
-        settings.odom_model_type in ODOMETRY_MODELS,
-    )
+    laser, odometry = settings.laser_model_type, settings.odom_model_type
     return replace(
         settings,
         max_particles=most,
-        laser_model_type=settings.laser_model_type if is_laser else "likelihood_field",
-        odom_model_type=settings.odom_model_type if is_odometry else "diff",
+        laser_model_type=laser if laser in LASER_MODELS else "likelihood_field",
+        odom_model_type=odometry if odometry in ODOMETRY_MODELS else "diff",
         resample_interval=max(1, settings.resample_interval),
         odom_frame_id=settings.odom_frame_id.removeprefix("/"),
         base_frame_id=settings.base_frame_id.removeprefix("/"),
