@@ -104,8 +104,9 @@ class NavfnPlanner:
     # -- messages ----------------------------------------------------------------
 
     def publish_plan(self, poses: Poses) -> None:
-        """Publish a path, which may be empty."""
-        self._plans.publish(plane.path(poses, self._costmap.global_frame, stamp(self._node.clock)))
+        """Publish a path, which may be empty, if there are subscribers."""
+        if self._plans.connection_count:
+            self._plans.publish(plane.path(poses, self._costmap.global_frame, stamp(self._node.clock)))
 
     def _publish_potentials(self, grid: CostGrid, field: PotentialField, goal: Cell) -> None:
         rows, columns = np.nonzero(field.values < UNREACHED)
