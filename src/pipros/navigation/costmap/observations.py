@@ -104,8 +104,9 @@ def scan_points(message: Any, *, is_infinity_valid: bool = False) -> Points3D:
         longest = np.float32(scan.range_max) - np.float32(0.0001)
         scan = scan.with_ranges(np.where(np.isposinf(scan.ranges), longest, scan.ranges))
     with np.errstate(all="ignore"):  # angles that are not finite give no point
-        points: Points3D = projected(scan, valid_beams(scan))
-    return points[np.isfinite(points).all(axis=1)]
+        points = projected(scan, valid_beams(scan))
+    finite: Points3D = points[np.isfinite(points).all(axis=1)]
+    return finite
 
 
 def cloud_points(cloud: Any) -> Points3D:
