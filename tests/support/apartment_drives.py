@@ -3,7 +3,7 @@
 The first half are plain drives to random goals, none of which may touch a wall. In the second half, two
 obstacles walk through the rooms, and the robot is first carried to another place; 9 of 10 must reach the
 goal. Then five seeds map the apartment with slam_gmapping's 30 particles: of the cells that are free in the
-map or in the apartment, more than 90 % must be free in both, and 85 % of the occupied cells at most one cell
+map or in the apartment, more than 93 % must be free in both, and 93 % of the occupied cells at most one cell
 from a wall.
 """
 
@@ -105,7 +105,7 @@ def count_bad_maps(seeds: range) -> int:
             slam.scan(odometry, moment.ranges, moment.time_s)
         survey.follow(slam.steps[slam.best])
         found = drives.agreement(survey.values(), survey.origin, begin)
-        is_good = found.free_iou > 0.9 and found.walls_near > 0.85
+        is_good = found.free_iou > 0.93 and found.walls_near > 0.93
         failures += not is_good
         print(
             f"map, seed {seed}: {'good' if is_good else 'bad'}; IoU of free cells {found.free_iou:.3f}, "

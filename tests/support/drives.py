@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -140,6 +140,21 @@ def drive(
             simulation.step()
         yield Moment(simulation.time_s, robot.odometry, robot.pose, np.array(simulation.scans([""])[""]))
     assert not goals, f"the robot is stuck at {robot.pose} on its way to {goals[0]}"
+
+
+def apart(moments: Iterable[Moment], distance_m: float, turn_rad: float) -> Iterator[Moment]:
+    """Yield the first moment, and the next ones after such a distance or turn of the odometry."""
+    before: Pose | None = None
+    distance = turn = 0.0
+    for moment in moments:
+        now = moment.odometry
+        if before is not None:
+            distance += math.hypot(now.x - before.x, now.y - before.y)
+            turn += abs(math.remainder(now.yaw - before.yaw, math.tau))
+        if before is None or distance >= distance_m or turn >= turn_rad:
+            distance = turn = 0.0
+            yield moment
+        before = now
 
 
 def stamp(time_s: float) -> Time:
