@@ -8,6 +8,7 @@ export class Pacing {
     this.gl = gl;
     this.unfinished = []; // fences behind the commands of the last pictures
     this.drawnAt = null; // the time of the last animation frame, if a picture was drawn in it
+    this.wasSlow = false; // whether the last picture was
     this.resumesAt = 0; // when pictures may be drawn again
   }
 
@@ -19,13 +20,14 @@ export class Pacing {
   }
 
   // Called in each animation frame. Without a graphics card, the browser stops the page's thread until a picture is finished. After
-  // a slow one, some time is left for messages: a large one arrives in hundreds of parts, and one picture after the other would let
+  // two slow ones, some time is left for messages: a large one arrives in hundreds of parts, and one picture after the other would let
   // a single part through.
   note(time) {
     if (this.drawnAt === null) return;
     const took = time - this.drawnAt;
     this.drawnAt = null;
-    this.resumesAt = took > SLOW_MS ? time + FREE * took : 0;
+    this.resumesAt = took > SLOW_MS && this.wasSlow ? time + FREE * took : 0;
+    this.wasSlow = took > SLOW_MS;
   }
 
   // Returns whether a picture may be drawn: all but the last one must be finished, because commands for one more would wait for them.

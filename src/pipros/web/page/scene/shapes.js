@@ -29,8 +29,8 @@ export const CONE = new THREE.ConeGeometry(0.5, 1, 32).rotateX(Math.PI / 2);
 const ROD = CYLINDER.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2); // from the origin along +x
 const TIP = CONE.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2);
 // The same with fewer sides, for axes and the arrows of frames: there are many, and drawing takes as long as there are triangles.
-const THIN_ROD = new THREE.CylinderGeometry(0.5, 0.5, 1, 12).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
-const THIN_TIP = new THREE.ConeGeometry(0.5, 1, 12).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
+const THIN_ROD = new THREE.CylinderGeometry(0.5, 0.5, 1, 8).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
+const THIN_TIP = new THREE.ConeGeometry(0.5, 1, 8).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
 const SHARED = new Set([BOX, SPHERE, CYLINDER, CONE, ROD, TIP]);
 const CROSSES = new Map(); // thickness to a geometry of three rods
 const MAX_CROSSES = 100;
