@@ -25,6 +25,7 @@ FEATURES = {
     "first lines": ("windows",),
     "handled signals": ("windows",),
     "named pipes": ("windows",),
+    "MSG_DONTWAIT": ("windows",),
     "O_NOFOLLOW": ("windows",),
     "process groups": ("windows",),
     "pseudo-terminals": ("windows",),

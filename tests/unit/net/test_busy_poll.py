@@ -43,6 +43,7 @@ def wait_on(one: PollingReceiver, sock: SleepySocket) -> None:
     one.receive_into(sock, memoryview(b""))  # type: ignore[arg-type]
 
 
+@pytest.mark.needs("MSG_DONTWAIT")
 def test_the_number_of_polls_can_be_limited(sleepy: SleepySocket) -> None:
     PollingReceiver(60.0, may_poll=True).receive_into(sleepy, memoryview(b""), 3)  # type: ignore[arg-type]
     assert sleepy.waits == ["looked", "looked", "looked", "slept"]
@@ -84,6 +85,7 @@ def test_a_deadline_holds_for_a_peer_that_trickles(ends: tuple[socket.socket, so
         PollingReceiver().receive(ends[0], 1, deadline=time.monotonic() - 1)
 
 
+@pytest.mark.needs("MSG_DONTWAIT")
 def test_unsuccessful_polls_become_rare(sleepy: SleepySocket) -> None:
     one = PollingReceiver(ONE_LOOK, longest_pause=4, may_poll=True)
     polled_waits = []
@@ -96,6 +98,7 @@ def test_unsuccessful_polls_become_rare(sleepy: SleepySocket) -> None:
     assert sleepy.waits.count("slept") == 22, "no wait ends without bytes"
 
 
+@pytest.mark.needs("MSG_DONTWAIT")
 def test_a_successful_poll_is_repeated(
     sleepy: SleepySocket, ends: tuple[socket.socket, socket.socket]
 ) -> None:
