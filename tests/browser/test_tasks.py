@@ -80,7 +80,8 @@ class Hands:
         for number, part in enumerate(text.split("\t")):
             if number:
                 self.tab.keyboard.press("Tab")
-            self.tab.keyboard.insert_text(part)
+            if part:  # an empty text would replace what Tab has selected
+                self.tab.keyboard.insert_text(part)
         self.done.append(repr(text))
 
     def tab_to(self, element: Locator) -> None:

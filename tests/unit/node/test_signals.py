@@ -3,6 +3,7 @@ from __future__ import annotations
 import signal
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -122,6 +123,12 @@ def test_after_the_end_a_signal_raises_keyboard_interrupt() -> None:
     signals.uninstall()
 
 
+def stay() -> None:
+    """Pause in steps without a lock: KeyboardInterrupt can leave a waiting Condition unlocked."""
+    for _ in range(600):
+        time.sleep(0.05)
+
+
 def test_a_running_main_thread_is_interrupted_if_requested() -> None:
     ends, reader = Ends(), Reader()
     signals = Signals(ends, insist=True)
@@ -132,7 +139,7 @@ def test_a_running_main_thread_is_interrupted_if_requested() -> None:
     def go_on() -> None:
         try:
             reader.turn()
-            threading.Event().wait(30)
+            stay()
         finally:
             signals.uninstall()
 
@@ -151,7 +158,7 @@ def test_a_running_main_thread_is_interrupted_after_a_shutdown_by_another_thread
     def go_on() -> None:
         threading.Thread(target=reader.shutdown_hook).start()
         try:
-            threading.Event().wait(30)
+            stay()
         finally:
             signals.uninstall()
 

@@ -28,7 +28,7 @@ export function open(view, argument, context) {
   context.watch("running_topics", {}, (data) => {
     known = data.topics;
     replace(topics, known.map((each) => h("option", { value: each.name })));
-    if (!type.value) chosen(); // the topic was typed before
+    if (!type.value && !message.value) chosen(); // the topic was typed before
   });
 
   function chosen() {
