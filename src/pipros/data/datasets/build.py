@@ -11,6 +11,7 @@ import json
 import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import asdict
@@ -162,13 +163,13 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
 
 def _submitted(pool: ProcessPoolExecutor, work: Sequence[_Work]) -> list[Future[None]]:
     """Submit the work with SIGINT blocked, which processes inherit: none prints a traceback as it starts."""
-    mask = getattr(signal, "pthread_sigmask", None)  # not on Windows
-    before = mask(signal.SIG_BLOCK, {signal.SIGINT}) if mask else ()
+    if sys.platform == "win32":  # it has no masks of signals
+        return [pool.submit(write_episode, job) for job in work]
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         return [pool.submit(write_episode, job) for job in work]
     finally:
-        if mask:
-            mask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _check_file(folder: Path, episode: Episode) -> Path:

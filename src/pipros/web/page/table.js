@@ -11,10 +11,10 @@ export function dataTable(columns, options) {
   let sorted = { title: sortBy, isDown: false };
   let rows = [];
   let chosen = null;
-  let isEntered = false; // whether a row had the focus
   const shown = new Map(); // key to {row, element, cells}
   const heads = new Map(columns.map((column) => [column.title, head(column)]));
   const body = h("tbody", {});
+  const keepTabStop = onChoose ? reachByKeys(body, onChoose) : () => {};
   const more = h("tr", { class: "more" }, h("td", { colspan: columns.length, class: "note" }));
   const element = h("table", { role: onChoose ? "grid" : null, "aria-label": label },
     h("thead", {}, h("tr", {}, [...heads.values()])), body);
@@ -43,7 +43,7 @@ export function dataTable(columns, options) {
     const focused = body.contains(document.activeElement) ? document.activeElement : null;
     wanted.forEach((row, index) => place(body, update(row), index));
     if (focused instanceof HTMLElement && focused !== document.activeElement) focused.focus({ preventScroll: true }); // its row was moved
-    if (onChoose && !(isEntered && body.querySelector(":scope > [tabindex='0']"))) stopAt(body, body.querySelector("[data-name]"));
+    keepTabStop();
     replace(more.firstChild, `${rows.length - wanted.length} more: filter to see them.`);
     if (rows.length > wanted.length) body.append(more);
     else more.remove();
@@ -79,11 +79,6 @@ export function dataTable(columns, options) {
     for (const [other, { element: row }] of shown) row.setAttribute("aria-selected", String(other === key));
   }
 
-  if (onChoose) body.addEventListener("focusin", (event) => {
-    isEntered = true;
-    stopAt(body, event.target);
-  });
-  if (onChoose) body.addEventListener("keydown", (event) => chooseByKey(event, onChoose));
   element.addEventListener("copy", copyRow);
   const csvButton = (name) => h("button", { title: "Save the table as CSV",
     onclick: () => download(`${name}.csv`, csv(columns, inOrder(rows)), "text/csv") }, "CSV");
@@ -99,6 +94,20 @@ function ordered(rows, order, isDown) {
 
 function place(body, row, index) {
   if (body.children[index] !== row) body.insertBefore(row, body.children[index] ?? null);
+}
+
+// Makes rows reachable by keys: Tab stops at the first one until a row had the focus. Returns what to call after a change.
+function reachByKeys(body, onChoose) {
+  let isEntered = false;
+  body.addEventListener("focusin", (event) => {
+    isEntered = true;
+    stopAt(body, event.target);
+  });
+  body.addEventListener("keydown", (event) => chooseByKey(event, onChoose));
+  return () => {
+    if (isEntered && body.querySelector(":scope > [tabindex='0']")) return;
+    stopAt(body, body.querySelector("[data-name]"));
+  };
 }
 
 // Makes Tab stop at one row only: that of an element.
