@@ -124,7 +124,7 @@ def test_an_unexpected_failure_is_logged(
     async def fail(_: str) -> Any:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(subscription, "_request", fail)
+    monkeypatch.setattr(subscription._dialer, "_request", fail)
     tell(listener, ["http://127.0.0.1:1/"])
     wait_until(lambda: "following a publisher of [/chat] failed" in lines)
 

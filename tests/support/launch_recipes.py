@@ -154,7 +154,10 @@ RECIPES: Mapping[str, Recipe] = {
     "topic_tools/relay": Recipe("relayed", TWIST, arguments="/bag/cmd_vel relayed"),
     "topic_tools/throttle": Recipe("throttled", TWIST, arguments="messages /bag/cmd_vel 5 throttled"),
     "topic_tools/transform": Recipe(
-        "speed", "std_msgs/Float64", arguments="/bag/cmd_vel speed std_msgs/Float64 m.linear.x"
+        "speed",
+        "std_msgs/Float64",
+        # without --wait-for-start, it ends at once if the bag is not yet played
+        arguments="--wait-for-start /bag/cmd_vel speed std_msgs/Float64 m.linear.x",
     ),
     "twist_mux/twist_mux": Recipe(
         "cmd_vel_out", TWIST, "",

@@ -158,6 +158,7 @@ class Approvals:
                         "left_s": round(max(each.due_s - now_s, 0.0), 1),
                     }
                     for identity, each in self._waiting.items()
+                    if not each.verdict
                 ]
                 return {"master": self._master, "waiting": waiting, "acts": [*self._acts, *self._refused]}
             if wanted != "answer" or request["verdict"] not in VERDICTS:

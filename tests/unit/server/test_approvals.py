@@ -93,6 +93,15 @@ def test_a_human_sees_tool_values_rule_and_the_time_left(approvals: Approvals, c
         answer(approvals, act["id"], "once")
 
 
+def test_an_answered_act_is_not_listed_while_its_client_has_not_noticed(approvals: Approvals) -> None:
+    waiting = asked(approvals)
+    [act] = listed(approvals)
+    with approvals._changed:  # the client cannot go on meanwhile
+        answer(approvals, act["id"], "once")
+        assert approvals.answer({"do": "list"})["waiting"] == []
+    assert waiting.result(30) == "once"
+
+
 def test_an_approval_for_a_minute_ends_and_is_for_one_client_tool_and_name(
     approvals: Approvals, clock: Clock
 ) -> None:
