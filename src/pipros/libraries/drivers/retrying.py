@@ -64,8 +64,8 @@ class Driver:
     def run(self) -> int:
         """Run until the node is shut down, and return the exit code: 1 after an internal error."""
         thread = threading.Thread(target=self._run, name=f"device {self._port.name}", daemon=True)
-        self._node.on_shutdown(lambda: thread.join(END_S))
         thread.start()
+        self._node.on_shutdown(lambda: thread.join(END_S))
         self._node.wait_for_shutdown()
         return int(self._has_failed)
 
