@@ -102,7 +102,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "parts of genuine's master, launcher and build, which no public package was found to import; "
+        "parts of the genuine master, launcher and build, which no public package was found to import; "
         "`rosmaster.master.Master` is a master, `genmsg` reads definitions, and `rosgraph`, `roslaunch-deps` "
         "and `roslaunch` with `--nodes`, `--args` or `--dump-params` are commands",
         (
@@ -125,7 +125,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "processes that genuine's launcher makes for itself, which no public package was found to use; "
+        "processes that the genuine launcher starts for itself, which no public package was found to use; "
         "`ROSLaunchParent` and `ROSLaunch` start, watch and stop nodes, and `subprocess` other programs",
         (
             "roslaunch.pmon.DeadProcess*",
@@ -151,7 +151,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "parts of genuine's reader of launch files, and what it passes to launchers on other machines; "
+        "parts of the genuine reader of launch files, and what it passes to launchers on other machines; "
         "`XmlLoader` reads files into a `ROSLaunchConfig`",
         (
             "roslaunch.*.Loader*",
