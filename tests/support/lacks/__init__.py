@@ -46,7 +46,7 @@ def system() -> str:
 
 
 def carried() -> dict[str, str]:
-    """Return the variables for programs with an environment of their own; none outside a simulation."""
+    """Return the variables that a program with its own environment needs; empty outside a simulation."""
     return environment(system()) if is_simulated() else {}
 
 

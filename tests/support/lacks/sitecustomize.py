@@ -137,7 +137,7 @@ class _Seen(ModuleType):
         setattr(real, name, value)
 
     def __delattr__(self, name: str) -> None:
-        """Undo a replacement. Tests delete what was not in the dictionary of the module before."""
+        """Restore the attribute that was replaced. pytest undoes a patch by deleting it."""
         real = vars(self)["_real"]
         if name in self._replaced:
             setattr(real, name, self._replaced.pop(name))
