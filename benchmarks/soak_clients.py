@@ -181,8 +181,10 @@ async def view_pages(scene_url: str, panels_url: str, counts: Counter[str], heap
             await browser.close()
 
 
-async def open_page(browser: Browser, url: str, counts: Counter[str], script: str = "") -> Page:
-    page = await browser.new_page(viewport={"width": 500, "height": 400})
+async def open_page(
+    browser: Browser, url: str, counts: Counter[str], script: str = "", *, size: tuple[int, int] = (500, 400)
+) -> Page:
+    page = await browser.new_page(viewport={"width": size[0], "height": size[1]})
     report = report_to(counts)
     page.on("pageerror", lambda error: report("page", error))
     page.on("requestfailed", lambda request: report(request.url, request.failure))
@@ -228,7 +230,7 @@ async def view_scene(browser: Browser, url: str, counts: Counter[str], heap: Hea
 
 
 async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: Heap) -> None:
-    page = await open_page(browser, url, counts, COUNT_PICTURES)
+    page = await open_page(browser, url, counts, COUNT_PICTURES, size=(900, 800))  # small ones show no image
     session = await page.context.new_cdp_session(page)
     await page.locator(".picture canvas:visible").wait_for(timeout=LIMIT_S * 1000)
     names, before = ("plot", "images", "topic", "log"), [""] * 4
