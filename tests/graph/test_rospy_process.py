@@ -62,6 +62,12 @@ def start(processes: Processes, tmp_path: Path, uri: str, code: str) -> Process:
     return processes.start(sys.executable, script, environment={"ROS_MASTER_URI": uri})
 
 
+def test_a_node_starts_without_openssl(processes: Processes, tmp_path: Path, master: Master) -> None:
+    node = start(processes, tmp_path, master.uri, HEAD + "import sys\nprint('_hashlib' in sys.modules)")
+    assert node.wait() == 0
+    assert node.lines[-2:] == ["False", "hook False"]
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize(
     ("body", "ready"),

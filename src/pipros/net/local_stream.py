@@ -133,6 +133,9 @@ def is_from_same_user(sock: socket.socket) -> bool:
 
 
 def _digest(data: bytes) -> str:
-    from hashlib import blake2b  # loads OpenSSL, which takes 10 ms at the start of every node
+    try:
+        from _blake2 import blake2b  # hashlib loads OpenSSL, which takes 2 ms at the start of every node
+    except ImportError:
+        from hashlib import blake2b
 
     return blake2b(data, digest_size=16).hexdigest()
