@@ -1,6 +1,6 @@
 """Record the transcripts again on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
 
-Needs genuine ROS 1 in /usr (see the architecture document). Every transcript gets its own
+Needs genuine ROS 1 in /usr (CONTRIBUTING.md says which packages). Every transcript gets its own
 master, folder and graph.
 """
 

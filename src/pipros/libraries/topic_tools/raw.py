@@ -20,7 +20,7 @@ def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
     Its messages are not decoded but keep their bytes in `body`, so the type's package is not needed.
 
     Raises:
-        UnknownType: the header lacks the type or the MD5 sum.
+        MissingType: the header lacks the type or the MD5 sum.
 
     >>> class_like({"type": "a/B", "md5sum": "0" * 32})._type
     'a/B'

@@ -129,7 +129,8 @@ def _described(message: Ros2Message) -> dict[str, Any]:
 
 
 def _described_type(kind: Ros2Type) -> dict[str, Any]:
-    number = _IDS.get(kind.base, _NESTED) + (_BOUNDED_STRINGS if kind.string_bound else 0)
+    number = _IDS[kind.base] if kind.is_primitive else _NESTED
+    number += _BOUNDED_STRINGS if kind.string_bound else 0
     return {
         "type_id": number + _FORMS[kind.form],
         "capacity": kind.length,
