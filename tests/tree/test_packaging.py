@@ -117,6 +117,12 @@ def test_the_newest_release_of_the_changelog_is_this_version() -> None:
     assert found[1] == PROJECT["project"]["version"]
 
 
+def test_the_newest_section_of_the_changelog_has_at_most_sixty_lines() -> None:
+    newest = (REPOSITORY / "CHANGELOG.md").read_text().split("\n## [")[1]
+
+    assert newest.count("\n") <= 60
+
+
 def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         assert sum(file.file_size for file in archive.infolist()) < 15e6
