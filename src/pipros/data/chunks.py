@@ -38,7 +38,7 @@ class MessageGroup(NamedTuple):
 
     @property
     def bytes(self) -> int:
-        """The memory of the messages and of their sizes and times."""
+        """Number of bytes that the messages, their sizes and their times use."""
         return len(self.data) + 16 * len(self.sizes)
 
     def parts(self, limit: int) -> Iterator[MessageGroup]:

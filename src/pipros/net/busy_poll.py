@@ -139,7 +139,7 @@ class PollingReceiver:
         if self._backoff.is_due() and (data := self._poll(sock.recv, max_bytes, _DONTWAIT)) is not None:
             return data
         if threading.get_ident() == threading.main_thread().ident:
-            # Python runs the handler of a signal that arrives just before a wait only after it.
+            # If a signal arrives just before a wait, Python runs its handler only after the wait.
             if not wait_in_slices(lambda slice_s: sockets.wait_readable(sock, slice_s), left_s):
                 raise TimeoutError("the deadline has passed")
         elif left_s is not None and not sockets.wait_readable(sock, left_s):

@@ -327,7 +327,7 @@ async def connect(
 async def connect_locally(
     name: str, fields: Mapping[str, str], *, shares_memory: bool = False, limits: Limits | None = None
 ) -> TcprosConnection:
-    """Connect like `connect`, but by a Unix stream to an abstract socket name.
+    """Connect like `connect`, but over a Unix stream to an abstract socket name.
 
     If `shares_memory` is true, the socket is a `DescriptorSocket`.
     """

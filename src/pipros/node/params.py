@@ -148,7 +148,7 @@ class Parameters:
         return other
 
     def get_cached(self, name: str) -> Any:
-        """Like `get`, but query the master only once; changes then arrive as notices.
+        """Like `get`, but query the master only once; it then notifies the node of changes.
 
         Changes made by the node itself take effect immediately in all affected cached parameters.
         """

@@ -1,4 +1,4 @@
-"""Logs of programs: files for tools and before a node starts, and standard error for servers."""
+"""Logging of programs: to a file for tools and before a node starts, to standard error for servers."""
 
 from __future__ import annotations
 

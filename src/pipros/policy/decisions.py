@@ -91,7 +91,9 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         for name, value in act.value.items():
             tree = rule.fields.below.get(name, FieldTree())
             if tree.rule is None:
-                raise ActRefused(f"the policy names no argument {name!a:.60} of {act.name}", rule.place)
+                raise ActRefused(
+                    f"the policy has no rule for the argument {name!a:.60} of {act.name}", rule.place
+                )
             check_value(value, tree.rule, f"{name} of {act.name}")
     else:
         raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)

@@ -69,7 +69,7 @@ class FieldCheck:
         if isinstance(value, TVal):
             value = value.to_sec()
         if rule is None:
-            if value not in (0, "", b""):  # False equals 0, and NaN nothing
+            if value not in (0, "", b""):  # False equals 0, and NaN equals none of these
                 raise ActRefused(
                     f"{self._named(path)} has no rule and must be zero or empty, got {_shown(value)}"
                 )

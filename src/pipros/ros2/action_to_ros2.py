@@ -71,7 +71,7 @@ class _Ros2Goal:
 
 
 class ActionToRos2:
-    """Offers a ROS 2 action in ROS 1, so that ROS 1 nodes can send goals to it. Thread-safe.
+    """A ROS 2 action offered in ROS 1, so that ROS 1 nodes can send goals to it. Thread-safe.
 
     A thread waits for the result of each goal. Goals beyond `Ros2Limits.ros2_calls` are queued. Cancellations
     are queued, too; those beyond `Limits.goals` are dropped.

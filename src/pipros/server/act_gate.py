@@ -22,10 +22,10 @@ from pipros.server.stop_guardian import StopGuardian, key_of
 
 
 class ActGate:
-    """Decides about acts, for all clients of a server together. Thread-safe.
+    """Gate that allows or refuses the acts of all clients of a server. Thread-safe.
 
-    Methods take names as the node takes them, and resolve them as it does, so that a remapping of the server
-    does not bypass the policy. Without a policy they do nothing.
+    Names are resolved as the node resolves them, so that a remapping of the server does not bypass the
+    policy. Without a policy, the methods do nothing.
 
     Attributes:
         policy: the policy; None allows everything.
@@ -239,7 +239,7 @@ class GatedPublisher:
         self._gate.published(self._topic, message)
 
     def unregister(self) -> None:
-        """Have the guardian stop what these messages started, and unadvertise the topic."""
+        """Stop, through the guardian, what the client started on the topic, and unadvertise the topic."""
         self._gate.left(self._topic, self)
         self._publisher.unregister()
 

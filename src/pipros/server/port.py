@@ -131,7 +131,7 @@ class PortConnection(ServerConnection):
             self._parse(data)
 
     def _parse(self, data: bytes) -> None:
-        """Parse received data, or a part of it, and the rest later."""
+        """Parse received data. If this takes long, parse only a part now, and the rest after a pause."""
         position = 0
         while position < len(data) and not self._is_cut and not self._is_resting:
             part = data[position : position + self._part_size.current_bytes(self.loop.time())]

@@ -20,10 +20,10 @@ ADVICE = (
 
 
 def write_build_system(folder: Path) -> Path:
-    """Add the three lines to a package's `pyproject.toml`, and return its path.
+    """Add `BUILD_SYSTEM` to a package's `pyproject.toml`, and return the path of the file.
 
     Raises:
-        WheelRefused: the folder is not a package, or the file names a build system already.
+        WheelRefused: the folder is not a package, or the file already names a build system.
         OSError: the file cannot be written.
     """
     if not (folder / "package.xml").is_file():
@@ -32,6 +32,6 @@ def write_build_system(folder: Path) -> Path:
     text = file.read_text("utf-8") if file.exists() else ""
     if BUILD_SYSTEM not in text:
         if any(line.strip() == "[build-system]" for line in text.splitlines()):
-            raise WheelRefused(f"{file} has a [build-system] already; its lines must be:\n{BUILD_SYSTEM}")
+            raise WheelRefused(f"{file} already has a [build-system]; its lines must be:\n{BUILD_SYSTEM}")
         file.write_text(f"{BUILD_SYSTEM}\n{text}" if text else BUILD_SYSTEM, "utf-8")
     return file

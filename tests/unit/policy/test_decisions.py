@@ -244,7 +244,7 @@ def test_a_launch_file_has_the_arguments_of_its_rule() -> None:
         (launch(speed=math.nan), "must be a finite number"),
         (launch(map="$(env HOME)"), "must be one of 'room', 'hall'"),
         (launch(fast=1), "must be one of True"),
-        (launch(rate=1), "names no argument 'rate'"),
+        (launch(rate=1), "no rule for the argument 'rate'"),
         (launch("my_robot/../base.launch"), "names no launch_file"),
         (Act(ActKind.RECORD, "/image", {}), "names no recording /image"),
         (Act(ActKind.TOPIC, "/scan", {}), "names no topic /scan"),

@@ -366,7 +366,7 @@ class FoxgloveSession:
         if frame.size > limit:
             raise LimitExceeded(
                 f"the parameters have {frame.size} bytes; {limit_text('bridge_queue_bytes', limit)}; "
-                "name some of them"
+                "request some of them by name"
             )
         return frame
 

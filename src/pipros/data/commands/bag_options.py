@@ -96,7 +96,7 @@ def one_line_errors() -> Iterator[None]:
         yield
     except PiprosError:
         raise
-    except KeyboardInterrupt:  # not 0, as in other commands: `&& rm run.bag` may follow
+    except KeyboardInterrupt:  # other commands exit with 0, but here `&& rm run.bag` may follow
         raise SystemExit(130) from None
     except (MissingExtra, ValueError) as error:
         raise CommandError(str(error)) from None

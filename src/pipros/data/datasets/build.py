@@ -1,8 +1,8 @@
 """Make a data set: find the episodes of all bags, and write them in several processes.
 
-Each finished episode has a file in `checks`, which is written last. What has one is not written again, so an
-interrupted run continues. `dataset.json` holds the bags, the episodes and a hash of the description; another
-description or other bags need another folder.
+Each finished episode has a file in `checks`, which is written last. Episodes with such a file are not written
+again, so that an interrupted run can be continued. `dataset.json` holds the bags, the episodes and a hash of
+the description; a different description or different bags require a different folder.
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ def _read_header(data: bytes) -> tuple[Header, memoryview]:
     if any(kind.str[1:] not in CODES or not 0 < count <= _COUNT for _, kind, count in fields):
         raise InvalidPcd(f"SIZE, TYPE and COUNT must describe numbers, got {sizes}, {types}, {counts}")
     if width < 0 or height < 0 or width * height > _POINTS:
-        raise InvalidPcd(f"WIDTH and HEIGHT must be 0 to {_POINTS} points, got {width} and {height}")
+        raise InvalidPcd(f"WIDTH x HEIGHT must be 0 to {_POINTS} points, got {width} x {height}")
     return Header(fields, width, height, (px, py, pz, qx, qy, qz, qw), mode), memoryview(data)[start:]
 
 

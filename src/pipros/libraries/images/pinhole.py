@@ -64,7 +64,7 @@ def binning(info: Any) -> tuple[int, int]:
 
 
 def check_size(height: int, width: int) -> None:
-    """Check the size of a picture.
+    """Check the size of an image.
 
     Raises:
         Uncalibrated: it has no pixels, or more than `MOST_PIXELS`.

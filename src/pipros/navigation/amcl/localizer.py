@@ -63,9 +63,9 @@ class Localizer:
         self._is_forced = True
 
     def scan(self, laser: str, odometry: Triple, beams: Beams) -> ScanOutcome:
-        """Update the particles with a scan, if it is the first or the robot has moved far enough.
+        """Update the particles with a scan if it is the first one, or if the robot has moved far enough.
 
-        After that motion, each laser contributes one scan.
+        After each such motion, every laser contributes one scan.
 
         Args:
             laser: name of the laser.

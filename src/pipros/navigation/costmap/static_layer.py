@@ -81,13 +81,17 @@ class StaticLayer(CellLayer):
         """Take over a `map_msgs/OccupancyGridUpdate`.
 
         Raises:
-            ValueError: it is not inside the map.
+            ValueError: it is not inside the map, or does not have a value for each of its cells.
         """
         part = CellRectangle(message.x, message.y, message.x + message.width, message.y + message.height)
         is_inside = part.x0 >= 0 <= part.y0 and part.xn <= self.grid.width and part.yn <= self.grid.height
-        if not is_inside or len(message.data) != message.width * message.height:
+        if not is_inside:
             size = f"the map of {self.grid.width} X {self.grid.height}"
-            raise ValueError(f"an update must lie inside {size}, got columns and rows {part}")
+            where = f"columns {part.x0} to {part.xn} and rows {part.y0} to {part.yn}"
+            raise ValueError(f"an update must lie inside {size}, got {where}")
+        if len(message.data) != message.width * message.height:
+            size = f"{message.width} X {message.height}"
+            raise ValueError(f"an update must have {size} values, got {len(message.data)}")
         self._write(message.data, part)
 
     def _write(self, data: Any, part: CellRectangle) -> None:

@@ -17,7 +17,7 @@ def hint_for(discovery: Discovery, table: Path = _TABLE) -> str | None:
     """Return what to do if no participant was found although a program of the domain runs on this machine.
 
     A range without multicast finds no program that announces itself by multicast only, as rmw_cyclonedds of
-    Humble does. Such programs listen at the domain's multicast port, which Linux lists in `table`.
+    Humble does. Such programs listen on the domain's multicast port, which Linux lists in `table`.
     """
     if discovery.range is not DiscoveryRange.LOCALHOST:
         return None

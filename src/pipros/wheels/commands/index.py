@@ -1,4 +1,4 @@
-"""`pipros index FOLDER`: writes an index for pip, and a lock file, of the wheels in a folder."""
+"""`pipros index FOLDER`: writes an index for pip and a lock file for the wheels in a folder."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ def test_compressed_data_with_repetitions_is_read() -> None:
         (b"SIZE 4 4 1 2", b"SIZE 4 4 1", "header is malformed"),
         (b"SIZE 4 4 1 2", b"SIZE 4 3 1 2", "header is malformed"),
         (b"SIZE 4 4 1 2", b"SIZE 2 4 1 2", "must describe numbers"),
-        (b"WIDTH 2", b"WIDTH 999999999", "WIDTH and HEIGHT must be 0 to"),
+        (b"WIDTH 2", b"WIDTH 999999999", "WIDTH x HEIGHT must be 0 to"),
         (b"WIDTH 2", b"WIDTH 3", "with 3 points must have 15 values, got 10"),
         (b"300", b"70000", "value of field n is invalid"),
         (b"2e3", b"much", "value of field y is invalid"),

@@ -68,13 +68,13 @@ def test_a_part_of_a_map_is_replaced() -> None:
 
     assert costmap.grid.costs[4:, 3:].tolist() == [[254, 0], [255, 254]]
     assert costmap.window == (3, 4, 5, 6)
-    for x, y, width, height, count in (
-        (4, 0, 2, 1, 2),
-        (-1, 0, 1, 1, 1),
-        (0, 0, 1, 2**32 - 1, 0),
-        (0, 0, 2, 2, 3),
+    for x, y, width, height, count, error in (
+        (4, 0, 2, 1, 2, "must lie inside the map of 5 X 6, got columns 4 to 6 and rows 0 to 1"),
+        (-1, 0, 1, 1, 1, "must lie inside the map of 5 X 6"),
+        (0, 0, 1, 2**32 - 1, 0, "must lie inside the map of 5 X 6"),
+        (0, 0, 2, 2, 3, "must have 2 X 2 values, got 3"),
     ):
-        with pytest.raises(ValueError, match="an update must lie inside the map of 5 X 6"):
+        with pytest.raises(ValueError, match=error):
             layer.set_part(OccupancyGridUpdate(x=x, y=y, width=width, height=height, data=[0] * count))
 
 

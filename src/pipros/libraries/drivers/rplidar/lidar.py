@@ -212,7 +212,7 @@ class Lidar:
         echo = struct.pack("<I", item)
         answer = self._ask(LidarCommand.GET_CONFIG, None, echo + of)
         if answer[:4] != echo:
-            raise DeviceError(f"{self.name} answered for another item than {item:#x} of its configuration")
+            raise DeviceError(f"{self.name} answered for a configuration item other than {item:#x}")
         return answer[4:]
 
     def _send(self, command: LidarCommand, payload: bytes = b"") -> None:
