@@ -379,10 +379,10 @@ def main():
                 ratios[name] = ratio
             wanted = " / ".join(f"{goal:g} x" for goal in goals if goal is not None)
             lines.append(line([label, *cells, wanted]))
-            print(lines[-1], flush=True)
+            print(lines[-1], file=sys.stderr, flush=True)
             if "zero copy" in ratios:
                 drawn.append((label.removesuffix(", time"), ratios))
-    print("\n" + "\n".join(lines))
+    print("\n".join(lines))
     print(
         f"\n{options.rounds} rounds; others used {load.percent():.0f} % of the machine, its workers included"
     )

@@ -200,7 +200,7 @@ def ran_as_worker(options, functions):
     heed_interrupts()
     load = Load()
     time.sleep(1.0)
-    print(f"others use {load.percent():.0f} % of the machine\n")
+    print(f"others use {load.percent():.0f} % of the machine\n", file=sys.stderr)
     return False
 
 
