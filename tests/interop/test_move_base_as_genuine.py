@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,13 @@ def test_services_parameters_topics_and_settings_are_the_same(both: BothBases) -
     _compare_plans(both)
     for side in SIDES:
         both.call(side, "clear_costmaps", "std_srvs/Empty")
+        wait_until(partial(_has_the_far_wall, both, side), 30, f"the map of {side}")
+
+
+def _has_the_far_wall(both: BothBases, side: str) -> bool:
+    """Return whether the global costmap has a corner of the map, which no sensor reaches."""
+    costs = both.latest(side, "move_base/global_costmap/costmap", "nav_msgs/OccupancyGrid")
+    return bool(costs.data[0] == 100)
 
 
 def _compare_plans(both: BothBases) -> None:

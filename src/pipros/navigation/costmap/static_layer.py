@@ -55,6 +55,10 @@ class StaticLayer(CellLayer):
         if not self.costmap.is_rolling:
             super().match_size()
 
+    def reset(self) -> None:
+        """Write the whole map again in the next update."""
+        self._updated = CellRectangle(0, 0, self.grid.width, self.grid.height)
+
     def set_map(self, message: Any) -> None:
         """Take over a `nav_msgs/OccupancyGrid`.
 

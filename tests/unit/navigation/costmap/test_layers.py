@@ -61,6 +61,14 @@ def test_cells_of_a_map_become_costs(options: dict[str, Any], costs: list[int]) 
     assert costmap.grid.costs.tolist() == [costs]
 
 
+def test_the_whole_map_is_computed_again_after_a_reset() -> None:
+    costmap, layer = static([[100, 0, 0, 0, 100]])
+    costmap.grid.costs[...] = costmap.grid.default
+    layer.reset()
+    costmap.update(ROBOT)
+    assert costmap.grid.costs.tolist() == [[254, 0, 0, 0, 254]]
+
+
 def test_a_part_of_a_map_is_replaced() -> None:
     costmap, layer = static(np.zeros((6, 5)))
     layer.set_part(OccupancyGridUpdate(x=3, y=4, width=2, height=2, data=[100, 0, -1, 100]))
