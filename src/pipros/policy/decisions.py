@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.printable import printable
 from pipros.basics.similar_names import similar_names
 from pipros.msg.base import Message
@@ -43,7 +44,8 @@ class Accepted:
     Attributes:
         times: when, within the last minute, for a rule with a limit.
         last_s: when the last one was allowed.
-        values: the values of the last one whose change is limited, by path.
+        values: the last values whose change is limited, by path; also those of elements that later messages
+            lacked.
     """
 
     times: deque[float] = field(default_factory=deque)
@@ -80,7 +82,8 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     """
     rule = rule_for(policy, act.kind, act.name, act.type, act.md5sum)
     if rule.stop is not None and act.value == rule.stop:
-        state.accepted.setdefault((act.kind, act.name), Accepted()).values = stopped_values(rule)
+        accepted = state.accepted.setdefault((act.kind, act.name), Accepted())
+        accepted.values = {**accepted.values, **stopped_values(rule)}
         return rule
     check = FieldCheck(act.name, rule.place)
     if isinstance(act.value, Message):
@@ -99,8 +102,12 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
     before = state.accepted.get((act.kind, act.name)) or Accepted()
     if rule.stop is not None and now_s - before.last_s >= (rule.time_limit_s or math.inf):
-        before.values = stopped_values(rule)  # the guardian has stopped it
+        before.values = {**before.values, **stopped_values(rule)}  # the guardian has stopped it
     check_changes(check.limited, before.values, now_s - before.last_s, act.name)
+    values = {**before.values, **{path: value for path, (value, _) in check.limited.items()}}
+    if len(values) > (most := process_limits().policy_values):
+        reason = f"{act.name} has had too many values whose change is limited"
+        raise ActRefused(f"{reason}; {limit_text('policy_values', most)}", rule.place)
     for name in rule.requires:
         check_condition(policy.conditions[name], state.readings.get(name), now_s)
     if rule.per_minute is not None:
@@ -110,7 +117,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
             raise ActRefused(f"{act.name} is allowed {rule.per_minute} times a minute", rule.place)
         before.times.append(now_s)
     before.last_s = now_s
-    before.values = {path: value for path, (value, _) in check.limited.items()}
+    before.values = values
     state.accepted[act.kind, act.name] = before
     return rule
 

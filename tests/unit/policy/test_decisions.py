@@ -143,6 +143,44 @@ def test_a_stop_always_passes_and_the_next_change_begins_there() -> None:
     decide(RATES, publish("/cmd_vel", twist(0.5)), state, 61.5)
 
 
+JOINTS = parse_policy(
+    """\
+topics:
+  /arm:
+    type: trajectory_msgs/JointTrajectory
+    fields: {"points[]": {count: 2}, "points[].positions[]": {range: [-2, 2], change_per_s: 0.5}}
+    stop: zero
+""",
+    "joints.yaml",
+)
+
+
+def joints(*positions: float) -> Any:
+    point: Any = load_message_class("trajectory_msgs/JointTrajectoryPoint")
+    trajectory: Any = load_message_class("trajectory_msgs/JointTrajectory")
+    return trajectory(points=[point(positions=list(positions))] if positions else [])
+
+
+@pytest.mark.parametrize("policy", [JOINTS, parse_policy(JOINTS.text.replace("    stop: zero\n", ""), "p")])
+def test_a_message_without_an_element_does_not_let_the_next_one_jump(policy: Any) -> None:
+    state = PolicyState()
+    for now_s, position in ((0.0, 0.5), (1.0, 1.0), (2.0, 1.5)):
+        decide(policy, publish("/arm", joints(position)), state, now_s)
+    decide(policy, publish("/arm", joints()), state, 3.0)
+    assert "got 0 after 1.5" in refusal(policy, publish("/arm", joints(0.0)), state, 4.0)
+    decide(policy, publish("/arm", joints(1.2)), state, 4.0)
+
+
+def test_elements_whose_change_is_limited_do_not_accumulate_without_end() -> None:
+    state, most = PolicyState(), process_limits().policy_values
+    decide(JOINTS, publish("/arm", joints(*[0.0] * (most - 20))), state, 0.0)
+    wide = joints(0.0, 0.0)
+    wide.points = [*joints(0.0).points, *joints(*[0.0] * 100).points]
+    assert "has had too many values whose change is limited" in refusal(
+        JOINTS, publish("/arm", wide), state, 1.0
+    )
+
+
 def test_after_the_time_limit_a_change_begins_at_the_stop() -> None:
     fields = "fields: {linear.x: {change_per_s: 1}}"
     text = f"topics: {{/cmd_vel: {{type: geometry_msgs/Twist, time_limit_s: 0.5, {fields}}}}}"
