@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zipfile
 from collections.abc import Collection, Iterator
 from typing import IO, Final
@@ -21,6 +22,7 @@ from pipros.web.bags.playback import newest_before
 
 STATIC_TRANSFORMS: Final = "/tf_static"
 FORMATS: Final = ("bag", "csv", "images")
+_NOT_IN_ENTRIES: Final = re.compile(r"[^\w~-]")
 
 
 class _SizeBudget:
@@ -62,11 +64,16 @@ def export(
         return
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for topic in sorted(topics):
-            name = topic.strip("/").replace("/", "__")
+            name = _entry_name(topic)
             if form == "csv":
                 _table(reader, topic, range_ns, archive, name, budget)
             elif any(each.type in IMAGE_TYPES for each in reader.connections_of(topic)):
                 _images(reader, topic, range_ns, archive, name, budget)
+
+
+def _entry_name(topic: str) -> str:
+    """Return the name of a topic in a ZIP file. A bag may have topics such as `/..`, which would leave it."""
+    return _NOT_IN_ENTRIES.sub("_", topic.strip("/").replace("/", "__")) or "topic"
 
 
 def _bag(

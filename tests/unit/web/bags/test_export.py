@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import struct
+import zipfile
 from io import BytesIO
 from pathlib import Path
 
@@ -50,6 +52,26 @@ def test_the_newest_message_before_a_moment_is_found_far_back(numbers: Path) -> 
         assert exact is not None
         assert exact.time_ns == 1007 * SECOND
         assert newest_before(bag, bag.connections_of("/text"), 999 * SECOND) is None
+
+
+@pytest.mark.parametrize("topic", ["/..", "/", "..\\..\\up", "/c:"])
+def test_no_topic_of_a_bag_leaves_the_zip_file(tmp_path: Path, topic: str) -> None:
+    kind = load_message_class("sensor_msgs/Image")
+    fields = {"type": kind._type, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+    header = {key: value.encode() for key, value in fields.items()}
+    image = kind(height=1, width=1, step=1, encoding="mono8", data=b"\x07")
+    with (tmp_path / "images.bag").open("wb") as file:
+        bag = BagWriter(file)
+        added = bag.add_connection(topic, {"topic": topic.encode(), **header})
+        bag.write(added, 1000, 0, b"".join(image._to_buffers()))
+        bag.finish()
+    for form in ("csv", "images"):
+        part = BytesIO()
+        with BagReader(tmp_path / "images.bag") as whole:
+            export(whole, [topic], (0, 2000 * SECOND), form, part, 1000)
+        with zipfile.ZipFile(part) as archive:
+            (name,) = archive.namelist()
+        assert re.fullmatch(r"\w+(/\d{6}_1000\.0{9})?\.\w+", name), name
 
 
 def test_an_exported_bag_begins_with_the_latched_messages(tmp_path: Path) -> None:
