@@ -32,6 +32,8 @@ _WHEEL = re.compile(
     re.ASCII,
 )
 _METADATA_BYTES = 4 * 1024 * 1024
+_COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""Those that wheels use. `zipfile` can bound the output of no other while it decompresses."""
 _CHUNK_BYTES = 1024 * 1024
 
 
@@ -110,11 +112,25 @@ def metadata_of_wheel(file: Path) -> dict[str, str]:
             for info in archive.infolist():
                 folder, _, name = info.filename.partition("/")
                 if folder.endswith(".dist-info") and name == "METADATA" and info.file_size <= _METADATA_BYTES:
-                    parsed = HeaderParser().parsestr(archive.read(info).decode("utf-8", "replace"))
+                    parsed = HeaderParser().parsestr(_content(archive, info).decode("utf-8", "replace"))
                     return {key: str(value) for key, value in reversed(parsed.items())}
     except _DAMAGES as error:
         raise BadWheel(f"{file} is not a wheel: {error}") from None
     raise BadWheel(f"{file} is not a wheel: it has no METADATA")
+
+
+def _content(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
+    """Return the content of a file, and decompress no more than the size that it claims.
+
+    `ZipFile.read` decompresses everything first, up to 2 GiB, and cuts it off afterwards.
+
+    Raises:
+        BadZipFile: the file is compressed in a way whose output cannot be bounded.
+    """
+    if info.compress_type not in _COMPRESSIONS:
+        raise zipfile.BadZipFile(f"{info.filename} must be stored or deflated")
+    with archive.open(info) as opened:
+        return opened.read(info.file_size)
 
 
 def write_index(folder: Path) -> list[Path]:

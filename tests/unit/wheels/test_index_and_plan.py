@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
+import tracemalloc
 import zipfile
 from pathlib import Path
 
@@ -65,6 +67,30 @@ def test_files_that_are_not_wheels_are_refused(tmp_path: Path) -> None:
         write_index(tmp_path)
     assert index_command.main([str(tmp_path)]) == 1
     assert not (tmp_path / "simple").exists()
+
+
+def test_metadata_is_not_decompressed_beyond_the_size_that_it_claims(tmp_path: Path) -> None:
+    file = tmp_path / "a-1-py3-none-any.whl"
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a-1.dist-info/METADATA", bytes(64 * 1024 * 1024))
+    content = bytearray(file.read_bytes())
+    struct.pack_into("<I", content, content.rfind(b"PK\1\2") + 24, 1000)  # the uncompressed size
+    file.write_bytes(content)
+    tracemalloc.start()
+    try:
+        with pytest.raises(PiprosError, match="is not a wheel"):
+            write_index(tmp_path)
+        assert tracemalloc.get_traced_memory()[1] < 16 * 1024 * 1024
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("compression", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_metadata_whose_decompression_cannot_be_bounded_is_refused(tmp_path: Path, compression: int) -> None:
+    with zipfile.ZipFile(tmp_path / "a-1-py3-none-any.whl", "w", compression) as archive:
+        archive.writestr("a-1.dist-info/METADATA", "Name: a")
+    with pytest.raises(PiprosError, match="must be stored or deflated"):
+        write_index(tmp_path)
 
 
 def test_keys_are_requirements(tmp_path: Path) -> None:
