@@ -113,7 +113,7 @@ class Rectifier:
         """Return the rectified image. Pixels without a source are 0, or NaN in images of floats.
 
         Raises:
-            Uncalibrated: the binning leaves no pixels.
+            Uncalibrated: the binning leaves no pixels, or the region of interest lies outside the image.
             cv2.error: the image does not have the size of the calibration.
         """
         cv2 = opencv("rectifying images")
@@ -140,11 +140,14 @@ class Rectifier:
         roi = info.roi
         if not _is_part(info):
             return maps  # type: ignore[no-any-return]
+        if roi.x_offset >= info.width or roi.y_offset >= info.height:
+            raise Uncalibrated(
+                f"the region of interest must begin within {info.width} x {info.height} pixels, "
+                f"got ({roi.x_offset}, {roi.y_offset})"
+            )
         x, y = roi.x_offset // bin_x, roi.y_offset // bin_y
         part = slice(y, y + roi.height // bin_y), slice(x, x + roi.width // bin_x)
-        return np.ascontiguousarray(maps[0][part] - np.array([x, y], np.int16)), np.ascontiguousarray(
-            maps[1][part]
-        )
+        return (maps[0][part] - np.array([x, y])).astype(np.int16), np.ascontiguousarray(maps[1][part])
 
 
 def _is_part(info: Any) -> bool:

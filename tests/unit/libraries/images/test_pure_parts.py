@@ -81,6 +81,13 @@ def test_cameras_without_calibration_are_refused() -> None:
     assert not Rectifier(camera_info(1, D=[0.0] * 5, R=[0, 1, 0, 1, 0, 0, 0, 0, 1])).is_needed
 
 
+def test_a_region_of_interest_outside_the_image_is_refused() -> None:
+    info = camera_info(1)
+    info.roi.x_offset, info.roi.width = 65_536, 64
+    with pytest.raises(Uncalibrated, match=r"must begin within \d+ x \d+ pixels, got \(65536, 0\)"):
+        Rectifier(info).rectified(np.zeros((info.height, info.width), np.uint8), 1)
+
+
 def test_points_of_depths() -> None:
     points = empty_points(2, 3, has_colors=False)
     set_points(points, np.array([[1000, 0, 2000], [0, 500, 0]], np.uint16), "16UC1", CAMERA)
