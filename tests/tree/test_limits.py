@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 
 from pipros.basics.limits import Limits, names_in, room_tables
@@ -35,7 +36,7 @@ def test_no_name_is_in_two_tables() -> None:
 
 def test_every_limit_is_described() -> None:
     for table in (Limits, *room_tables()):
-        described = re.findall(r"(?m)^        (\w+): ", str(table.__doc__))
+        described = re.findall(r"(?m)^    (\w+): ", inspect.cleandoc(str(table.__doc__)))
         assert sorted(described) == sorted(table._fields)
 
 
