@@ -107,5 +107,5 @@ def test_the_build_system_is_added_once(package: Path) -> None:
     write_build_system(package)
     assert file.read_text() == f"{BUILD_SYSTEM}\n[tool.black]\n"
     file.write_text("[build-system]\nrequires = []\n")
-    with pytest.raises(PiprosError, match="has a \\[build-system\\] already"):
+    with pytest.raises(PiprosError, match="already has a \\[build-system\\]"):
         write_build_system(package)
