@@ -12,6 +12,9 @@ from pipros.basics.extras import install_command
 from pipros.pictures.errors import PictureError
 from pipros.pictures.pgm import MAX_PIXELS, is_pgm, read_pgm
 
+_FORMATS = ("BMP", "GIF", "JPEG", "PCX", "PNG", "PPM", "TGA", "TIFF", "WEBP", "XPM")
+"""Formats that Pillow decodes itself. For others, such as EPS, it runs programs with the content."""
+
 
 @dataclass(frozen=True, slots=True)
 class Picture:
@@ -51,7 +54,7 @@ def _read_with_pillow(content: bytes, file: str) -> Picture:
     from io import BytesIO
 
     try:
-        with Image.open(BytesIO(content)) as image:
+        with Image.open(BytesIO(content), formats=_FORMATS) as image:
             if image.width * image.height > MAX_PIXELS:
                 raise PictureError(f"{file} must have at most {MAX_PIXELS} pixels, got {image.size}")
             has_alpha = image.mode in ("LA", "RGBA", "PA", "La", "RGBa") or "transparency" in image.info

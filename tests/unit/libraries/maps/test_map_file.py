@@ -115,3 +115,11 @@ def test_a_png_is_read_with_its_channels(tmp_path: Path) -> None:
     (tmp_path / "map.png").write_bytes(b"\x89PNG\r\n\x1a\nno more")
     with pytest.raises(BadMapImage, match="not an image that Pillow can read"):
         read_map(write(tmp_path, text))
+
+
+def test_no_picture_runs_a_program(tmp_path: Path) -> None:
+    pytest.importorskip("PIL.Image")
+    write(tmp_path)  # Pillow runs Ghostscript for this one, whatever its name is
+    (tmp_path / "map.pgm").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\n")
+    with pytest.raises(BadMapImage, match="cannot identify image file"):
+        read_map(str(tmp_path / "map.yaml"))
