@@ -1,7 +1,8 @@
 """The `auth` operation, checked as in rosauth: a SHA-512 hash of a shared secret and the client's claims.
 
-With `mac`, a client proves that it knows the secret. Unlike in rosauth, each pair of `rand` and `t` is
-accepted only once, and hashes are compared in constant time.
+With `mac`, a client proves that it knows the secret. Unlike in rosauth, each hash is accepted only once, and
+hashes are compared in constant time. The claims are hashed without separators, so characters moved from one
+claim to the next give the same hash: only the hash itself tells whether a proof is new.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class Authenticator:
             raise ValueError(f"the secret must have {SECRET_CHARACTERS} characters, got {len(secret)}")
         self._secret = secret
         self._now_s = now_s
-        self._used: dict[tuple[str, int], int] = {}
+        self._used: dict[str, int] = {}
 
     def accepts(self, claims: Mapping[str, Any]) -> bool:
         """Return whether the claims are authentic, current, and have not been used before."""
@@ -48,9 +49,8 @@ class Authenticator:
             return False
         now_s = self._now_s()
         self._used = {key: t for key, t in self._used.items() if abs(now_s - t) < CLOCKS_DIFFER_S}
-        once = str(rand), sent_s
-        is_new = once not in self._used and len(self._used) < _MAX_USED
+        is_new = expected not in self._used and len(self._used) < _MAX_USED
         if abs(now_s - sent_s) >= CLOCKS_DIFFER_S or end_s <= now_s or not is_new:
             return False
-        self._used[once] = sent_s
+        self._used[expected] = sent_s
         return True

@@ -40,6 +40,25 @@ def test_authentic_claims_are_accepted_once(authenticator: Authenticator) -> Non
 
 
 @pytest.mark.parametrize(
+    "moved",
+    [
+        {"dest": "herer", "rand": "and"},
+        {"client": "127.0.0.", "dest": "1here"},
+        {"client": "", "dest": "127.0.0.1here"},
+        {"level": "", "end": None},
+    ],
+)
+def test_characters_moved_between_claims_do_not_make_a_proof_new(
+    authenticator: Authenticator, moved: dict[str, Any]
+) -> None:
+    proof = claims(rand="rand", level="7")
+    assert authenticator.accepts(proof)
+    if "end" in moved:
+        moved = {**moved, "end": int(f"7{proof['end']}")}
+    assert not authenticator.accepts({**proof, **moved})
+
+
+@pytest.mark.parametrize(
     "changed",
     [
         {"t": NOW - 5},
