@@ -49,6 +49,10 @@ class Note:
             raise BadNotes(f"the time of a note must be >= 0, got {self.time}")
         if not isinstance(self.text, str) or not self.text.strip() or len(self.text) > LONGEST_TEXT:
             raise BadNotes(f"a note must have 1 to {LONGEST_TEXT} characters, got {self.text!r:.100}")
+        try:
+            self.text.encode()
+        except UnicodeEncodeError:  # half of a pair, which JSON permits and YAML does not
+            raise BadNotes(f"a note must be valid Unicode, got {self.text!a:.100}") from None
 
 
 class BagNotes:

@@ -50,6 +50,7 @@ def test_notes_are_kept_in_a_file_beside_the_bag_in_the_order_of_time(notes: Bag
         (1, " "),
         (1, None),
         (1, "a" * (LONGEST_TEXT + 1)),
+        (1, "a\ud800"),
     ],
 )
 def test_invalid_notes_are_refused(time: float, text: str) -> None:
