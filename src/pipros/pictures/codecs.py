@@ -72,9 +72,14 @@ class OpenCVCodec:
         self._cv2 = cv2
 
     def decode(self, data: bytes) -> Any:
-        image = (
-            self._cv2.imdecode(np.frombuffer(data, np.uint8), self._cv2.IMREAD_UNCHANGED) if data else None
-        )
+        try:
+            image = (
+                self._cv2.imdecode(np.frombuffer(data, np.uint8), self._cv2.IMREAD_UNCHANGED)
+                if data
+                else None
+            )
+        except self._cv2.error as error:  # for example, more pixels than it accepts
+            raise PictureError(f"OpenCV cannot decode the image ({len(data)} bytes): {error}") from error
         if image is None:
             raise PictureError(f"OpenCV cannot decode the image ({len(data)} bytes)")
         return image

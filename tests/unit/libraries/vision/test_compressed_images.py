@@ -6,6 +6,7 @@ import io
 import struct
 import subprocess
 import sys
+import zlib
 from typing import Any
 
 import numpy as np
@@ -188,6 +189,15 @@ def test_opencv_is_preferred_if_it_is_installed(monkeypatch: pytest.MonkeyPatch)
     for image in (RAMP.astype(np.int8), RAMP[:0]):
         with pytest.raises(PictureError, match="OpenCV cannot write"):
             opencv.encode(image, "png", 3)
+
+
+def test_opencv_refuses_pictures_with_too_many_pixels() -> None:
+    cv2 = pytest.importorskip("cv2")
+    picture = bytearray(cv2.imencode(".png", np.zeros((1, 1), np.uint8))[1])
+    picture[16:24] = struct.pack(">II", 60_000, 60_000)
+    picture[29:33] = struct.pack(">I", zlib.crc32(picture[12:29]))
+    with pytest.raises(PictureError, match="OpenCV cannot decode"):
+        OpenCVCodec(cv2).decode(bytes(picture))
 
 
 def test_without_either_library_the_error_names_the_extras() -> None:
