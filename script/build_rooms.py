@@ -92,4 +92,21 @@ def rooms_of(root: Path, chosen: str | None = None) -> Rooms:
 
 def rooms_of_build(root: str) -> Rooms:
     """Return the rooms of the build that runs, as `PIPROS_ROOMS` says."""
+    import_from_source(Path(root))
     return rooms_of(Path(root), os.environ.get(VARIABLE))
+
+
+def import_from_source(root: Path) -> None:
+    """Make the build import `pipros` from the source tree, not from an installed version.
+
+    If pip upgrades pipros in a virtual environment, the `pipros.pth` of the installed version has already
+    imported its modules, and added its finders, before pip isolates the build.
+    """
+    source = root.resolve() / "src"
+    sys.path[:] = [str(source), *(entry for entry in sys.path if entry != str(source))]
+    imported = sys.modules.get("pipros")
+    if imported is None or source / "pipros" in [Path(folder).resolve() for folder in imported.__path__]:
+        return
+    for name in [name for name in sys.modules if name.partition(".")[0] == "pipros"]:
+        del sys.modules[name]
+    sys.meta_path[:] = [each for each in sys.meta_path if not type(each).__module__.startswith("pipros.")]

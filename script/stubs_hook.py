@@ -21,13 +21,13 @@ class StubsHook(BuildHookInterface[Any]):
         sys.path[:0] = [str(source), str(Path(self.root) / "script")]
         from build_rooms import rooms_of_build
 
+        rooms = rooms_of_build(self.root)  # before the imports: it makes them those of the source tree
         from pipros.msg.language.definition_files import DefinitionFiles
         from pipros.msg.language.definitions import Definitions
         from pipros.msg.stubs import write_stubs
 
         share = source / "pipros" / "share"
         self._folder = tempfile.TemporaryDirectory()
-        rooms = rooms_of_build(self.root)
         excluded = rooms.excluded()
         packages = sorted(
             folder.name for folder in share.iterdir() if f"src/pipros/share/{folder.name}" not in excluded

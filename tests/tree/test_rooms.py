@@ -170,6 +170,36 @@ def test_wrong_names_of_rooms_end_the_build() -> None:
     assert build_rooms.rooms_of(REPOSITORY, "").built == build_rooms.rooms_of(REPOSITORY).left_out == []
 
 
+def test_a_build_uses_its_own_source_beside_an_installed_version(tmp_path: Path) -> None:
+    startup = """import sys
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "pkg_resources": raise AssertionError("a finder of the installed version")
+sys.meta_path.insert(0, Finder())
+"""
+    for name, text in {"__init__": "", "basics/__init__": "", "startup": startup}.items():
+        file = tmp_path / "pipros" / f"{name}.py"
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text)
+    code = (
+        "import sys; import pipros.startup, pipros.basics; from build_rooms import rooms_of_build; "
+        "rooms = rooms_of_build(sys.argv[1]); print(*(room.name for room in rooms.built)); "
+        "import pipros, importlib.util; importlib.util.find_spec('pkg_resources'); print(pipros.__file__)"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", code, str(REPOSITORY)],
+        env={
+            **os.environ,
+            "PYTHONPATH": f"{tmp_path}{os.pathsep}{REPOSITORY / 'script'}",
+            "PIPROS_NO_IMPORT_HOOK": "1",
+        },
+        capture_output=True,
+        text=True,
+    )
+
+    assert ended.stdout.splitlines() == [" ".join(ROOMS), str(SRC / "pipros" / "__init__.py")], ended.stderr
+
+
 def test_a_build_contains_the_chosen_rooms_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import zipfile
 
