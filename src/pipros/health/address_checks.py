@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from urllib.parse import urlsplit
-
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.ports import AdvertisedAddress, PortRange
 from pipros.health.finding import Findings, error, warning
@@ -88,14 +86,17 @@ def master_calls_back(machine: MachineReport) -> Findings:
     """Check that the master can connect to the address that programs on this machine advertise."""
     if not machine.not_called_back:
         return
-    host = urlsplit(machine.not_called_back).hostname or ""
+    # urlsplit() rejects a URI of an invalid ROS_IP, such as http://[10.0.0.2:11311]:40000/
+    host = machine.not_called_back.partition("://")[2].rpartition(":")[0].strip("[]")
+    good = machine.address_towards_master
     mapping = (
         f"In a container or behind a router, map ports to it and export PIPROS_PORTS={EXAMPLE_PORTS} "
         "PIPROS_ADVERTISE=ADDRESS, the address outside. Genuine nodes there cannot be reached: the container "
         "needs the host's network."
     )
-    cure = f"Set ROS_IP to an address of this machine that the master's machine can reach. {mapping}"
-    if host == machine.address_towards_master:
+    example = f", such as {good}" if good else ""
+    cure = f"Set ROS_IP to an address of this machine that the master's machine can reach{example}. {mapping}"
+    if host == good:
         cure = (
             "The address is right, so a firewall drops incoming connections: let it pass TCP from the other "
             "machines (`sudo ufw allow from ADDRESS`, firewall-cmd, nft or iptables), or export "

@@ -118,7 +118,16 @@ def test_an_address_that_is_right_but_not_reached_points_to_a_firewall() -> None
     assert "a firewall drops incoming connections" in finding.cure
     (finding,) = check_machine(machine(not_called_back="http://192.168.7.2:41000/"))
     assert "firewall" not in finding.cure
-    assert finding.cure.startswith("Set ROS_IP to an address of this machine")
+    assert finding.cure.startswith(
+        "Set ROS_IP to an address of this machine that the master's machine can reach, such as 10.0.0.2. "
+    )
+
+
+@pytest.mark.parametrize("value", ["10.0.0.2:11311", "http://10.0.0.2"])
+def test_an_address_that_is_none_is_a_finding(value: str) -> None:
+    found = check_machine(machine({"ROS_IP": value}, not_called_back=f"http://[{value}]:41000/"))
+    assert [finding.rule for finding in found] == ["ip-of-another", "not-called-back"]
+    assert found[0].cure == "export ROS_IP=10.0.0.2, or unset it."
 
 
 def test_the_addresses_of_this_machine_include_the_one_that_the_cure_names() -> None:
