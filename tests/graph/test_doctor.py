@@ -248,6 +248,20 @@ def test_without_a_master_it_says_how_to_start_one(
     assert "Start it: roscore -p 1" in capsys.readouterr().out
 
 
+@pytest.mark.needs("/proc")
+@pytest.mark.parametrize("ip", ["127.0.0.2", ""])
+def test_a_master_that_does_not_listen_at_localhost_is_found(
+    ip: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Master(host="127.0.0.2", port=0) as master:
+        monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{master.port}")
+        monkeypatch.setenv("ROS_IP", ip)
+        assert doctor.main([]) == 1
+        output = capsys.readouterr().out
+        assert f"but one answers at http://127.0.0.2:{master.port}." in output
+        assert f"export ROS_MASTER_URI=http://127.0.0.2:{master.port} in each terminal" in output
+
+
 def test_the_self_test_passes(capsys: pytest.CaptureFixture[str]) -> None:
     assert doctor.main(["--self-test", "--json"]) == 0
     outcome = json.loads(capsys.readouterr().out)

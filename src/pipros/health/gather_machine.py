@@ -15,12 +15,12 @@ from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironmen
 from pipros.basics.errors import PiprosError
 from pipros.health.installed_files import changed_packages
 from pipros.health.machine import MachineReport, PathKind
-from pipros.net.address import LOOPBACK, address_towards, bind_host
+from pipros.net.address import LOOPBACK, address_towards, bind_host, is_loopback
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import reason_of
 from pipros.net.sockets import NoFreePort, listen
-from pipros.net.this_machine import addresses_of, is_this_machine
+from pipros.net.this_machine import addresses_of, has_address, is_this_machine, listening_addresses
 from pipros.workspace.overlays import MARKER
 
 COMMANDS = ("roscore", "roslaunch", "rosrun", "rosnode", "rostopic", "rosparam", "rosservice", "rosmsg")
@@ -54,7 +54,6 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
     own_programs = Path(sys.executable).parent
     python_packages = _python_packages(values)
     master_error = _error_of_master(environment.master_uri, timeout_s) if master_host else None
-    is_default = environment.master_uri.rstrip("/") == DEFAULT_MASTER_URI
     return MachineReport(
         variables=values,
         hostname=hostname,
@@ -69,9 +68,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         own_packages=frozenset(place for name, place in python_packages.items() if _is_ours(place / name)),
         changed_packages=changed_packages(),
         master_error=master_error,
-        has_local_master=bool(master_error)
-        and not is_default
-        and not _error_of_master(DEFAULT_MASTER_URI, timeout_s),
+        other_master=_other_master(environment, timeout_s) if master_error else "",
         missing_setup_files=_missing_setup_files(values),
         bound_host=bind_host(environment),
         port_problem=_port_problem(environment),
@@ -118,6 +115,17 @@ def _error_of_master(uri: str, timeout_s: float) -> str:
     finally:
         client.close()
     return ""
+
+
+def _other_master(environment: Environment, timeout_s: float) -> str:
+    """Return the URI of a master on this machine other than `ROS_MASTER_URI`, or an empty string."""
+    host, port = split_master_uri(environment.master_uri)
+    uris = []
+    if is_loopback(host):  # a roscore with --bind ADDRESS does not listen on loopback
+        hosts = [environment.ip or "", *own_addresses(socket.gethostname()), *listening_addresses(port)]
+        uris = [f"http://{each}:{port}" for each in dict.fromkeys(hosts) if has_address(each)]
+    others = [uri for uri in (*uris, DEFAULT_MASTER_URI) if uri != environment.master_uri.rstrip("/")]
+    return next((uri for uri in others if not _error_of_master(uri, timeout_s)), "")
 
 
 def _kinds(environment: Environment, variables: Mapping[str, str]) -> dict[str, PathKind]:

@@ -39,8 +39,8 @@ class MachineReport:
         changed_packages: maps each pipros import package that changed after its installation to the
             distribution that replaced its files, or to an empty string if that is unknown.
         master_error: why the master cannot be reached; empty if it responds; None if it was not called.
-        has_local_master: whether a master answers at the default URI; tested only if no master answers at a
-            different `ROS_MASTER_URI`.
+        other_master: the URI of a master that answers on this machine; tested only if none answers at
+            `ROS_MASTER_URI`, and empty if there is none.
         missing_setup_files: maps shell startup files to the missing ROS setup file that they source.
         bound_host: the address that nodes listen on.
         port_problem: why no port of `PIPROS_PORTS` can be opened; empty if one can, or if the variable is
@@ -63,7 +63,7 @@ class MachineReport:
     own_packages: frozenset[Path] = frozenset()
     changed_packages: Mapping[str, str] = field(default_factory=dict)
     master_error: str | None = None
-    has_local_master: bool = False
+    other_master: str = ""
     missing_setup_files: Mapping[str, str] = field(default_factory=dict)
     bound_host: str = "0.0.0.0"  # noqa: S104  # a value, nothing is bound
     port_problem: str = ""

@@ -164,21 +164,28 @@ def master_uri(machine: MachineReport) -> Findings:
 
 def _no_master(machine: MachineReport, uri: str, host: str, port: int) -> Finding:
     summary = f"No master answers at ROS_MASTER_URI [{uri}]: {machine.master_error}"
-    if machine.has_local_master and uri.rstrip("/") != DEFAULT_MASTER_URI:
+    is_here = is_loopback(host) or host in machine.own_hosts
+    if machine.other_master:
+        cure = f"export ROS_MASTER_URI={machine.other_master}"
+        if is_here and not is_loopback(host):
+            cure += f", or, to let other machines connect, restart that master: roscore --bind {host}"
+        elif machine.other_master == DEFAULT_MASTER_URI:
+            cure = f"ROS_MASTER_URI is probably outdated: {cure}, and look for it in ~/.bashrc."
+        else:
+            cure += " in each terminal; another roscore would be a second system."
         return error(
             "stale-master-uri",
-            f"{summary}, but one answers at {DEFAULT_MASTER_URI}",
-            f"ROS_MASTER_URI is probably outdated: export ROS_MASTER_URI={DEFAULT_MASTER_URI}, and look "
-            "for it in ~/.bashrc.",
+            f"{summary}, but one answers at {machine.other_master}",
+            cure,
             "ROS_MASTER_URI",
         )
-    is_here = is_loopback(host) or host in machine.own_hosts
     start = "roscore" if port == 11311 else f"roscore -p {port}"
     cure = (
         f"Start it: {start}"
         if is_here
-        else f"Start roscore on [{host}] so that it can be reached from here, check the network (ping "
-        f"{host}), or correct ROS_MASTER_URI."
+        else f"Start roscore on [{host}] so that it can be reached from here (with --bind or ROS_IP, and "
+        f"with this machine's network in --allow, if used), check the network (ping {host}), or correct "
+        "ROS_MASTER_URI."
     )
     return error("no-master", summary, cure, "ROS_MASTER_URI")
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from pipros.basics.env import DEFAULT_MASTER_URI
 from pipros.health.finding import FindingSeverity, has_errors
 from pipros.health.machine import MachineReport, PathKind
 from pipros.health.machine_checks import check_machine
@@ -45,7 +46,7 @@ FAULTS: dict[str, MachineReport] = {
     "master-uri": machine({"ROS_MASTER_URI": "robot:11311"}),
     "master-host-unknown": machine(resolved={"robot": (), "desk": ("10.0.0.2",)}),
     "no-master": machine(master_error="Connection refused"),
-    "stale-master-uri": machine(master_error="no response in time", has_local_master=True),
+    "stale-master-uri": machine(master_error="no response in time", other_master=DEFAULT_MASTER_URI),
     "hostname-unknown": machine(resolved={"robot": ("10.0.0.1",), "desk": ()}),
     "hostname-of-another": machine({"ROS_HOSTNAME": "lamp"}, resolved={"lamp": ("10.0.0.9",)}),
     "hostname-form": machine({"ROS_HOSTNAME": "http://desk:11311"}),
@@ -101,6 +102,34 @@ def test_advice_for_a_missing_master_depends_on_its_host(uri: str, cure: str) ->
     assert finding.cure.startswith(cure)
 
 
+@pytest.mark.parametrize(
+    ("uri", "other", "cure"),
+    [
+        (
+            "http://localhost:11311",
+            "http://10.0.0.2:11311",
+            "export ROS_MASTER_URI=http://10.0.0.2:11311 in each",
+        ),
+        (
+            "http://10.0.0.2:11311",
+            DEFAULT_MASTER_URI,
+            "or, to let other machines connect, restart that master",
+        ),
+        ("http://robot:11311", DEFAULT_MASTER_URI, "ROS_MASTER_URI is probably outdated"),
+    ],
+)
+def test_advice_if_another_master_runs_here_never_starts_a_second_one(
+    uri: str, other: str, cure: str
+) -> None:
+    (finding,) = check_machine(
+        machine({"ROS_MASTER_URI": uri}, master_error="Connection refused", other_master=other)
+    )
+    assert finding.rule == "stale-master-uri"
+    assert other in finding.summary
+    assert cure in finding.cure
+    assert "Start it" not in finding.cure
+
+
 def test_the_cure_names_the_address_that_others_can_reach() -> None:
     (finding,) = check_machine(FAULTS["ip-of-another-network"])
     assert finding.cure == "export ROS_IP=10.0.0.2"
@@ -124,7 +153,7 @@ def test_an_address_that_is_right_but_not_reached_points_to_a_firewall() -> None
 
 
 @pytest.mark.parametrize("value", ["10.0.0.2:11311", "http://10.0.0.2"])
-def test_an_address_that_is_none_is_a_finding(value: str) -> None:
+def test_an_invalid_address_is_a_finding(value: str) -> None:
     found = check_machine(machine({"ROS_IP": value}, not_called_back=f"http://[{value}]:41000/"))
     assert [finding.rule for finding in found] == ["ip-of-another", "not-called-back"]
     assert found[0].cure == "export ROS_IP=10.0.0.2, or unset it."
