@@ -324,6 +324,24 @@ def test_a_second_roscore_on_the_port_is_refused(ros: RosSystem) -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--bind", "192.0.2.1"], "--bind must be an address of this computer"),
+        (["--allow", "nonsense"], "an allowed network must be like 10.0.0.0/8 or 10.0.0.7, got [nonsense]"),
+    ],
+)
+def test_roscore_names_an_invalid_address_in_one_line(
+    words: list[str], complaint: str, ros: RosSystem
+) -> None:
+    ended = ros.pipros.run("roscore", "-p", str(ros.port), *words)
+    assert ended.returncode == 1
+    assert len(ended.stderr) == 2, ended.output
+    assert ended.stderr[0].startswith("\033[31mRLException: cannot start a master")
+    assert complaint in ended.stderr[0]
+    assert "Another program" not in ended.stderr[0]
+
+
 def test_roscore_prints_noetics_lines_and_the_allowed_networks(ros: RosSystem) -> None:
     core = ros.pipros.start_master()
     pid = core.pid

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import socket
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -134,10 +136,19 @@ class SessionMaster:
         try:
             core.start_master()
         except OSError as error:
+            reason = error.strerror or str(error)
+            bind = self._options.host
+            if bind and (isinstance(error, socket.gaierror) or error.errno == errno.EADDRNOTAVAIL):
+                raise LaunchError(
+                    f"cannot start a master at [{bind}]: {reason}. --bind must be an address of "
+                    "this computer, or 0.0.0.0 for all of them"
+                ) from None
             raise LaunchError(
-                f"cannot start a master on port {port}: {error.strerror or error}. Another program may use "
-                "the port; choose another one with -p or ROS_MASTER_URI"
+                f"cannot start a master on port {port}: {reason}. Another program may use the port; choose "
+                "another one with -p or ROS_MASTER_URI"
             ) from None
+        except ValueError as error:
+            raise LaunchError(f"cannot start a master: {error}") from None
         self._core = core
         self._console.bold(f"process[master]: started with pid [{os.getpid()}]")
 

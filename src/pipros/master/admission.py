@@ -18,7 +18,7 @@ class AllowedNetworks:
 
     def __init__(self, networks: Sequence[str]) -> None:
         """Parse the networks. Raises ValueError if one is invalid."""
-        self._networks = [ipaddress.ip_network(network, strict=False) for network in networks]
+        self._networks = [_network(network) for network in networks]
 
     def admits(self, caller: ThisMachineCaller) -> bool:
         """Return whether a caller is in one of the networks, or on this machine."""
@@ -30,3 +30,10 @@ class AllowedNetworks:
 
     def __str__(self) -> str:
         return ", ".join(map(str, self._networks))
+
+
+def _network(text: str) -> ipaddress.IPv4Network | ipaddress.IPv6Network:
+    try:
+        return ipaddress.ip_network(text, strict=False)
+    except ValueError:
+        raise ValueError(f"an allowed network must be like 10.0.0.0/8 or 10.0.0.7, got [{text}]") from None
