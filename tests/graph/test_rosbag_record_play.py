@@ -220,6 +220,20 @@ def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
     assert len(found) > 150
 
 
+def test_a_recording_without_its_minimum_space_names_the_option(
+    ros: RosSystem, master: Master, talker: Node
+) -> None:
+    record = ros.pipros.start(
+        "rosbag", "record", "--min-space=1000000G", "-O", "none", "/text", ROS_MASTER_URI=master.uri
+    )
+    publish(talker, "/text", [String("not recorded")])
+    record.wait_for(r"1 in all: less than \d+ bytes are free \(see --min-space\)")
+    record.press_ctrl_c()
+
+    record.wait()
+    assert "full" not in record.output
+
+
 def test_a_recording_is_split_and_keeps_the_newest_files(
     ros: RosSystem, master: Master, talker: Node
 ) -> None:

@@ -98,6 +98,7 @@ class Recorder:
         self._exclude = _compiled(options.exclude) if options.exclude else None
         self._reported_dropped = 0
         self._has_space = True
+        self._is_full = False
         self._next_poll = self._next_disk_check = 0.0
         self._next_flush = time.monotonic() + _CHUNK_AGE_S
 
@@ -217,7 +218,7 @@ class Recorder:
             self._warn(f"cannot reach the master: {error}")
 
     def _pause(self, files: RecordFiles, error: OSError) -> None:
-        self._has_space = False
+        self._has_space, self._is_full = False, True
         self._warn(
             f"cannot write to '{files.path}': {error.strerror}. Recording resumes when writing succeeds"
         )
@@ -290,6 +291,7 @@ class Recorder:
     def _check_disk(self, files: RecordFiles) -> None:
         free = shutil.disk_usage(files.path.absolute().parent).free
         had_space, self._has_space = self._has_space, free >= self._options.min_space_bytes
+        self._is_full = self._is_full and not self._has_space
         if had_space and not self._has_space:
             self._warn(
                 f"Less than {self._options.min_space_bytes} bytes of space free on disk with "
@@ -308,6 +310,8 @@ class Recorder:
                     "the disk or the compression does not keep up (see --buffsize)"
                     if self._has_space
                     else "the disk is full"
+                    if self._is_full
+                    else f"less than {self._options.min_space_bytes} bytes are free (see --min-space)"
                 )
             )
             self._reported_dropped = self._queue.dropped
