@@ -199,6 +199,14 @@ def test_globs_must_allow_what_the_policy_allows(make_node: MakeNode) -> None:
         assert "clients may not use /cmd_vel" in refusal(client)
 
 
+@pytest.mark.parametrize("words", [["pipros", "serve", "--port", "0"], ["rqt_graph", "--no-browser"]])
+def test_a_server_says_that_a_policy_needs_control(words: list[str], ros: RosSystem, tmp_path: Path) -> None:
+    (tmp_path / "p.yaml").write_text(TEXT)
+    ros.serve_master()
+    server = ros.pipros.start(*words, "--policy", tmp_path / "p.yaml")
+    server.wait_for("With --control,? (they|it) can also do what the policy permits.")
+
+
 def test_without_control_a_policy_allows_nothing(make_node: MakeNode) -> None:
     settings = RosbridgeSettings(has_control=False, policy=POLICY)
     with rosbridge_server(make_node("bridge"), settings=settings) as url, RosbridgeClient(url) as client:

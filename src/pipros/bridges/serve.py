@@ -197,7 +197,8 @@ def _announce(options: BridgeOptions, port: int, page: PageServer | None, secret
     path = "" if secret is None else "/TOKEN" if options.token_file is not None else f"/{secret.token}"
     print(f"{options.tool}: {scheme}://{shown}:{port}{path}", file=sys.stderr, flush=True)
     if not options.has_control:
-        print("Clients can only read. With --control they can also change the system.", file=sys.stderr)
+        more = "change the system" if options.policy is None else "do what the policy permits"
+        print(f"Clients can only read. With --control they can also {more}.", file=sys.stderr)
     if options.is_local:
         return
     if secret is None:

@@ -178,16 +178,17 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     # Print to stderr: roslaunch writes nodes' standard output to files, and the address contains the token.
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", file=sys.stderr, flush=True)
     if options.permitted != CHANGING.keys():
-        print(_restriction(options.permitted), file=sys.stderr)
+        print(_restriction(options.permitted, options.policy), file=sys.stderr)
     if shown != "localhost":
         _warn_about_network(options, server.access)
     if options.opens_browser:
         open_in_browser(server.access, reachable, options.tab)
 
 
-def _restriction(permitted: frozenset[str]) -> str:
+def _restriction(permitted: frozenset[str], policy: Policy | None) -> str:
     if not permitted:
-        return "The page is read-only. With --control, it can also change the system."
+        more = "change the system" if policy is None else "do what the policy permits"
+        return f"The page is read-only. With --control, it can also {more}."
     what = " and ".join(sorted({CHANGING[name] for name in permitted}))
     return f"The page can {what}. With --control it can make other changes, with --read-only none."
 
