@@ -134,7 +134,7 @@ def is_from_same_user(sock: socket.socket) -> bool:
 
 def _digest(data: bytes) -> str:
     try:
-        from _blake2 import blake2b  # hashlib loads OpenSSL, which takes 2 ms at the start of every node
+        from _blake2 import blake2b  # hashlib loads OpenSSL, which takes 1 ms at the start of every node
     except ImportError:
         from hashlib import blake2b
 
