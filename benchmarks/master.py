@@ -191,7 +191,8 @@ class MasterProcess:
     def __init__(self, world, command):
         self.port = free_port()
         self.uri = f"http://127.0.0.1:{self.port}/"
-        home = tempfile.mkdtemp(prefix="bench_master_")
+        self._home = tempfile.TemporaryDirectory(prefix="bench_master_")
+        home = self._home.name
         environment = {"HOME": home, "ROS_HOME": home, "ROS_IP": "127.0.0.1", "ROS_MASTER_URI": self.uri}
         if world == "genuine":
             environment["PATH"] = "/usr/bin:/bin"
@@ -232,7 +233,9 @@ class MasterProcess:
         began = time.perf_counter()
         self.process.send_signal(signal.SIGINT)
         self.process.wait(20)
-        return time.perf_counter() - began
+        stopped_s = time.perf_counter() - began
+        self._home.cleanup()
+        return stopped_s
 
 
 def is_below(pid, ancestor):
