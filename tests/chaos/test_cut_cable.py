@@ -15,7 +15,7 @@ from pipros.net.timings import LinkTimings
 from pipros.node import Node
 from pipros.node.timings import NodeTimings
 from tests.support.network import FarNetwork, needs_network
-from tests.support.nodes import Inbox, wait_until_connected
+from tests.support.nodes import Inbox, listen, wait_until_connected
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
 
@@ -103,6 +103,7 @@ def test_a_cut_cable_does_not_affect_others_and_the_newest_message_arrives_after
 def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(
     network: FarNetwork, master: Master, node: Node, processes: Processes
 ) -> None:
+    lines = listen(node.log)
     far = start_far(network, master, processes, LISTENER)
     publisher = node.advertise("chat", String, queue_size=5)
     wait_until_connected(publisher)
@@ -113,6 +114,7 @@ def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(
     publisher.publish(numbered(1))
     wait_until(lambda: publisher.connection_count == 0, 60)
     network.mend()
+    wait_until(lambda: any("it has not acknowledged data for 0.5 s" in line for line in lines))
 
 
 @pytest.mark.parametrize(

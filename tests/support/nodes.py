@@ -34,9 +34,14 @@ def wait_until_connected(handle: Any, count: int = 1) -> None:
 
 def listening_log() -> tuple[logging.Logger, list[str]]:
     """Return a logger, and a list to which its messages are added."""
-    lines: list[str] = []
     log = logging.Logger("test")
+    return log, listen(log)
+
+
+def listen(log: logging.Logger) -> list[str]:
+    """Return a list to which the messages of a logger are added."""
+    lines: list[str] = []
     handler = logging.Handler()
     handler.emit = lambda record: lines.append(record.getMessage())  # type: ignore[method-assign]
     log.addHandler(handler)
-    return log, lines
+    return lines

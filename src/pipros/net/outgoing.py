@@ -303,6 +303,7 @@ class OutgoingLink:
         if self.is_closed:
             return
         if sockets.is_unanswered(self.sock, self._timings.unanswered_s):
+            self.end_reason = f"it has not acknowledged data for {self._timings.unanswered_s:g} s"
             self.close()
         else:
             self._check_again(self._check_peer, self._timings.check_peer_interval_s)

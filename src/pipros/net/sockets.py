@@ -159,7 +159,8 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
     """Return True if the peer has not acknowledged retransmitted data for longer than `limit_s`.
 
     Keepalive checks only idle connections, and the system takes a quarter of an hour to close a connection
-    with unacknowledged data. Returns False for a live peer that does not read, because it still acknowledges.
+    with unacknowledged data. Returns False for a live peer that does not read, because it still acknowledges
+    probes; only the second may come too soon after the first to be answered (`tcp_invalid_ratelimit`).
     Always False on systems other than Linux.
     """
     if sys.platform != "linux":
@@ -167,7 +168,7 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
     with contextlib.suppress(OSError, struct.error):
         info = _TCP_INFO.unpack(sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _TCP_INFO.size))
         sent_again, probes, age_ms = int(info[2]), int(info[3]), int(info[-1])
-        return sent_again + probes >= 2 and age_ms > limit_s * 1000
+        return sent_again + probes >= 3 and age_ms > limit_s * 1000
     return False
 
 
