@@ -577,6 +577,17 @@ def test_memory_is_freed_after_some_time_without_large_messages(make_node: MakeN
     wait_until(lambda: memory.used_bytes)
 
 
+def test_log_topics_need_no_shared_memory(make_node: MakeNode) -> None:
+    publisher, inbox = make_node("talker").advertise("/rosout", String, queue_size=None), Inbox()
+    make_node("listener").subscribe("/rosout", String, inbox)
+    wait_until_connected(publisher)
+    text = "x" * SIZE
+    publisher.publish(String(text))
+    publisher.publish(String(text))
+    assert [message.data for message in inbox.wait(2)] == [text, text]
+    assert publisher.publication.memory is None
+
+
 def test_bus_info_names_the_memory_and_its_limit(make_node: MakeNode) -> None:
     talker = make_node("talker")
     publisher = talker.advertise("images", Image, queue_size=None)

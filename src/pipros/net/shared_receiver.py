@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import ProtocolError
 from pipros.basics.posix import call_in_children
-from pipros.net.shared_segment import map_segment
 from pipros.wire.slot_frames import (
     OFFER,
     READY,
@@ -242,6 +241,8 @@ class SlotReceiver:
         return HeldSlot(pipe, memory, (frame.segment, frame.first), start, frame.second)
 
     def _map(self, frame: ControlFrame) -> None:
+        from pipros.net.shared_segment import map_segment  # only with large messages
+
         if not 0 < frame.second <= _SLOTS or not 0 < frame.first <= 2 * self._limit_bytes:
             raise NoSharedMemory(f"shared memory of {frame.second} times {frame.first} bytes was announced")
         descriptors = [self._sock.take_descriptor()]

@@ -13,6 +13,11 @@ from pipros.wire.slot_frames import ACCEPTED, HEADER_FIELD
 REQUEST_DEADLINE_S = 10.0
 """How long a publisher may take to answer `requestTopic`."""
 
+LOG_TOPICS = ("/rosout", "/rosout_agg")
+"""Topics that need no shared memory, because log messages are small. Every node publishes `/rosout`; without
+memory, it starts faster, because its modules are not loaded.
+"""
+
 
 class PublisherDialer:
     """Connects to publishers of a topic: through a Unix stream, with shared memory, or through TCP.
@@ -49,7 +54,8 @@ class PublisherDialer:
         )
         limits = self._context.limits
         if isinstance(address, str):
-            shares = local_stream.shares_memory() and uri not in self._without_memory
+            may_share = self._topic not in LOG_TOPICS and uri not in self._without_memory
+            shares = may_share and local_stream.shares_memory()
             if shares:
                 wanted[HEADER_FIELD] = ACCEPTED
             try:
