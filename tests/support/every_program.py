@@ -52,6 +52,11 @@ _WRAPPED = re.compile(
 )
 """Until 3.11, Python reports a Ctrl-C during the creation of a class as the cause of a RuntimeError."""
 
+_INTERRUPTED = re.compile(
+    r"KeyboardInterrupt[: ]*(?:\n(?:Error calling __set_name__ on .*|decoding with '.*' codec failed))?\s*\Z"
+)
+"""The end of the traceback of a Ctrl-C. From 3.12 on, Python adds a note in a decoder or a new class."""
+
 _WAITS_FOR_S = 0.4
 _WAITING_SHARE = 0.1
 """A program waits if its main thread used less than this share of a processor for this time."""
@@ -306,7 +311,7 @@ class End:
         trace = self.output.rpartition("Traceback (most recent")[2] if "Traceback" in self.output else ""
         is_of_thread = "Exception in thread" in self.output
         is_of_command = "in guarded" in self.output and not _AT_ENTRY.search(trace)
-        is_ctrl_c = trace.rstrip(": \n").endswith("KeyboardInterrupt") or bool(_WRAPPED.search(self.output))
+        is_ctrl_c = bool(_INTERRUPTED.search(trace) or _WRAPPED.search(self.output))
         if trace and (is_of_thread or is_of_command or not is_ctrl_c):
             return f"{self} with a traceback\n{self.output}"
         return ""
