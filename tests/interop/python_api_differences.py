@@ -261,7 +261,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "those of Python's unittest",
+        "inherited from Python's `unittest`",
         ("rosunit.*.BareTestCase.setUp", "rosunit.*.BareTestCase.tearDown"),
     ),
     Difference(
@@ -335,7 +335,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "a function by mistake, where a class was intended; it returns None",
+        "by mistake a function in Noetic, where a class was intended; it returns None",
         ("actionlib_tools.library.YAMLBag",),
     ),
     Difference(
@@ -355,7 +355,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "a dictionary, with the arguments of Python's",
+        "a dictionary, with the arguments of Python's `dict`",
         ("dynamic_reconfigure.encoding.Config",),
     ),
     Difference(
