@@ -6,8 +6,8 @@
         imu = bags.table("/imu")
         imu["linear_acceleration.x"]
 
-`pipros.msg.bulk` decodes; the other modules read bags, join tables, and write files and data sets. `live` is
-the way from a policy to the robot.
+`pipros.msg.bulk` decodes messages; the modules here read bags, join tables, and write files and data sets.
+`live` connects a policy to a robot.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name when it is used, since the declaration of the room is imported by all commands."""
+    """Import a name when it is first used, because all commands import this package for its `room`."""
     home = next((home for home, names in _HOMES.items() if name in names.split()), None)
     if home is None:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
@@ -62,7 +62,7 @@ def __getattr__(name: str) -> Any:
 
     try:
         return getattr(import_module(home), name)
-    except ModuleNotFoundError as error:  # a MissingExtra names what is missing itself
+    except ModuleNotFoundError as error:  # a MissingExtra already names the missing library
         from pipros.data.extras import missing_extra
 
         raise missing_extra(error, __name__) from error

@@ -1,4 +1,4 @@
-"""Tables as Arrow tables, without a copy where the columns are contiguous."""
+"""Convert tables to Arrow tables. Contiguous columns are not copied."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _MAX_OFFSET = (1 << 31) - 1
 
 
 def arrow_table(columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.bool_]]) -> Any:
-    """Return a `pyarrow.Table` of columns, with nulls at their gaps.
+    """Return a `pyarrow.Table` with the columns, in which gaps are nulls.
 
-    Fixed and variable arrays become lists, messages in arrays become structs.
+    Fixed-size and variable arrays become lists, and messages in arrays become structs.
 
     Raises:
         MissingExtra: pyarrow is not installed.
@@ -33,7 +33,7 @@ def arrow_table(columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.boo
 def _array(pa: Any, column: Column, gaps: NDArray[np.bool_] | None = None) -> Any:
     if gaps is None or not gaps.any():
         return _whole(pa, column)
-    if isinstance(column, np.ndarray) and column.ndim == 2:  # pyarrow 22 writes no nulls of fixed size
+    if isinstance(column, np.ndarray) and column.ndim == 2:  # pyarrow 22: no nulls of fixed size
         column = ListColumn(np.arange(len(gaps) + 1) * column.shape[1], column)
     return _whole(pa, column).take(pa.array(np.arange(len(gaps)), mask=gaps))
 

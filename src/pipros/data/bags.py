@@ -40,19 +40,19 @@ Counted = Callable[[int], None]
 
 
 class NoSuchTopic(PiprosError, LookupError):
-    """No bag has a topic of this name."""
+    """No bag contains a topic with this name."""
 
 
 def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
-    """Open bags, MCAP files and ROS 2 bags, whose topics are then read as if they were one bag.
+    """Open bags, MCAP files and ROS 2 bags, to read their topics as if they were one bag.
 
     Args:
-        paths: names of bags, which may be patterns such as `run*.bag`.
-        msgs: folders with the ROS 2 definitions that ROS 2 bags need.
+        paths: paths of bags, or patterns such as `run*.bag`.
+        msgs: folders with the message definitions for ROS 2 bags.
 
     Raises:
         BagError: a file is not a bag, or is damaged.
-        FileNotFoundError: a name or pattern matches nothing.
+        FileNotFoundError: a path does not exist, or a pattern matches nothing.
     """
     readers: list[BagReader] = []
     try:
@@ -69,7 +69,7 @@ class Bags:
     """Open bags. Not thread-safe.
 
     Attributes:
-        readers: the bags, in the order of their first messages.
+        readers: the bags, ordered by the times of their first messages.
     """
 
     def __init__(self, readers: Iterable[BagReader], limits: Limits | None = None) -> None:
@@ -83,7 +83,7 @@ class Bags:
         self.close()
 
     def close(self) -> None:
-        """Close all bags. Tables that were read remain valid."""
+        """Close all bags. Tables that have been read remain valid."""
         for each in self.readers:
             each.close()
 
@@ -120,17 +120,18 @@ class Bags:
 
         Args:
             start, end: the earliest and latest time of receipt, inclusive; a number is in seconds.
-            every: take only every n-th message.
-            datetimes: return times as `datetime64[ns]` instead of integers (ns).
+            every: read only every n-th message.
+            datetimes: whether to return times as `datetime64[ns]` instead of integers (ns).
 
         Raises:
-            UnknownTopic: no bag has this topic.
+            NoSuchTopic: no bag contains this topic.
+            ValueError: `every` is less than 1.
             BagError: a message does not match its definition, the bags define the type differently, or the
                 messages exceed the limit `table_bytes`.
         """
         limit = self._limits.table_bytes
         tables, left = [], limit
-        batch = min(limit, _BATCHES * self._limits.table_batch_bytes)  # large ones need no copy at the end
+        batch = min(limit, _BATCHES * self._limits.table_batch_bytes)  # large batches save a copy at the end
         for part, table in self._tables(topic, batch, None, start, end, every, datetimes):
             tables.append(table)
             left -= len(part.data)
@@ -146,10 +147,10 @@ class Bags:
         return {topic: self.table(topic, **options) for topic in self.topics(pattern)}
 
     def batches(self, topic: str, *, progress: Counted | None = None, **options: Any) -> Iterator[Table]:
-        """Yield the messages of a topic as tables, each of some `table_batch_bytes`; at least one table.
+        """Yield the messages of a topic as tables of about `table_batch_bytes` each; at least one table.
 
         Memory is bounded by this limit, not by the size of the bags. See `table` for options and errors.
-        `progress` is called after each batch.
+        `progress` is called after each batch with the number of messages read so far.
         """
         for _, table in self._tables(topic, self._limits.table_batch_bytes, progress, **options):
             yield table
@@ -237,7 +238,7 @@ class Bags:
     def _parts(
         self, topic: str, start: int | None, end: int | None, every: int, limit: int
     ) -> Iterator[MessageGroup]:
-        """Yield the messages of a topic in batches. There is at least one, which may be empty."""
+        """Yield the messages of a topic in batches: at least one, which may be empty."""
         waiting: list[MessageGroup] = []
         size = seen = 0
         is_first = True
@@ -266,7 +267,11 @@ class Bags:
 
 
 def matching_files(path: BagPath) -> list[str]:
-    """Return the files that a pattern matches. Raise `FileNotFoundError` if there are none."""
+    """Return the files that match a pattern; a path matches itself.
+
+    Raises:
+        FileNotFoundError: no file matches the pattern.
+    """
     name = os.fspath(path)
     if os.path.exists(name) or not glob.has_magic(name):
         return [name]

@@ -1,6 +1,6 @@
-"""Read the messages of a topic in groups: all those of a chunk at once, without Python for single messages.
+"""Read the messages of a topic in groups: those of a chunk at once, without a Python loop over messages.
 
-rosbag and rosbag_storage write message records whose headers have one size, so the positions of the messages
+rosbag and rosbag_storage write message records with headers of equal size, so the positions of the messages
 follow from the index. Other bags, MCAP files and ROS 2 bags are read message by message.
 """
 
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 _LENGTH = np.dtype("<u4")
 _BUFFER_BYTES = 1 << 22
-"""For arrays from this size on, numpy asks the system for large pages, which are touched faster."""
+"""From this array size on, numpy requests huge pages from the system, which cause fewer page faults."""
 
 
 class MessageGroup(NamedTuple):
-    """Messages in the order of their receipt: their bytes, joined, their sizes and times (ns)."""
+    """Messages in the order of their receipt: their concatenated bytes, their sizes, and their times (ns)."""
 
     data: NDArray[np.uint8]
     sizes: NDArray[np.int64]
@@ -38,11 +38,11 @@ class MessageGroup(NamedTuple):
 
     @property
     def bytes(self) -> int:
-        """Number of bytes that the messages, their sizes and their times use."""
+        """The size of the messages, including their sizes and times, in bytes."""
         return len(self.data) + 16 * len(self.sizes)
 
     def parts(self, limit: int) -> Iterator[MessageGroup]:
-        """Yield the messages in groups of at most `limit` bytes, or of single messages that are larger."""
+        """Yield the messages in groups of at most `limit` bytes. A larger message forms its own group."""
         weights = np.cumsum(self.sizes + 16)
         first = done = 0
         while first < len(weights):
@@ -53,14 +53,14 @@ class MessageGroup(NamedTuple):
             first, done = last, int(weights[last - 1])
 
     def take(self, rows: NDArray[np.int64]) -> MessageGroup:
-        """Return some of the messages."""
+        """Return the messages with the given indices."""
         begins = np.cumsum(self.sizes) - self.sizes
         sizes = self.sizes[rows]
         return MessageGroup(joined_parts(self.data, begins[rows], sizes), sizes, self.times[rows])
 
 
 class _Unusual(Exception):
-    """The messages must be read one by one, or it is faster."""
+    """The messages must be read one by one, or are read faster that way."""
 
 
 def message_groups(
@@ -73,7 +73,7 @@ def message_groups(
     """Yield the messages that `BagReader.stored_fields` yields, in the same order.
 
     Args:
-        limit: approximate maximum of a group in bytes. The messages of a chunk are in one group, however.
+        limit: approximate maximum size of a group in bytes. The messages of a chunk are never split.
 
     Raises:
         BagFormatError: the bag is damaged.
@@ -89,7 +89,7 @@ def message_groups(
 
 
 def grouped(fields: Iterable[tuple[Connection, int, Any, int, int]], limit: int) -> Iterator[MessageGroup]:
-    """Yield groups of the messages that `BagReader.stored_fields` yields, each of some `limit` bytes."""
+    """Yield the messages from `BagReader.stored_fields` in groups of about `limit` bytes."""
     pieces: list[bytes] = []
     times: list[int] = []
     size = 0
@@ -132,7 +132,7 @@ def _of_chunks(
         and (end_ns is None or chunk.start_ns <= end_ns)
     ]
     chunks.sort(key=lambda each: (each[0].start_ns, each[1]))
-    # Equal times in two chunks are ordered by connection.
+    # Messages with equal times in two chunks are ordered by connection, so such chunks must not touch.
     apart = 1 if len(connections) > 1 else 0
     if any(later.start_ns < earlier.end_ns + apart for (earlier, _), (later, _) in pairwise(chunks)):
         raise _Unusual
@@ -159,13 +159,13 @@ def _of_chunks(
 
 
 class _CollectedMessages:
-    """The messages of several chunks, copied behind each other into one array.
+    """The messages of several chunks, copied one after another into one array.
 
-    Touching new memory takes longer than the copy, so this array is the only new one.
+    Touching new memory takes longer than copying, so no other array is allocated.
     """
 
     def __init__(self, limit: int, count: int) -> None:
-        """Begin without messages. `count` is the number of those that will follow."""
+        """Start without messages. `count` is the number of messages that will be added."""
         self._limit = limit
         self._count = count
         self._buffer: NDArray[np.uint8] = np.empty(0, np.uint8)
@@ -173,7 +173,7 @@ class _CollectedMessages:
         self._parts: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
 
     def add(self, data: NDArray[np.uint8], begins: Any, sizes: Any, times: Any) -> Iterator[MessageGroup]:
-        """Add the messages of a chunk. Yields those before it if there is no room for both."""
+        """Add the messages of a chunk. If they do not fit, first yield the messages collected so far."""
         size = int(sizes.sum())
         if self._filled + size > len(self._buffer):
             yield from self.taken()
@@ -186,7 +186,7 @@ class _CollectedMessages:
         self._parts.append((sizes, times))
 
     def taken(self) -> Iterator[MessageGroup]:
-        """Yield the messages, if there are any."""
+        """Yield the collected messages, if there are any, and start again without messages."""
         if self._parts:
             sizes, times = map(np.concatenate, zip(*self._parts, strict=True))
             yield MessageGroup(self._buffer[: self._filled], sizes, times)
@@ -195,7 +195,7 @@ class _CollectedMessages:
 
 
 class _ChunkReader:
-    """Reads chunks: uncompressed ones into one buffer, because new memory takes longer than reading."""
+    """Reads chunks. Uncompressed ones share a buffer, because touching new memory is slower than reading."""
 
     def __init__(self, bag: BagReader) -> None:
         self._bag = bag
@@ -223,7 +223,7 @@ class _ChunkReader:
 def _messages(
     bag: BagReader, number: int, connections: Sequence[Connection], data: NDArray[np.uint8]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Return the times, positions and sizes of messages in a chunk, sorted like those of `BagReader`."""
+    """Return the times, positions and sizes of the messages in a chunk, in the order of `BagReader`."""
     index = bag.chunk_index(number)
     found = []
     for rank, connection in enumerate(connections):
@@ -231,7 +231,7 @@ def _messages(
         times, offsets = entries[:, 0] * NS_PER_S + entries[:, 1], entries[:, 2]
         headers = [np.frombuffer(each, np.uint8) for each in usual_headers(connection.id)]
         size = len(headers[0])
-        begins = offsets + size + 12  # behind the time and the size of the message
+        begins = offsets + size + 12  # after the time and the size of the message
         if (begins > len(data)).any():
             raise _Unusual
         records = values_at(data, offsets, None, np.dtype((np.void, size))).view(np.uint8).reshape(-1, size)
@@ -243,7 +243,7 @@ def _messages(
         found[0] if len(found) == 1 else map(np.concatenate, zip(*found, strict=True))
     )
     if (begins + sizes > len(data)).any() or int(sizes.sum()) > len(data):
-        raise _Unusual  # which reading one by one reports as damage
+        raise _Unusual  # reading the messages one by one reports the damage
     if len(found) == 1 and (times[1:] > times[:-1]).all():
         return times, begins, sizes
     order = np.lexsort((begins, ranks, times))

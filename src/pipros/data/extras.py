@@ -10,10 +10,10 @@ from pipros.basics.extras import install_command
 
 
 def library(name: str, purpose: str) -> Any:
-    """Import a library of the extra.
+    """Import a library that the extra installs. `purpose` is what needs it, for the error text.
 
     Raises:
-        MissingExtra: it is not installed. The text says what needs it, and how to install it.
+        MissingExtra: the library is not installed. The text says how to install it.
     """
     try:
         return import_module(name)

@@ -16,12 +16,12 @@ FORMATS = ("parquet", "arrow", "csv")
 
 
 def write_arrow(tables: Iterable[Any], path: str | os.PathLike[str], kind: str) -> list[str]:
-    """Write `pyarrow` tables or batches with the same columns, one or more, to a file, which is replaced.
+    """Write one or more `pyarrow` tables or batches with the same columns to a file, replacing it.
+
+    Return the names of the omitted columns: CSV cannot store bytes.
 
     Args:
         kind: one of `FORMATS`. Each table becomes a row group of a Parquet file, or a batch of an Arrow file.
-
-    Return the names of columns that the format cannot store: CSV has no bytes.
 
     Raises:
         MissingExtra: pyarrow is not installed.
@@ -32,7 +32,7 @@ def write_arrow(tables: Iterable[Any], path: str | os.PathLike[str], kind: str) 
 
 
 def print_csv(tables: Iterable[Any]) -> list[str]:
-    """Print `pyarrow` tables or batches as CSV. Return the names of columns that CSV cannot store."""
+    """Print `pyarrow` tables or batches as CSV. Return the names of the columns that CSV cannot store."""
     sys.stdout.flush()
     return _write(tables, sys.stdout.buffer, "csv")
 
@@ -61,7 +61,7 @@ def _writer(file: Any, schema: Any, kind: str) -> Any:
 
 
 def as_texts(table: Any) -> tuple[Any, list[str]]:
-    """Return a table for CSV, with lists as JSON texts and without bytes; and the names of the latter."""
+    """Return the table for CSV, in which lists are JSON, and the names of columns dropped as bytes."""
     pa = library("pyarrow", "CSV")
     kept, names, left_out = [], [], []
     for field, column in zip(table.schema, table.columns, strict=True):
@@ -84,5 +84,5 @@ def _has_bytes(pa: Any, kind: Any) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Convert a value of a cell that JSON lacks: a time."""
+    """Convert a time, for which JSON has no type."""
     return value.value if hasattr(value, "value") else str(value)

@@ -1,4 +1,4 @@
-"""Transforms as columns: the pose of a frame in another one at the time of each row."""
+"""Transforms as columns: the pose of one frame relative to another at the time of each row."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ def with_transform(
 ) -> Table:
     """Return the table with the pose of `source` relative to `target` at the time of each row.
 
-    The columns are `x`, `y`, `z` (m) and the quaternion `qx`, `qy`, `qz`, `qw`. Poses are interpolated as tf2
-    does it, and nothing is extrapolated. Rows without a transform are gaps; unknown frames cause a warning.
+    The columns are `x`, `y`, `z` (m) and the quaternion `qx`, `qy`, `qz`, `qw`. Poses are interpolated as in
+    tf2, and never extrapolated. Rows without a transform are gaps; unknown frames cause a warning.
 
     Args:
         readers: the bags with the transforms.
         on: the times of the rows: `header` for the stamps of the headers, or `receipt`.
-        gap: time in seconds. Each row is looked up after the transforms that were received until that long
-            after it, in a buffer that keeps twice this time, so a longer pause is a gap.
+        gap: the longest pause between transforms to interpolate over, in seconds. Each row is looked up after
+            reading the transforms received up to `gap` after it, in a buffer that keeps twice this time.
         prefix: added to the names of the columns; by default, `source.`.
-        tf, tf_static: the topics of the transforms. All of `tf_static` apply from the start.
+        tf, tf_static: the topics of the transforms. Static transforms apply from the start.
 
     Raises:
         ValueError: `gap` is not positive, or messages have no header.

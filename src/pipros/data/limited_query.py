@@ -1,7 +1,7 @@
-"""SQL over a bag for others, such as assistants, in a process with limits.
+"""Run untrusted SQL queries over a bag, such as those of assistants, in a process with limits.
 
-The database has only the topics that the query names, without access to files and networks. The process has
-limits on its time, memory and files, and a folder, which is removed afterwards.
+The database contains only the topics that the query names, and has no access to files and networks. The time,
+memory and files of the process are limited, and its folder is removed afterwards.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Final
 from pipros.data.sql import QueryError
 
 OUTPUT_BYTES: Final = 4 * 1024 * 1024
-"""The rows of a result that are kept for an answer and its continuations."""
+"""Maximum size of a result; the rest is dropped."""
 _ERROR_BYTES: Final = 4000
 _PROGRAM: Final = "pipros.data.query_process"
 
@@ -26,8 +26,8 @@ def run_query(bag: Path, sql: str, *, limit_s: float, limit_bytes: int) -> str:
     """Return the rows of a query as CSV, at most `OUTPUT_BYTES`.
 
     Args:
-        limit_s: the time of the process, and its processor time.
-        limit_bytes: its memory, and each of its files.
+        limit_s: limit on the elapsed time and on the processor time of the process.
+        limit_bytes: limit on the memory of the process and on the size of each of its files.
 
     Raises:
         QueryError: the query fails or takes too long.

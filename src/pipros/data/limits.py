@@ -7,10 +7,10 @@ class DataLimits(NamedTuple):
     """The limits of tables: `limits.of(DataLimits)` for a `Limits`.
 
     Attributes:
-        dataset_pixels: a picture of a data set.
-        dataset_rows: the rows of an episode.
-        table_batch_bytes: the messages of a topic that are decoded at once when a table is read in batches.
-        table_bytes: the messages of one table in memory.
+        dataset_pixels: maximum number of pixels in a picture of a data set.
+        dataset_rows: maximum number of rows in an episode.
+        table_batch_bytes: approximate size of the messages in one batch of a table.
+        table_bytes: maximum size of the messages in one table.
     """
 
     dataset_pixels: int = 64 * 1024 * 1024

@@ -1,4 +1,4 @@
-"""Find, for each time, the row of another table that belongs to it."""
+"""Find the row of another table that matches each time."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ DIRECTIONS = ("backward", "forward", "nearest")
 def matches(
     times: NDArray[np.int64], others: NDArray[np.int64], tolerance: float | None, direction: str
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the number of the row for each time, and a mask of the times without a row.
+    """Return the index into `others` for each time, and a mask of the times without a match.
 
-    The numbers of masked times are undefined. `others` may be in any order. Of rows with equal times, the
-    last one is taken, or the first one if `direction` is `forward`. For the arguments, see `Table.asof`.
+    The indices of masked times are undefined. `others` may be in any order. Of equal times in `others`, the
+    last is used, or the first if `direction` is `forward`. For the arguments, see `Table.asof`.
 
     Raises:
         ValueError: the direction is unknown, or the tolerance is negative.

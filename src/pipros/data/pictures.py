@@ -16,10 +16,9 @@ _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8
 
 
 class LazyColumn:
-    """A column of decoded images or clouds. `column[i]` decodes one cell; nothing is kept.
+    """A column of decoded images or clouds. `column[i]` decodes one cell; the result is not cached.
 
-    Raises:
-        PictureError: when a cell is accessed whose size does not match its message.
+    Accessing a malformed cell raises `PictureError`.
     """
 
     def __init__(self, columns: Mapping[str, Column], decode: Callable[[Mapping[str, Any]], Any]) -> None:
@@ -38,7 +37,7 @@ class LazyColumn:
 
 
 def image_array(row: Mapping[str, Any]) -> Any:
-    """Return the pixels of a `sensor_msgs/Image`: height, width, and channels if there are several.
+    """Return the pixels of a `sensor_msgs/Image`, by row, column and, if there are several, channel.
 
     Raises:
         PictureError: the encoding is unknown, or pixels are missing.
@@ -73,10 +72,10 @@ def picture_array(row: Mapping[str, Any]) -> Any:
 
 
 def cloud_array(row: Mapping[str, Any]) -> Any:
-    """Return the points of a `sensor_msgs/PointCloud2`: a structured array of height and width.
+    """Return the points of a `sensor_msgs/PointCloud2` as a structured array of its height and width.
 
     Raises:
-        PictureError: a field does not fit into its point, or points are missing.
+        PictureError: a field has an unknown type or does not fit into a point, or points are missing.
     """
     order = ">" if row["is_bigendian"] else "<"
     names, formats, offsets = [], [], []

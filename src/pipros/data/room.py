@@ -1,4 +1,4 @@
-"""The declaration of tables; see `pipros.basics.rooms`."""
+"""The declaration of the room `data`; see `pipros.basics.rooms`."""
 
 from pipros.basics.rooms import Room, RoomCommand
 
@@ -26,10 +26,10 @@ ROOM = Room(
     },
     limits="pipros.data.limits:DataLimits",
     offers={"limited_query": "pipros.data.limited_query:run_query"},
-    # pyarrow, duckdb: the first versions with wheels for CPython 3.14; both have those for 3.10.
+    # pyarrow, duckdb: the first versions with wheels for CPython 3.14; they also have wheels for 3.10.
     # pyarrow 26 needs numpy 2, which pipros[numpy] excludes before Python 3.13.
-    # av, h5py: data sets; the first versions for Python 3.10 that have wheels and read what newer ones write.
-    # duckdb 2.0 prints pages about leaked instances when a program ends.
+    # av, h5py: the first versions with wheels for Python 3.10 that read what newer versions write.
+    # duckdb 2.0 prints long warnings about leaked instances when a program ends.
     extras={
         "data": (
             "numpy>=1.24",

@@ -1,7 +1,7 @@
-"""SQL over topics: a database of DuckDB in a temporary folder, which queries cannot leave.
+"""Query topics with SQL, in a DuckDB database in a temporary folder, which queries cannot leave.
 
-Topics are copied to the database, one batch at a time, so memory stays bounded. Before a query runs, access
-to files, networks and extensions is switched off, and the configuration is locked.
+Topics are copied to the database one batch at a time, so memory stays bounded. Before a query runs, access to
+files, networks and extensions is disabled, and the configuration is locked.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class QueryError(PiprosError):
 
 
 class Database:
-    """A database with tables of topics.
+    """A database with one table per topic.
 
     Args:
-        folder: an empty folder for its files.
-        topics: those that errors about unknown names list.
-        memory: the memory that DuckDB may use.
+        folder: an empty folder for the database's files.
+        topics: the topics to list in errors about unknown names.
+        memory: the maximum memory that DuckDB may use.
 
     Raises:
         MissingExtra: duckdb or pyarrow is not installed.
@@ -70,16 +70,16 @@ class Database:
     def __exit__(self, *_: object) -> None:
         last = self._thread.submit(bool)
         while not last.done():
-            self._connection.interrupt()  # again and again: a query that only begins would forget it
+            self._connection.interrupt()  # repeated, because a query that is just starting ignores it
             wait([last], timeout=0.05)
         self._thread.shutdown()
         self._connection.close()
 
     def add(self, topic: str, tables: Iterable[Table], *, alias: str = "") -> None:
-        """Add the rows of a topic, as a table of its name, and as a view with the name `alias`.
+        """Add the rows of a topic, as a table with its name and, if `alias` is given, a view with that name.
 
         Raises:
-            QueryError: there is such a table already; names that differ only in case are equal.
+            QueryError: a table with this name exists already. Names are not case-sensitive.
         """
         is_first = True
         for table in tables:
@@ -92,9 +92,9 @@ class Database:
             self._run(f"CREATE VIEW {_quoted(alias)} AS SELECT * FROM {_quoted(topic)}")  # noqa: S608
 
     def select(self, sql: str) -> Iterator[Any]:
-        """Run a query, and yield an empty `pyarrow` table with its columns, then its rows in batches.
+        """Run a query. Yield an empty `pyarrow` table with the result's columns, then its rows in batches.
 
-        From now on, nothing can be added, and no query can read or write files.
+        After that, nothing can be added, and no query can read or write files.
 
         Raises:
             QueryError: the query is not a single SELECT, or fails.
@@ -120,7 +120,7 @@ class Database:
             raise QueryError(str(error)) from None
 
     def _work(self, function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
-        """Call a function of DuckDB in a thread. In the main thread, many of them swallow a Ctrl-C."""
+        """Call a DuckDB function in a thread. In the main thread, many of these functions ignore Ctrl-C."""
         return self._thread.submit(function, *arguments, **options).result()
 
     def _run(self, sql: str) -> Any:
@@ -133,8 +133,8 @@ class Database:
 def tables_in(sql: str, topics: Sequence[str]) -> dict[str, str]:
     """Return the topics that a query may name, each with its short name: `imu_data` for `/imu/data`.
 
-    A short name that several topics share is empty. Texts of the query also count as names, which only makes
-    the query read more.
+    The short name is empty if several topics would share it. Topics named only in string literals are also
+    returned; this is harmless.
     """
     short = {topic: re.sub(r"\W", "_", topic.strip("/")) for topic in topics}
     counts = Counter([name.lower() for name in (*short.values(), *topics)])
@@ -149,5 +149,5 @@ def tables_in(sql: str, topics: Sequence[str]) -> dict[str, str]:
 
 
 def _quoted(name: str) -> str:
-    """Return a name as an identifier of SQL."""
+    """Return a name as a quoted SQL identifier."""
     return '"{}"'.format(name.replace('"', '""'))

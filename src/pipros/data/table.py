@@ -24,19 +24,19 @@ STAMP = "header.stamp"
 
 
 class Table(Mapping[str, Any]):
-    """Columns of equal length, by name: `_time`, the time of receipt, and one for each field.
+    """Columns of equal length, by name: `_time` (the time of receipt), and one column for each field.
 
     Fields of embedded messages have dotted names: `pose.position.x`. A column of numbers or times is a numpy
     array; see `pipros.msg.bulk.columns` for others. A column with gaps is a masked array.
 
     Images also have the column `_image`, and point clouds `_points`. Their cells are decoded when they are
-    accessed, so that `list(table)` does not name them.
+    accessed; iterating over the table does not include them.
 
     Attributes:
         topic: the topic.
-        type: the type of its messages.
-        columns: all columns, without the masks of gaps.
-        gaps: for each column with gaps, a boolean array that is True at these.
+        type: the message type.
+        columns: all columns, without masks.
+        gaps: for each column with gaps, a boolean array that is True in the gaps.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class Table(Mapping[str, Any]):
         """Return the times of all rows in ns.
 
         Args:
-            on: `receipt`, or `header` for the stamps of the headers.
+            on: `receipt` for the times of receipt, or `header` for the stamps of the headers.
 
         Raises:
             ValueError: the messages have no header, or `on` is unknown.
@@ -109,7 +109,7 @@ class Table(Mapping[str, Any]):
         return found.view(np.int64)
 
     def take(self, index: NDArray[Any] | slice | Sequence[int]) -> Table:
-        """Return a table of some rows, given by their numbers, by a slice or by a boolean array."""
+        """Return a table of the rows that `index` selects: indices, a slice or a boolean array."""
         rows = np.arange(self.rows)[index]
         columns = {name: taken(column, rows) for name, column in self.columns.items()}
         return Table(self.topic, self.type, columns, {name: gaps[rows] for name, gaps in self.gaps.items()})
@@ -120,7 +120,7 @@ class Table(Mapping[str, Any]):
         """Return a table with additional columns.
 
         Raises:
-            ValueError: a column exists already, or has another number of rows.
+            ValueError: a column already exists, or has a different number of rows.
         """
         for name, column in columns.items():
             if name in self.columns or len(column) != self.rows:
@@ -138,11 +138,12 @@ class Table(Mapping[str, Any]):
         direction: str = "backward",
         prefix: str | None = None,
     ) -> Table:
-        """Add the columns of another topic: for each row, those of one of its messages.
+        """Return the table with the columns of another topic. Each row gets values from one of its messages.
 
         Args:
             on: the times to compare: `receipt`, or `header` for the stamps of the headers.
-            tolerance: maximum difference of the times in seconds, inclusive. Further messages are gaps.
+            tolerance: maximum difference of the times in seconds, inclusive. A row without such a message is
+                a gap.
             direction: `backward` for the last message that is not later, `forward` for the first one that is
                 not earlier, or `nearest`; of two equally near messages, the earlier one.
             prefix: added to the names of the columns; by default, the topic and a dot: `odom.`.
@@ -184,7 +185,7 @@ class Table(Mapping[str, Any]):
 
 
 def joined_tables(tables: Sequence[Table]) -> Table:
-    """Return one table with the rows of several tables of a topic, one or more."""
+    """Concatenate one or more tables of a topic."""
     first = tables[0]
     if len(tables) == 1:
         return first

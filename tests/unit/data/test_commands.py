@@ -102,7 +102,7 @@ def test_errors_of_table_are_one_line(capsys: pytest.CaptureFixture[str]) -> Non
     assert "has no header; use on='receipt'" in failure(capsys, *joined, "header")
     assert "on must be receipt or header" in failure(capsys, *joined, "x")
     outside = failure(capsys, "table", "run.bag", "/n", "-o", "o.csv", "--start", "90")
-    assert "no message was received from 90.0 to inf: the bags have those from " in outside
+    assert "no message was received from 90.0 to inf: the bags cover " in outside
     Path("copy.parquet").write_bytes(Path("run.bag").read_bytes())
     same = failure(capsys, "table", "copy.parquet", "/n", "-o", "copy.parquet")
     assert "the output must not be a bag that is read" in same

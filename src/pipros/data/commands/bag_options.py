@@ -1,4 +1,4 @@
-"""Options and progress that both commands share."""
+"""Options and progress output that `rosbag query` and `rosbag table` share."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_row_options(parser: OptionParser) -> None:
-    """Add the options that choose bags and rows."""
+    """Add the options that select rows, and the options for reading bags."""
     parser.add_option("--start", type="float", metavar="SEC", help="skip messages received before this time")
     parser.add_option("--end", type="float", metavar="SEC", help="skip messages received after this time")
     parser.add_option(
@@ -36,7 +36,7 @@ def add_row_options(parser: OptionParser) -> None:
 
 
 def row_options(options: Any) -> dict[str, Any]:
-    """Return the chosen rows as arguments of `Bags.table`. Raise `CommandError` if `--every` is below 1."""
+    """Return the selected rows as arguments for `Bags.table`. Raise `CommandError` for `--every` below 1."""
     if options.every < 1:
         raise CommandError(f"--every must be >= 1, got {options.every}")
     names = ("start", "end", "every", "datetimes")
@@ -44,7 +44,7 @@ def row_options(options: Any) -> dict[str, Any]:
 
 
 def opened_bags(names: Sequence[str], options: Any) -> Bags:
-    """Open bags. Raise `CommandError` if one does not exist, or none has messages at the chosen times."""
+    """Open bags. Raise `CommandError` if one does not exist, or none has messages in the selected period."""
     from pipros.data import open_bags
 
     try:
@@ -56,12 +56,12 @@ def opened_bags(names: Sequence[str], options: Any) -> Bags:
     if ends and (start > max(ends) or end < min(ends)):
         bags.close()
         known = f"{min(ends):.2f} to {max(ends):.2f}, in seconds since 1970"
-        raise CommandError(f"no message was received from {start} to {end}: the bags have those from {known}")
+        raise CommandError(f"no message was received from {start} to {end}: the bags cover {known}")
     return bags
 
 
 def format_of(path: Path) -> str:
-    """Return the format of an output file, which its suffix names. Raise `CommandError` if it is unknown."""
+    """Return the format named by an output file's suffix. Raise `CommandError` if it is unknown."""
     from pipros.data.files import FORMATS
 
     kind = path.suffix.removeprefix(".")
@@ -91,12 +91,12 @@ def is_bag_name(name: str) -> bool:
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Turn errors about arguments and missing libraries into `CommandError`s. Ctrl-C exits with 130."""
+    """Convert errors about arguments and missing libraries to `CommandError`s. Exit with 130 after Ctrl-C."""
     try:
         yield
     except PiprosError:
         raise
-    except KeyboardInterrupt:  # other commands exit with 0, but here `&& rm run.bag` may follow
+    except KeyboardInterrupt:  # other commands exit with 0, but `&& rm run.bag` may follow this one
         raise SystemExit(130) from None
     except (MissingExtra, ValueError) as error:
         raise CommandError(str(error)) from None

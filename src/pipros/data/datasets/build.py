@@ -1,8 +1,8 @@
 """Make a data set: find the episodes of all bags, and write them in several processes.
 
 Each finished episode has a file in `checks`, which is written last. Episodes with such a file are not written
-again, so that an interrupted run can be continued. `dataset.json` holds the bags, the episodes and a hash of
-the description; a different description or different bags require a different folder.
+again, so an interrupted run can be continued. `dataset.json` contains the episodes with their bags, and a
+hash of the description; a different description or different bags require a different folder.
 """
 
 from __future__ import annotations
@@ -42,14 +42,18 @@ def build(
     msgs: Sequence[str] = (),
     shown: Callable[[int, int], None] | None = None,
 ) -> list[dict[str, Any]]:
-    """Make a data set, or continue to do so. Return the contents of `checks` for all episodes.
+    """Make a data set, or continue an interrupted run. Return the contents of `checks` for all episodes.
 
-    An episode lies in one of the bags. `kind` is `lerobot` or one of `WRITERS`, `msgs` are folders with ROS 2
-    definitions, and `shown` is called with the number of finished episodes and of all episodes.
+    An episode does not extend over several bags.
+
+    Args:
+        kind: the format: `lerobot`, or a key of `WRITERS`.
+        msgs: folders with ROS 2 definitions.
+        shown: called with the number of finished episodes and the number of all episodes.
 
     Raises:
-        BadSettings: the description does not fit the bags, or the folder holds something else.
-        BagError: a bag is damaged. Episodes that are finished stay so.
+        BadSettings: the description does not fit the bags, or the folder contains something else.
+        BagError: a bag is damaged. Finished episodes are kept.
         MissingExtra: a library is not installed.
     """
     if kind == LEROBOT:
@@ -83,7 +87,12 @@ _Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int]
 
 
 def write_episode(work: _Work) -> None:
-    """Write the files of an episode. Raise the errors of `build`, which name the bag."""
+    """Write the files of an episode.
+
+    Raises:
+        BadSettings: the description does not fit the bag, or the bag is damaged.
+        MissingExtra: a library is not installed.
+    """
     episode, config, name, kind, msgs, threads = work
     folder = Path(name)
     try:
@@ -121,7 +130,7 @@ def _picture(rows: EpisodeRows) -> str:
 
 
 def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Episode]) -> None:
-    """Write `dataset.json`, or compare it with this run."""
+    """Write `dataset.json`. If it exists, check that it belongs to the same data set."""
     plan = {
         "format": kind,
         "rate": config.rate,
@@ -162,8 +171,11 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
 
 
 def _submitted(pool: ProcessPoolExecutor, work: Sequence[_Work]) -> list[Future[None]]:
-    """Submit the work with SIGINT blocked, which processes inherit: none prints a traceback as it starts."""
-    if sys.platform == "win32":  # it has no masks of signals
+    """Submit the work with SIGINT blocked.
+
+    The new processes inherit the signal mask, so Ctrl-C during their start does not print tracebacks.
+    """
+    if sys.platform == "win32":  # Windows has no signal masks
         return [pool.submit(write_episode, job) for job in work]
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

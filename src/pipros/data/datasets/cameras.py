@@ -30,7 +30,7 @@ Picture = Any
 
 
 def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> RecordedTopic:
-    """Return the times of a camera's messages, with a checksum of each picture as value."""
+    """Return the times of a camera's messages. Their values are checksums of the pictures."""
     sums: list[int] = []
     times = []
     for table in batches(bags, source, start, end):
@@ -48,8 +48,10 @@ def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> Record
 def pictures(
     bags: Bags, source: CameraSource, start: int, end: int, wanted: NDArray[np.int64]
 ) -> Iterator[Picture]:
-    """Yield the messages with increasing numbers, of which some may be equal.
-    Raises `PictureError` if a picture does not match its message, or cannot be stored.
+    """Yield the pictures of the messages with the numbers `wanted`, which must not decrease.
+
+    Raises:
+        PictureError: the size of a picture does not match its message, or its encoding is not supported.
     """
     at = done = 0
     for table in batches(bags, source, start, end):
@@ -74,7 +76,7 @@ def picture_of(table: Any, row: int) -> Picture:
 
 
 def decoded(picture: Picture) -> Any:
-    """Return the frame of a picture, or None if it is damaged, too large, or neither JPEG nor PNG."""
+    """Decode a picture. Return None if it is damaged, too large, or neither JPEG nor PNG."""
     if not isinstance(picture, bytes):
         return picture
     av = library("av", "a video")
@@ -88,9 +90,12 @@ def decoded(picture: Picture) -> Any:
 
 
 def steady(found: Iterator[Picture], broken: list[Picture]) -> Iterator[Any]:
-    """Yield the frames of pictures. A damaged picture gets the frame before it, or the first valid one.
+    """Yield a frame for each picture. Damaged pictures are appended to `broken`.
 
-    Damaged pictures are added to `broken`. Raises `PictureError` if none is valid.
+    A damaged picture is replaced by the previous frame or, at the start, by the first valid frame.
+
+    Raises:
+        PictureError: no picture is valid.
     """
     waiting, last = 0, None
     for picture in found:

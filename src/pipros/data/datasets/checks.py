@@ -1,6 +1,6 @@
-"""The checks of an episode: missing frames, jumps of clocks, frozen and saturated signals, ended topics.
+"""Check episodes for missing frames, clock jumps, frozen and saturated signals, and topics that end early.
 
-docs/data.md says what each finds, with the thresholds in the description.
+docs/data.md explains the checks and their thresholds, which the description can set.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class DatasetFinding:
-    """What a check found in one topic."""
+    """The problems that a check found in one topic."""
 
     check: str
-    source: str  # the name of the topic in the data set
+    source: str  # the topic's name in the data set
     text: str
-    spans: list[tuple[float, float]]  # seconds since the episode began
+    spans: list[tuple[float, float]]  # in seconds since the start of the episode
 
 
 def examine(recording: RecordedTopic, source: DatasetSource, start: int, end: int) -> list[DatasetFinding]:
-    """Return the findings of all checks in one topic, for an episode from `start` to `end` (ns)."""
+    """Apply all checks to one topic of an episode that lasts from `start` to `end` (ns)."""
     inside = (recording.times >= start) & (recording.times <= end)
     times, values = recording.times[inside], recording.values[inside]
     checks = {
@@ -101,7 +101,7 @@ def _saturated(
 
 
 def _runs(is_on: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Yield the first and the last number of each run of true values."""
+    """Yield the first and the last index of each run of true values."""
     edges = np.diff(np.concatenate(([0], is_on.astype(np.int8), [0])))
     return zip(np.flatnonzero(edges == 1).tolist(), (np.flatnonzero(edges == -1) - 1).tolist(), strict=True)
 

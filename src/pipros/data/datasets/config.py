@@ -15,7 +15,7 @@ from pipros.safe.yaml import YamlError
 
 GAPS = ("skip", "keep", "hold")
 TIMES = ("header", "receipt")
-LINEAR = "linear"  # between the messages before and after a row
+LINEAR = "linear"  # interpolates between the messages before and after a row
 STORES = ("video", "jpeg")
 STOPS = ("zero", "hold", "")
 
@@ -33,13 +33,13 @@ _SIGNAL_KEYS = [*_SOURCE_KEYS, "fields", "names", "unit", "scale", "min", "max"]
 class DatasetSource:
     """A topic of the data set."""
 
-    name: str  # in the data set: observations.joints
-    place: str  # where the file describes it, for errors
+    name: str  # the name in the data set, such as observations.joints
+    place: str  # file and line, for error messages
     topic: str
-    time: str  # one of TIMES, by which messages are aligned
+    time: str  # the timestamp by which messages are aligned: one of TIMES
     tolerance: float  # maximum difference between the times of a message and its row (s)
     checks: Mapping[str, float]
-    pick: str  # one of DIRECTIONS: which message a row gets; or LINEAR, for numbers
+    pick: str  # how a row's message is chosen: one of DIRECTIONS or, for numbers, LINEAR
 
     @property
     def short_name(self) -> str:
@@ -51,15 +51,15 @@ class DatasetSource:
 class SignalSource(DatasetSource):
     """Numbers from a topic."""
 
-    fields: tuple[str, ...]  # empty for the usual ones of the type
-    names: tuple[str, ...]  # of the numbers; for messages with a field `name`, the numbers of these names
-    unit: str  # in the data set, or empty
-    scale: float  # from the numbers of the messages to this unit
-    least: tuple[float, ...]  # limits in this unit, one for all numbers or one each; or empty
-    most: tuple[float, ...]
-    type: str  # of an action's messages; empty for the type that the master has
-    stop: str | tuple[float, ...]  # of an action: `zero`, `hold`, numbers, or empty
-    teleop: str  # the topic of a person's commands, or empty
+    fields: tuple[str, ...]  # empty for the usual fields of the type
+    names: tuple[str, ...]  # names of the numbers; if messages have a field `name`, they select numbers
+    unit: str  # the unit in the data set; may be empty
+    scale: float  # factor from the numbers in the messages to this unit
+    least: tuple[float, ...]  # minimum in this unit: empty, one for all numbers, or one for each
+    most: tuple[float, ...]  # maximum, like `least`
+    type: str  # for actions: the message type; empty for the type known to the master
+    stop: str | tuple[float, ...]  # for actions: `zero`, `hold` or numbers; empty for the default
+    teleop: str  # for actions: the topic of a teleoperator's commands; may be empty
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,18 +74,18 @@ class DatasetConfig:
     """The description of a data set."""
 
     rate: float  # rows per second
-    gaps: str  # one of GAPS: what happens to rows without a message within the tolerance
-    marker: str  # the topic that marks episodes; empty if each bag is one
-    task: str  # as a text, or empty
-    task_topic: str  # the topic with the task, or empty
+    gaps: str  # how to treat rows without a message within the tolerance: one of GAPS
+    marker: str  # the topic that marks episodes; empty if each bag is one episode
+    task: str  # the task as text; empty if it is unknown or read from `task_topic`
+    task_topic: str  # the topic that names the task; may be empty
     signals: tuple[SignalSource, ...]
     cameras: tuple[CameraSource, ...]
-    watchdog: float  # s from the last action of a policy until the robot is stopped; 0 for no limit
+    watchdog: float  # time (s) after a policy's last action until the robot is stopped; 0 for no limit
     digest: str  # a hash of the file
 
     @property
     def actions(self) -> tuple[SignalSource, ...]:
-        """The actions."""
+        """The signals in the section `actions`."""
         return tuple(each for each in self.signals if each.name.startswith("actions."))
 
     @property
@@ -158,7 +158,7 @@ def _shared(section: Settings, shared: Mapping[str, Any]) -> dict[str, Any]:
 def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
     is_action = section.key.startswith("actions.")
     section.only([*_SIGNAL_KEYS, *(_ACTION_KEYS if is_action else ())])
-    if abs(section.number("scale", 1.0, least=-math.inf)) < 1e-12:  # commands are divided by it
+    if abs(section.number("scale", 1.0, least=-math.inf)) < 1e-12:  # actions are divided by it
         raise section.error("scale", "must not be 0")
     is_word = isinstance(section.values.get("stop", ""), str)
     return SignalSource(

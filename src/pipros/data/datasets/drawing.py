@@ -1,4 +1,4 @@
-"""The picture of an episode: its signals over time, with the findings, as SVG."""
+"""Draw an episode as SVG: its signals over time, with the findings."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def episode_svg(
 ) -> str:
     """Return a drawing with a plot for each signal, in which the spans of findings are red.
 
-    `seconds` are the times of the rows since the episode began, `signals` have an array with a row for each.
+    `seconds` contains the times of the rows since the start of the episode. Each array in `signals` has one
+    row per time.
     """
     longest = max(
         [float(seconds[-1]) if len(seconds) else 0.0, *(e for f in findings for _, e in f.spans), 1e-9]

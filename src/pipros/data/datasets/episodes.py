@@ -18,26 +18,28 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Episode:
-    """A part of a bag."""
+    """An episode: the part of a bag from `start` to `end`."""
 
-    number: int  # in the data set
+    number: int  # the number in the data set
     bag: str
-    start: int  # times of receipt (ns)
-    end: int
-    task: str  # as a text, or empty
+    start: int  # time of receipt (ns)
+    end: int  # time of receipt (ns)
+    task: str  # the task as text; may be empty
 
     @property
     def name(self) -> str:
-        """The name of its files, without a suffix."""
+        """The name of the episode's files, without a suffix."""
         return f"episode_{self.number:06d}"
 
 
 def find_episodes(bags: Bags, bag: str, config: DatasetConfig, first: int) -> list[Episode]:
     """Return the episodes of a bag, numbered from `first`.
 
-    A marker topic has `std_msgs/Bool` or `std_msgs/String`: a true value or a text that is not empty begins
-    an episode, and ends the one before; a false value or an empty text ends it, as does the end of the bag.
-    Raises `BadSettings` if the topic of the markers or tasks does not exist, or has another type.
+    A marker topic has the type `std_msgs/Bool` or `std_msgs/String`. True or a non-empty string ends the
+    current episode and starts a new one. False, an empty string or the end of the bag ends the current one.
+
+    Raises:
+        BadSettings: the topic of the markers or tasks does not exist, or has another type.
     """
     try:
         begin, end = bags.readers[0].range_ns
@@ -50,7 +52,7 @@ def find_episodes(bags: Bags, bag: str, config: DatasetConfig, first: int) -> li
         task = config.task or str(text)
         for time, value in tasks:
             if time <= stop:
-                task = str(value)  # the last one before the end
+                task = str(value)  # the last task before the end applies
         found.append(Episode(first + len(found), bag, start, stop, task))
     return found
 

@@ -26,7 +26,7 @@ Writer = Callable[[Path, "EpisodeRows", "Bags", int], int]
 
 
 def write_parquet(folder: Path, rows: EpisodeRows, bags: Bags, threads: int) -> int:
-    """Write `data/EPISODE.parquet`, and videos or `pictures/CAMERA/EPISODE.parquet` with JPEG pictures."""
+    """Write `data/EPISODE.parquet`, and the pictures as videos or as `pictures/CAMERA/EPISODE.parquet`."""
     pa = library("pyarrow", "Parquet")
     count = len(rows.times)
     columns: dict[str, Any] = {
@@ -61,7 +61,10 @@ def write_parquet(folder: Path, rows: EpisodeRows, bags: Bags, threads: int) -> 
 
 
 def write_hdf5(folder: Path, rows: EpisodeRows, bags: Bags, threads: int) -> int:
-    """Write `data/EPISODE.hdf5` with a group for each kind of topic, and videos. JPEG pictures are inside."""
+    """Write `data/EPISODE.hdf5`, with a group for each kind of topic, and videos.
+
+    JPEG pictures are stored in the HDF5 file itself.
+    """
     h5py = library("h5py", "HDF5")
     broken = 0
     with replaced_file(_file(folder, "data", rows, "hdf5")) as target, h5py.File(target, "w") as file:
@@ -118,7 +121,7 @@ def _jpeg_tables(pa: Any, camera: CameraRows, found: Iterator[bytes]) -> Iterato
 
 
 def _descriptions(rows: EpisodeRows) -> dict[str, dict[str, Any]]:
-    """Return what the file of settings says about each topic: its names, unit and limits."""
+    """Return the settings of each signal that readers of the data need: its topic, names, unit and limits."""
     found = {}
     for each in rows.signals:
         source = each.source

@@ -1,7 +1,7 @@
-"""Write a data set through the library LeRobot, which users install in an environment with torch.
+"""Write a data set with the library LeRobot, which users install in an environment with torch.
 
-LeRobot cannot continue a data set whose process was killed. So each episode becomes a data set of its own in
-`parts`, in several processes, and LeRobot joins them at the end.
+LeRobot cannot continue a data set whose process was killed. Therefore, each episode is written as a separate
+data set in `parts`, by several processes, and LeRobot joins these at the end.
 """
 
 from __future__ import annotations
@@ -28,7 +28,12 @@ _GROUPS = {"observations": "observation.state", "actions": "action"}
 
 
 def check_lerobot(config: DatasetConfig) -> None:
-    """Raise `BadSettings` for a rate that is not whole, or gaps; `MissingExtra` without the library."""
+    """Check that LeRobot supports the description.
+
+    Raises:
+        BadSettings: the rate is not a whole number, or gaps are kept.
+        MissingExtra: LeRobot is not installed.
+    """
     if config.rate % 1 or config.gaps == "keep":
         raise BadSettings("the format lerobot needs a whole number as rate, and gaps: skip or hold")
     _library("lerobot_dataset")
@@ -37,7 +42,7 @@ def check_lerobot(config: DatasetConfig) -> None:
 def write_lerobot(folder: Path, rows: EpisodeRows, bags: Bags, _: int) -> int:
     """Write an episode as a data set. Return the number of damaged pictures."""
     root = folder / "parts" / rows.episode.name
-    shutil.rmtree(root, ignore_errors=True)  # of a process that was killed
+    shutil.rmtree(root, ignore_errors=True)  # a killed process may have left files
     names, columns = {}, {}
     broken: list[Picture] = []
     for group, key in _GROUPS.items():
@@ -72,9 +77,10 @@ def write_lerobot(folder: Path, rows: EpisodeRows, bags: Bags, _: int) -> int:
 
 
 def join_lerobot(folder: Path, episodes: Sequence[Episode]) -> None:
-    """Join the parts of a data set, if that is not done.
+    """Join the parts of a data set, unless they are joined already.
 
-    Raises `BadSettings` if LeRobot refuses: pictures of the episodes differ in size.
+    Raises:
+        BadSettings: LeRobot rejects the parts, for example because their pictures differ in size.
     """
     parts = folder / "parts"
     roots = [root for each in episodes if (root := parts / each.name).exists()]

@@ -1,4 +1,4 @@
-"""A node that turns calls of services into messages that mark episodes, for `rosbag record`."""
+"""Convert service calls to messages that mark episodes, for `rosbag record`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from pipros.node import Node
 class EpisodeMarker:
     """Offers `TOPIC/start` and `TOPIC/stop` (`std_srvs/Trigger`), and publishes `std_msgs/String` on TOPIC.
 
-    A start publishes the parameter `TOPIC/task`, or `episode` if it is not set, a stop an empty text. The
-    last message is latched, so a bag that begins during an episode has its start.
+    A call to `start` publishes the value of the parameter `TOPIC/task`, or `episode` if it is not set. A call
+    to `stop` publishes an empty string. The last message is latched, so a recording that begins during an
+    episode contains its start.
     """
 
     def __init__(self, node: Node, topic: str) -> None:

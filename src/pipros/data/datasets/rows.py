@@ -1,4 +1,4 @@
-"""The rows of an episode: the topics of the description, aligned."""
+"""Align the topics of a description to the rows of an episode."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SignalRows:
-    """The numbers of a topic: `values` with a row each, NaN in gaps, and their names."""
+    """The numbers of a topic, and their names. `values` has one row per row of the episode; gaps are NaN."""
 
     source: SignalSource
     names: tuple[str, ...]
@@ -36,7 +36,7 @@ class SignalRows:
 
 @dataclass(frozen=True, slots=True)
 class CameraRows:
-    """The pictures of a camera: the message for each row, in gaps that of the row before."""
+    """The pictures of a camera: the index of each row's message. Gaps have the index of the row before."""
 
     source: CameraSource
     messages: NDArray[np.int64]
@@ -45,7 +45,7 @@ class CameraRows:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeRows:
-    """The rows of an episode, at `times` (ns). `problem` says why it is left out, or is empty."""
+    """The rows of an episode, at `times` (ns). If the episode is left out, `problem` is the reason."""
 
     episode: Episode
     rate: float
@@ -57,7 +57,7 @@ class EpisodeRows:
 
     @property
     def seconds(self) -> NDArray[np.float64]:
-        """The times of the rows in seconds, the first one 0."""
+        """The times of the rows, in seconds after the first row."""
         return (self.times - self.times[:1]) / NS_PER_S
 
     def pictures(self, bags: Bags, camera: CameraRows) -> Iterator[Picture]:
@@ -66,9 +66,13 @@ class EpisodeRows:
 
 
 def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> EpisodeRows:
-    """Read and align the topics of an episode. Rows before the first complete one and after the last are cut.
+    """Read and align the topics of an episode.
 
-    Raises `BadSettings` if the description does not fit the bag, and `BagError` if the bag is damaged.
+    Rows before the first complete row and after the last complete row are dropped.
+
+    Raises:
+        BadSettings: the description does not fit the bag, or the episode has too many rows.
+        BagError: the bag is damaged.
     """
     start, end = episode.start, episode.end
     count = int((end - start) * config.rate / NS_PER_S) + 1
@@ -113,9 +117,10 @@ def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> Episode
 def aligned(
     rows: NDArray[np.int64], times: NDArray[np.int64], source: DatasetSource, *, is_held: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the number of the message for each row, and which rows have none; such numbers mean nothing.
+    """Return the number of the message for each row, and a mask of the rows without a message.
 
-    If `is_held`, rows without a message get the last one before them, however old it is.
+    The numbers of masked rows are undefined. If `is_held` is true, a row without a message within the
+    tolerance gets the last earlier message, however old it is.
     """
     pick = "nearest" if source.pick == LINEAR else source.pick
     index, is_gap = matches(rows, times, source.tolerance, pick)
@@ -129,7 +134,7 @@ def aligned(
 def _interpolate(
     values: NDArray[np.float64], rows: NDArray[np.int64], recording: RecordedTopic, tolerance: float
 ) -> None:
-    """Replace the numbers of rows that lie between two messages within the tolerance."""
+    """Interpolate the values of rows that have messages within the tolerance before and after them."""
     before, is_first = matches(rows, recording.times, tolerance, "backward")
     after, is_last = matches(rows, recording.times, tolerance, "forward")
     kept = ~(is_first | is_last)
@@ -143,7 +148,10 @@ def _interpolate(
 def _problem(
     config: DatasetConfig, rows: NDArray[np.int64], gaps: list[NDArray[np.bool_]], part: slice
 ) -> str:
-    """Return why the episode is left out: no row is complete, or gaps remain and must not."""
+    """Return why the episode is left out: no row is complete, or it has gaps and `gaps` is `skip`.
+
+    Return an empty string if the episode is kept.
+    """
     part = part if part.stop else slice(None)
     source, is_gap = max(zip(config.sources, gaps, strict=True), key=lambda pair: int(pair[1][part].sum()))
     if not is_gap[part].any() or (part.stop and config.gaps != "skip"):

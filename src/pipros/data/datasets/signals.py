@@ -1,4 +1,4 @@
-"""Read the numbers of a topic, with the times by which they are aligned."""
+"""Read the numbers of a topic and the times by which they are aligned."""
 
 from __future__ import annotations
 
@@ -47,25 +47,27 @@ USUAL_FIELDS: dict[str, tuple[str, ...]] = {
     },
     "std_msgs/Bool": ("data",),
 }
-"""The fields of types that are taken if the description names none."""
+"""The fields that are read, by message type, if the description names none."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedTopic:
-    """The messages of a topic during an episode. Those are left out without which times increase."""
+    """The messages of a topic during an episode. Messages are dropped so that times never decrease."""
 
-    times: NDArray[np.int64]  # by which they are aligned (ns)
-    values: NDArray[np.float64]  # a row for each message
-    names: tuple[str, ...]  # of the numbers in a row
-    stamps: NDArray[np.int64]  # of all messages (ns); empty if they have no header
-    receipts: NDArray[np.int64]  # of all messages (ns)
-    rows: NDArray[np.int64]  # the numbers of the messages that are kept
+    times: NDArray[np.int64]  # the times (ns) by which the kept messages are aligned
+    values: NDArray[np.float64]  # one row per kept message
+    names: tuple[str, ...]  # names of the numbers in a row
+    stamps: NDArray[np.int64]  # stamps of all messages (ns); empty if they have no header
+    receipts: NDArray[np.int64]  # times of receipt of all messages (ns)
+    rows: NDArray[np.int64]  # indices of the kept messages
 
 
 def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> RecordedTopic:
     """Read the numbers of a topic that rows from `start` to `end` (ns) may need.
 
-    Raises `BadSettings` if the description does not fit the bag, and `BagError` if the bag is damaged.
+    Raises:
+        BadSettings: the description does not fit the bag, or the episode is too large.
+        BagError: the bag is damaged.
     """
     left = limit = process_limits().of(DataLimits).table_bytes
     parts: list[NDArray[np.float64]] = []
@@ -75,7 +77,7 @@ def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recor
         left -= values.nbytes
         if left < 0:
             raise BadSettings(f"{source.place}: the episode is too large: {limit_text('table_bytes', limit)}")
-        is_known = ~np.isnan(values).all(axis=1)  # NaN in messages without the wanted names
+        is_known = ~np.isnan(values).all(axis=1)  # messages that lack a wanted name have only NaN
         parts.append(values[is_known])
         times.append(times_of(table, source)[is_known])
     check_limits(source, len(names))
@@ -87,13 +89,19 @@ def batches(bags: Bags, source: DatasetSource, start: int, end: int) -> Any:
     if source.topic not in bags.topics():
         hint = similar_names(source.topic, bags.topics()) or f"The topics are {', '.join(bags.topics())}"
         raise BadSettings(f"{source.place}.topic: no bag has {source.topic}. {hint}")
-    ahead = round(source.tolerance * NS_PER_S) + NS_PER_S  # stamps may be older than receipts
+    ahead = round(source.tolerance * NS_PER_S) + NS_PER_S  # stamps may differ from the times of receipt
     first, last = (Time(*divmod(each, NS_PER_S)) for each in (max(0, start - ahead), end + ahead))
     return bags.batches(source.topic, start=first, end=last)
 
 
 def times_of(table: Table, source: DatasetSource) -> NDArray[np.int64]:
-    """Return the times of messages: those of alignment, stamps or zeros, and receipts, as columns."""
+    """Return three columns of times: those used for alignment, the stamps, and the times of receipt.
+
+    Without headers, the stamps are 0.
+
+    Raises:
+        BadSettings: the description requires stamps, but the messages have no header.
+    """
     receipts = table.times()
     has_header = STAMP in table
     if source.time == "header" and not has_header:
@@ -105,7 +113,7 @@ def times_of(table: Table, source: DatasetSource) -> NDArray[np.int64]:
 def recorded(
     times: list[NDArray[np.int64]], values: NDArray[np.float64], names: tuple[str, ...]
 ) -> RecordedTopic:
-    """Return messages whose times increase, and leave out as few others as possible."""
+    """Create a `RecordedTopic`, dropping as few messages as possible so that the times never decrease."""
     joined = np.concatenate(times)
     aligned, stamps, receipts = joined[:, 0], joined[:, 1], joined[:, 2]
     kept = increasing(aligned)
@@ -115,11 +123,11 @@ def recorded(
 
 
 def increasing(times: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the numbers of as many times as possible that do not decrease, by patience sorting."""
+    """Return the indices of a longest non-decreasing subsequence, found by patience sorting."""
     if (np.diff(times) >= 0).all():
         return np.arange(len(times))
-    ends: list[int] = []  # the least last time of an increasing row of each length, and its number
-    numbers: list[int] = []
+    ends: list[int] = []  # for each length, the lowest last time of a subsequence
+    numbers: list[int] = []  # the indices of these times
     before = np.full(len(times), -1)
     for number, time in enumerate(times.tolist()):
         length = bisect_right(ends, time)
@@ -173,7 +181,7 @@ def _field(table: Table, source: SignalSource, field: str) -> NDArray[np.float64
 
 
 def _by_name(column: ListColumn, labels: ListColumn, source: SignalSource) -> NDArray[np.float64]:
-    """Return the numbers with the names of the description; NaN in messages without all of them."""
+    """Return the numbers selected by the description's names. Messages that lack one of them get NaN."""
     found = np.full((len(column), len(source.names)), np.nan)
     places: dict[tuple[bytes, ...], list[int] | None] = {}
     for row, (cell, label) in enumerate(zip(column, labels, strict=True)):

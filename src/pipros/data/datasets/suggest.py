@@ -23,11 +23,14 @@ _CAMERAS = ("sensor_msgs/CompressedImage", "sensor_msgs/Image")
 
 
 def suggest(bags: Bags, rows: int = 200) -> str:
-    """Return a first description, for a user to correct.
+    """Return a first version of a description, for the user to correct.
 
-    Topics with usual numeric fields become observations, and those whose names mean commands actions. The
-    rate is that of the slowest camera, or of the slowest observation of at least 10 Hz. Only the first
-    messages are read. Raises `BadSettings` if no topic has a type that is known.
+    Topics of known numeric types become actions if their names suggest commands, otherwise observations. The
+    rate is that of the slowest camera or, without cameras, of the slowest observation, ignoring topics below
+    10 Hz. Only the first messages of each topic are read.
+
+    Raises:
+        BadSettings: no topic has a known type.
     """
     parts: dict[str, list[str]] = {each: [] for each in ("observations", "cameras", "actions")}
     rates: dict[str, list[float]] = {each: [] for each in parts}

@@ -1,1 +1,1 @@
-"""Robots under a policy: the topics of `robot.yaml`, live."""
+"""Control a live robot with a policy or a teleoperator, through the topics in `robot.yaml`."""

@@ -1,4 +1,4 @@
-"""Make messages from numbers: the actions of a description."""
+"""Publish the actions of a description as messages."""
 
 from __future__ import annotations
 
@@ -24,34 +24,36 @@ if TYPE_CHECKING:
     from pipros.node import Node
 
 _ZERO_STOPS = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")
-"""Types whose zeros mean standstill."""
+"""Message types for which zeros stop the robot by default."""
 
 
 def is_stopped_by_zeros(source: SignalSource, kind: str) -> bool:
-    """Whether zeros stop an action of this type. By default, they stop velocities."""
+    """Return whether zeros stop an action with the message type `kind`. By default, they stop velocities."""
     return source.stop == "zero" or (not source.stop and kind in _ZERO_STOPS)
 
 
 class ActionRefused(PiprosError, ValueError):
-    """An action has a number that is outside its limits, or too few or too many numbers."""
+    """A number of an action is outside its limits, or the action has too few or too many numbers."""
 
 
 class DriveCommand:
-    """A publisher of an action, and its messages from numbers in the unit of the description.
+    """A publisher for an action. Creates messages from numbers in the description's unit.
 
     Attributes:
         source: the action in the description.
-        topic, type: its topic, resolved, and the type of its messages.
-        names: of the numbers.
-        limits: the least number of each, and the largest; infinite without limits.
-        stop: the numbers that stop the robot, or None to hold the measured ones.
+        topic, type: the resolved topic, and its message type.
+        names: the names of the numbers.
+        limits: the minimum and the maximum of each number; infinite if there are no limits.
+        stop: the numbers that stop the robot, or None to hold the measured numbers.
     """
 
     def __init__(self, node: Node, source: SignalSource, end_s: float) -> None:
-        """Advertise the topic. Its type is that of the description, or the one the master has by `end_s`.
+        """Advertise the topic. If the description names no type, wait until the master knows it.
 
-        Raises `BadSettings` if the description does not fit the type, or does not say how to stop, `NotFound`
-        if the type is not installed, and `RobotSilent` if it is unknown.
+        Raises:
+            BadSettings: the description does not fit the type, or does not say how to stop.
+            NotFound: the type is not installed.
+            RobotSilent: the master does not know the type by the monotonic time `end_s`.
         """
         self.source = source
         self.topic = node.resolve(source.topic)
@@ -69,7 +71,7 @@ class DriveCommand:
             raise BadSettings(
                 f"{source.place}: the message has {len(body)} bytes: {limit_text('policy_stop_bytes', most)}"
             )
-        # Reading it again, as from a bag, checks the fields, and gives the names of the data set.
+        # Decoding the message like one from a bag checks the fields, and yields the data set's names.
         table = table_of(source.topic, kind, message_class._full_text, body)
         self.names = numbers_of(table, source, source.names)[1]
         check_limits(source, len(self.names))
@@ -85,7 +87,7 @@ class DriveCommand:
         return self.type not in ("", "*")
 
     def check(self, values: NDArray[np.float64]) -> None:
-        """Raise `ActionRefused` if numbers are missing, not finite, or outside their limits."""
+        """Raise `ActionRefused` if the count is wrong, or a number is not finite or outside its limits."""
         if values.shape != (len(self.names),):
             raise ActionRefused(f"{self.source.name} must have {len(self.names)} numbers, got {values.size}")
         for name, value, least, most in zip(self.names, values, *self.limits, strict=True):
@@ -94,7 +96,7 @@ class DriveCommand:
                 raise ActionRefused(f"{what} {self.source.unit}".rstrip() + f", got {value:g}")
 
     def has_subscriber(self) -> bool:
-        """Whether a node is connected."""
+        """Return whether a subscriber is connected."""
         return self.publisher.connection_count > 0
 
     def message(self, values: NDArray[np.float64], now_ns: int = 0) -> Any:
@@ -114,7 +116,7 @@ class DriveCommand:
         return found
 
     def _target(self, message: Any, path: str) -> tuple[Any, str, str]:
-        """Return the message that has a field, the name of the field there, and its type."""
+        """Return the embedded message that contains the field at `path`, with the field's name and type."""
         *above, name = path.split(".")
         try:
             target: Any = reduce(getattr, above, message)
@@ -128,7 +130,7 @@ class DriveCommand:
 
     @staticmethod
     def _size(kind: str) -> int | None:
-        """Return how many numbers a field of this type has; None if messages decide."""
+        """Return how many numbers a field of this type contains; None for an array of any length."""
         length = kind.partition("[")[2][:-1]
         return 1 if not kind.endswith("]") else int(length) if length else None
 

@@ -1,4 +1,4 @@
-"""A robot as an environment of Gymnasium, which users install."""
+"""A robot as a Gymnasium environment. Users install Gymnasium themselves."""
 
 from __future__ import annotations
 
@@ -17,11 +17,10 @@ _Base: Any = _gymnasium.Env
 
 
 class RobotEnvironment(_Base):  # type: ignore[misc]
-    """`gymnasium.Env` of a robot. A step publishes an action, and observes at the next time of the grid.
+    """`gymnasium.Env` for a robot. A step publishes an action, waits until it is due, and observes.
 
-    The grid begins with `reset`, and its rate is that of the description. A late step does not shift
-    the grid; `info["late_s"]` says how late it was. The observation has `state`, and the
-    picture of each camera.
+    Steps are due at the rate in the description, counted from `reset`. A late step does not delay the later
+    ones; `info["late_s"]` is its delay. An observation contains `state` and the picture of each camera.
 
     Attributes:
         robot: the robot; its `state_names` and `action_names` are the names of the numbers.
@@ -36,12 +35,13 @@ class RobotEnvironment(_Base):  # type: ignore[misc]
         on_reset: Callable[[LiveRobot], object] | None = None,
         **options: Any,
     ) -> None:
-        """Connect as `LiveRobot` does, with its options and errors.
+        """Connect. Takes the options of `LiveRobot`, and raises the same errors.
 
         Args:
-            reward: returns the reward for an observation and the action before it; by default 0.
-            is_done: whether an observation ends the episode.
-            on_reset: moves the robot to where an episode begins. The robot has been stopped before.
+            reward: function that returns the reward for an observation and the preceding action; by
+                default, the reward is 0.
+            is_done: function that returns whether an observation ends the episode.
+            on_reset: function that moves the stopped robot to the start of an episode.
         """
         spaces = _gymnasium.spaces
         self.robot = LiveRobot(path, **options)
@@ -64,7 +64,7 @@ class RobotEnvironment(_Base):  # type: ignore[misc]
         return self._observed(), {}
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """Act, wait for the next time of the grid, and observe. Raises the errors of `LiveRobot`."""
+        """Act, wait until the step is due, and observe. Raises the errors of `LiveRobot`."""
         self.robot.act(action)
         self._next_s += self._period_s
         late_s = time.monotonic() - self._next_s

@@ -1,4 +1,4 @@
-"""A robot under a policy: observations in, actions out, and a process that stops the robot."""
+"""Connect a policy to a robot: receive observations, publish actions, and stop the robot if necessary."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
 
 class LiveRobot:
-    """A robot that ROS 1 nodes control, as `robot.yaml` describes it. A context manager. Not thread-safe.
+    """A robot that ROS 1 nodes control, described by a `robot.yaml`. A context manager. Not thread-safe.
 
-    The numbers and their order are those of the data set: `state_names` for its `observation.state`,
-    `action_names` for its `action`. Units, limits and gaps are those of the description.
+    The numbers have the same order as in the data set: `state_names` for `observation.state`, `action_names`
+    for `action`. Units, limits and gaps are treated as in the data set, too.
 
     The robot is stopped if an action is refused, a topic falls silent, no action follows within `watchdog`
-    seconds, or this process ends, however it does: `pipros.server.guardian_process` runs beside it.
+    seconds, or this process ends for any reason, because `pipros.server.guardian_process` monitors it.
 
     Attributes:
         config: the description.
-        node: the node that talks to the robot.
-        state_names, action_names: such as `arm.elbow`.
-        action_limits: the least and the largest number of each; infinite without limits.
-        cameras: height, width and channels of the pictures of each camera.
+        node: the node that communicates with the robot.
+        state_names, action_names: the names of the numbers, such as `arm.elbow`.
+        action_limits: the minimum and the maximum of each number; infinite if there are no limits.
+        cameras: the height, width and number of channels of each camera's pictures.
     """
 
     def __init__(self, path: str | Path, *, master_uri: str | None = None, timeout_s: float = 5.0) -> None:
@@ -46,7 +46,8 @@ class LiveRobot:
 
         Raises:
             BadSettings: the description is invalid, or does not fit the robot.
-            RobotSilent: a topic has no message within `timeout_s`, or the type of an action is unknown.
+            RobotSilent: a topic had no message, or an action's type or subscriber was missing, after
+                `timeout_s`.
             Unreachable: there is no master.
         """
         self.config: DatasetConfig = read_config(Path(path))
@@ -92,7 +93,7 @@ class LiveRobot:
                 self._guardian.watch(rule)
 
     def _measured(self, command: DriveCommand) -> LiveSource:
-        """Return the observation with the numbers of an action, which are held when the robot is stopped."""
+        """Return the observation that measures an action's numbers, which are held to stop the robot."""
         wanted = command.source.short_name, command.source.unit, len(command.names)
         for each in self._signals:
             if (each.source.short_name, each.source.unit, len(each.names)) == wanted:
@@ -119,10 +120,10 @@ class LiveRobot:
         self.close()
 
     def observe(self) -> tuple[NDArray[np.float64], dict[str, Any]]:
-        """Return the last numbers, in the order of `state_names`, and the last picture of each camera.
+        """Return the latest numbers, in the order of `state_names`, and the latest picture of each camera.
 
         Raises:
-            RobotSilent: a topic has had no message within its tolerance. The robot is stopped.
+            RobotSilent: a topic's last message is older than its tolerance. The robot is stopped.
         """
         try:
             self._require_messages()
@@ -135,12 +136,14 @@ class LiveRobot:
         return np.concatenate(state) if state else np.zeros(0), pictures
 
     def act(self, values: Any) -> NDArray[np.float64]:
-        """Publish an action, whose numbers have the order of `action_names`, and return it.
+        """Publish an action, given as numbers in the order of `action_names`, and return it as an array.
+
+        After any of these errors, the robot is stopped.
 
         Raises:
-            ActionRefused: a number is outside its limits. The robot is stopped, and nothing else published.
-            RobotSilent: a topic of the robot is silent, or nothing subscribes to a command. It is stopped.
-            ActRefused: the process that would stop the robot does not answer.
+            ActionRefused: the number of values is wrong, or one is outside its limits.
+            RobotSilent: a topic of the robot is silent, or nothing subscribes to a command.
+            ActRefused: the process that would stop the robot does not respond.
         """
         numbers = np.array(values, np.float64).reshape(-1)
         try:
@@ -167,7 +170,7 @@ class LiveRobot:
         return numbers
 
     def stop(self) -> None:
-        """Stop the robot now, as the description says, if it was moved since the last stop."""
+        """Stop the robot as the description specifies, unless no action followed the last stop."""
         if not self._is_acting:
             return
         self._is_acting = False

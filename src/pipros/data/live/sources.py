@@ -1,4 +1,4 @@
-"""The last messages of the topics of a description, read by the same code as those of a data set."""
+"""Keep the last message of each topic in a description, and read it with the code for data sets."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ POLL_S: Final = 0.01
 
 
 class RobotSilent(PiprosError):
-    """A topic of the robot has no messages, or none that are new enough or complete."""
+    """A topic of the robot has no message that is recent and complete."""
 
 
 class LiveSource:
-    """A subscription to a topic of the description, which keeps its last message.
+    """A subscription to a topic of the description that keeps the last message.
 
     Attributes:
-        names: of the numbers; empty before the first read, and for a camera.
-        type: of the last message that was read.
+        names: the names of the numbers; empty before the first read, and for a camera.
+        type: the type of the last message that was read.
     """
 
     def __init__(self, node: Node, source: SignalSource | CameraSource, topic: str = "") -> None:
-        self.source: Any = source  # the caller knows which kind it is
+        self.source: Any = source  # callers know which of the two types it is
         self.topic = topic or source.topic
         self.names: tuple[str, ...] = ()
         self.type = ""
@@ -52,12 +52,16 @@ class LiveSource:
 
     @property
     def age_s(self) -> float:
-        """The time since the last message; infinite if there is none, or no publisher is connected."""
+        """The time since the last message; infinite if there is no message, or no publisher is connected."""
         last = self._last
         return time.monotonic() - last[1] if last and self._subscriber.connection_count else np.inf
 
     def is_complete(self) -> bool:
-        """Whether there is a message with all numbers, or a valid picture. Raises `BadSettings`."""
+        """Return whether the last message has all numbers, or is a valid picture.
+
+        Raises:
+            BadSettings: the message does not fit the description.
+        """
         try:
             return (self.numbers() if isinstance(self.source, SignalSource) else self.picture()) is not None
         except RobotSilent:
@@ -66,7 +70,9 @@ class LiveSource:
     def numbers(self) -> NDArray[np.float64]:
         """Return the numbers of the last message, in the unit of the description.
 
-        Raises `RobotSilent` if there is none or it lacks numbers, and `BadSettings` if it does not fit.
+        Raises:
+            RobotSilent: there is no message, or it lacks numbers.
+            BadSettings: the message does not fit the description.
         """
         values, self.names = numbers_of(self._table(), self.source, self.source.names)
         if np.isnan(values).any():
@@ -77,9 +83,11 @@ class LiveSource:
         return row
 
     def picture(self, size: tuple[int, int] | None = None) -> Any:
-        """Return the pixels of the last picture, in the order red, green, blue, scaled to width and height.
+        """Return the pixels of the last picture (red, green, blue), scaled to the width and height `size`.
 
-        Raises `RobotSilent` if there is none or it is damaged, and `PictureError` for unknown encodings.
+        Raises:
+            RobotSilent: there is no picture, or it is damaged.
+            PictureError: the encoding is unknown.
         """
         frame = decoded(picture_of(self._table(), 0))
         if frame is None:
@@ -95,7 +103,7 @@ class LiveSource:
 
 
 def table_of(topic: str, kind: str, definition: str, body: bytes) -> Table:
-    """Return one message as a table. Raise `RobotSilent` if it does not match its definition."""
+    """Return a table with a single message. Raise `RobotSilent` if it does not match its definition."""
     try:
         columns = decode(_plan_of(kind, definition), body, np.array([len(body)]))
     except (MalformedMessage, DefinitionError) as error:
@@ -107,9 +115,11 @@ _plan_of = lru_cache(maxsize=100)(plan_of)
 
 
 def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
-    """Return the sources when all have had a message that has all numbers, or is a picture.
+    """Wait until each source has a complete message, and return the sources.
 
-    Raises `RobotSilent` at the monotonic time `end_s`, and `BadSettings` if a message does not fit.
+    Raises:
+        RobotSilent: a source has no complete message at the monotonic time `end_s`.
+        BadSettings: a message does not fit the description.
     """
     for each in sources:
         wait_until(each.is_complete, end_s, f"no message on {each.topic}")
@@ -117,7 +127,7 @@ def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
 
 
 def wait_until(condition: Callable[[], object], end_s: float, problem: str) -> None:
-    """Wait until a condition holds. Raise `RobotSilent` with `problem` at the monotonic time `end_s`."""
+    """Wait until a condition is true. At the monotonic time `end_s`, raise `RobotSilent` with `problem`."""
     while not condition():
         if time.monotonic() > end_s:
             raise RobotSilent(f"{problem}. Start its node first")
@@ -125,5 +135,5 @@ def wait_until(condition: Callable[[], object], end_s: float, problem: str) -> N
 
 
 def full_names(parts: Sequence[Any]) -> tuple[str, ...]:
-    """Return the names of the numbers of sources or commands, as in a data set: `arm.elbow`."""
+    """Return the names that the numbers of sources or commands have in a data set, such as `arm.elbow`."""
     return tuple(f"{each.source.short_name}.{name}" for each in parts for name in each.names)

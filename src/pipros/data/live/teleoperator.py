@@ -1,4 +1,4 @@
-"""A person's commands: joysticks and leader arms that publish the numbers of an action."""
+"""Read a person's commands from joysticks or leader arms that publish the numbers of an action."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class LiveTeleoperator:
     """Reads actions from the topics that `teleop` names in `robot.yaml`. Not thread-safe.
 
     Attributes:
-        action_names: as those of `LiveRobot`.
+        action_names: the names of the numbers; see `LiveRobot`.
     """
 
     def __init__(self, path: str | Path, *, master_uri: str | None = None, timeout_s: float = 5.0) -> None:
@@ -44,9 +44,10 @@ class LiveTeleoperator:
         self.action_names = full_names(self._sources)
 
     def read(self) -> NDArray[np.float64]:
-        """Return the last action. A velocity that is older than its tolerance is zero.
+        """Return the last action. A velocity that is older than its tolerance is replaced by zero.
 
-        Raises `RobotSilent` if messages lack numbers.
+        Raises:
+            RobotSilent: a message lacks numbers.
         """
         parts = []
         for each in self._sources:
