@@ -1,1 +1,1 @@
-"""Tools for assistants: a server of the Model Context Protocol (MCP) for the running system and its bags."""
+"""Tools for assistants: a Model Context Protocol (MCP) server for the running system and for bags."""

@@ -1,8 +1,8 @@
 """The answers of tools, as text of limited size.
 
-An answer is one JSON object in one line. Everything that comes from the robot or from a file, names included,
-stands in the field `data`, which is the last one. All other fields have fixed texts or numbers. Strings in
-`data` cannot end it, because JSON escapes quotes, and control characters have been replaced before.
+An answer is a JSON object on one line. Everything that comes from the robot or from a file, including names,
+is in the last field, `data`. All other fields contain fixed texts or numbers. A string in `data` cannot
+pretend to be another field, because JSON escapes quotes, and control characters are replaced.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ class Answer:
     """The result of a tool.
 
     Attributes:
-        data: rows with values of the robot.
-        note: what the rows mean, or how they were chosen; a text of this program, without values.
-        figures: numbers for fields beside `data`.
-        pictures: pictures.
-        begin: the number of the first of `data` among all rows, if the tool has skipped the earlier ones.
-        has_more: whether there are rows after those in `data`.
+        data: rows with values from the robot.
+        note: what the rows mean, or how they were chosen; a fixed text without values.
+        figures: numbers to add as further fields.
+        pictures: pictures to add to the answer.
+        begin: the index of the first row in `data` among all rows; None if `data` contains all rows.
+        has_more: whether there are further rows after those in `data`.
     """
 
     data: Sequence[Any]
@@ -47,8 +47,8 @@ class ToolRefused(PiprosError):
     """A tool cannot answer.
 
     Attributes:
-        rule: why, as a text without values.
-        value: the value that breaks the rule, which may come from the robot.
+        rule: the reason, as a fixed text without values.
+        value: the value that violates the rule, which may come from the robot.
     """
 
     def __init__(self, rule: str, value: object = None) -> None:
@@ -58,9 +58,9 @@ class ToolRefused(PiprosError):
 
 
 def answer_text(answer: Answer, cursor: int, limit_bytes: int) -> str:
-    """Return the rows from number `cursor` on that fit, with the cursor for the others in `next`.
+    """Return an answer with as many rows as fit, starting at index `cursor`. If rows remain, add `next`.
 
-    A row that is too large by itself is replaced by its size.
+    The field `next` is the cursor for the remaining rows. A row that is too large is replaced by its size.
     """
     begin = cursor if answer.begin is None else answer.begin
     rows = answer.data[cursor:] if answer.begin is None else answer.data
@@ -85,7 +85,7 @@ def answer_text(answer: Answer, cursor: int, limit_bytes: int) -> str:
 
 
 def error_text(rule: str, value: object = None) -> str:
-    """Return the text of an error: the rule, and in `data` the value that breaks it."""
+    """Return the text of an error: the rule and, in `data`, the value that violates it."""
     fields = {"error": rule}
     return _json(fields if value is None else {**fields, "data": safe(value)})
 

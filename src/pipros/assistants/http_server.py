@@ -1,9 +1,9 @@
-"""Streamable HTTP at a loopback port: the library's application under uvicorn, behind checks of each request.
+"""Streamable HTTP on a loopback port: the library's application under uvicorn, with checks of each request.
 
-Theory of operation. The listening socket is that of the other servers: it limits connections, and closes
-those that have not been admitted after `login_s`. `GuardedApp` checks host, origin and token of each request
-before the library sees it; the first valid token admits the connection. OAuth is not offered: a token admits
-a client, and a request without one is refused without a challenge that would start a login.
+Theory of operation. Like the other servers, this one limits the number of connections, and closes connections
+that are not admitted within `login_s`. `GuardedApp` checks the host, origin and token of each request before
+the library sees it; the first valid token admits the connection. OAuth is not supported: a request without a
+token is refused, without a challenge that would start a login.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 
 class GuardedApp:
-    """An ASGI application that admits requests with the right host, origin and token to another one."""
+    """ASGI application that passes requests with a valid host, origin and token to another application."""
 
     def __init__(self, app: App, access: Access, admit: Callable[[tuple[str, int]], object]) -> None:
-        """Store the arguments. `admit` is called with the client's address when its token is valid."""
+        """Store the arguments. `admit` is called with the address of each client that sends a valid token."""
         self._app = app
         self._access = access
         self._admit = admit
@@ -86,7 +86,7 @@ async def _refuse(send: Send, status: int, reason: str) -> None:
 
 
 def serve_http(server: MCPServer[Any], port: int, token_file: str | None) -> int:
-    """Serve until Ctrl-C. Print the address, and the token unless a file has it. Return the exit code.
+    """Serve until Ctrl-C. Print the address, and the token unless it is in a file. Return the exit code.
 
     Raises:
         BadTokenFile: the file cannot be read, or is not private.
@@ -109,7 +109,7 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
     port = listening[0].getsockname()[1]
 
     class CountedProtocol(H11Protocol):
-        """The protocol of a connection that the listener has counted."""
+        """uvicorn's protocol for a connection that the listener has already counted."""
 
         def connection_made(self, transport: Any) -> None:
             listener.accepted_socket(transport).set_transport(transport)

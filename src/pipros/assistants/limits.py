@@ -10,20 +10,20 @@ class AssistantLimits(NamedTuple):
     """The limits of the server for assistants: `limits.of(AssistantLimits)` for a `Limits`.
 
     Attributes:
-        assistant_answer_bytes: the text of an answer.
-        assistant_picture_bytes: a picture of an answer.
-        assistant_picture_pixels: an image of the robot that is decoded for a picture.
-        assistant_sample_bytes: the messages that one call receives or reads.
-        assistant_request_bytes: a request over HTTP.
-        assistant_sessions: sessions over HTTP, and requests that are answered at a time.
-        assistant_call_s: the time of a call.
-        assistant_query_s: the time of an SQL query; also its processor time.
-        assistant_query_bytes: the memory of the process of an SQL query, and the files that it writes.
-        assistant_approvals: acts that wait for a human at a time.
-        assistant_approval_s: how long each waits.
-        assistant_act_characters: the values of an act, which the human sees whole.
-        assistant_runs: launch files and recordings that run at a time.
-        assistant_record_bytes: a recording.
+        assistant_answer_bytes: size of an answer's text.
+        assistant_picture_bytes: size of a picture in an answer.
+        assistant_picture_pixels: size of an image from the robot that is decoded to create a picture.
+        assistant_sample_bytes: total size of the messages that one call receives or reads.
+        assistant_request_bytes: size of an HTTP request.
+        assistant_sessions: number of HTTP sessions, and of concurrent requests.
+        assistant_call_s: duration of a call.
+        assistant_query_s: elapsed time and processor time of an SQL query.
+        assistant_query_bytes: memory of an SQL query's process, and size of each file that it writes.
+        assistant_approvals: number of acts that await approval at the same time.
+        assistant_approval_s: how long an act awaits approval.
+        assistant_act_characters: length of an act's values, which are shown to the human in full.
+        assistant_runs: number of launch files and recordings that run at the same time.
+        assistant_record_bytes: size of a recording.
     """
 
     assistant_answer_bytes: int = 31 * _KIB

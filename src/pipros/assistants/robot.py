@@ -1,7 +1,7 @@
-"""Read a running system for tools: the master, and messages of topics.
+"""Query a running system for tools: the master, and messages on topics.
 
-Each call connects anew, and leaves nothing behind: an assistant asks now and then, a subscription would cost
-the robot all the time, and the master may have been restarted in between.
+Each call opens new connections and closes them again: calls are rare, a permanent subscription would be a
+constant load on the robot, and the master may have been restarted in between.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ CLOCK_S: Final = 0.5
 
 
 class SampledMessage(NamedTuple):
-    """A message, undecoded, with the wall time of its receipt (s)."""
+    """An undecoded message with the wall time of its receipt (s)."""
 
     topic: str
     time_s: float
@@ -54,13 +54,13 @@ class SampledMessage(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class MessageSamples:
-    """Messages of one call.
+    """The messages that one call received.
 
     Attributes:
         received: the messages, in the order of their receipt.
-        seconds: how long the call listened.
-        now_s: ROS time at its end.
-        is_full: whether it ended because the messages reached the limit in bytes.
+        seconds: how long the call received messages.
+        now_s: ROS time at the end of the call.
+        is_full: whether the call ended because the messages reached the size limit.
     """
 
     received: Sequence[SampledMessage]
@@ -70,10 +70,10 @@ class MessageSamples:
 
 
 class RobotAccess:
-    """Access to the system of an environment. Thread-safe.
+    """Access to the ROS system to which an environment refers. Thread-safe.
 
     Attributes:
-        limits: the limits of this room.
+        limits: the limits of the room for assistants.
     """
 
     def __init__(self, environment: Environment, limits: AssistantLimits | None = None) -> None:
@@ -121,7 +121,7 @@ class RobotAccess:
         return name, str(types[name])
 
     def definition_of(self, kind: str) -> list[str]:
-        """Return the lines of a type's definition that publishers send; empty if no topic has this type."""
+        """Return the lines of the definition that a publisher of this type sends; empty if there is none."""
         state, types = self.state()
         topics = [topic for topic, each in types.items() if each == kind and state.publishers.get(topic)]
         if not topics:
@@ -142,7 +142,7 @@ class RobotAccess:
         wait_s: float,
         is_enough: Callable[[Sequence[SampledMessage]], bool] = lambda _: False,
     ) -> MessageSamples:
-        """Receive messages for `wait_s`, or until `is_enough` returns true, or the limit in bytes is reached.
+        """Receive messages for `wait_s`, or until `is_enough` returns true or the size limit is reached.
 
         `is_enough` is called after each message, in the thread that received it.
         """
@@ -189,7 +189,7 @@ class RobotAccess:
             return check_topic(gather_topic(name, self.environment, wait_s=wait_s, over=over))
 
     def close(self, wait_s: float = ENDING_S) -> None:
-        """End all calls that receive messages, and wait until their nodes have unregistered."""
+        """End all calls that are receiving messages, and wait until their nodes have unregistered."""
         with self._changed:
             for each in self._waits:
                 each.set()
@@ -207,12 +207,12 @@ class RobotAccess:
                 self._changed.notify_all()
 
     def draw(self, message: Any) -> Drawn:
-        """Return a picture of a message; see `picture_of`."""
+        """Convert a message to a picture; see `picture_of`."""
         return picture_of(message, self.limits.assistant_picture_pixels, self.limits.assistant_picture_bytes)
 
 
 def decoded(samples: Sequence[SampledMessage]) -> Iterator[tuple[SampledMessage, Any]]:
-    """Yield the messages with their values. Messages that do not fit their definition are left out."""
+    """Yield the decoded messages. Messages that do not match their definition are skipped."""
     decoder = RawDecoder()
     for each in samples:
         try:
@@ -223,7 +223,7 @@ def decoded(samples: Sequence[SampledMessage]) -> Iterator[tuple[SampledMessage,
 
 
 def _now_s(node: Node) -> float:
-    """Return ROS time; wait a moment for a simulated clock that has not started."""
+    """Return ROS time. Wait briefly if a simulated clock has not started yet."""
     deadline_s = time.monotonic() + CLOCK_S
     while not node.clock.now_ns() and time.monotonic() < deadline_s:
         node.wait_for_shutdown(0.02)

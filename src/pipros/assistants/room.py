@@ -1,4 +1,4 @@
-"""The declaration of the server for assistants; see `pipros.basics.rooms`."""
+"""The declaration of the room for assistants; see `pipros.basics.rooms`."""
 
 from pipros.basics.rooms import Room, RoomCommand
 

@@ -1,7 +1,7 @@
-"""The server: the tools, each with its limits, under the library's `MCPServer`.
+"""Create the server: the library's `MCPServer` with all tools and their limits.
 
-A tool that acts runs while its client is connected: the event of its `Caller` is set when the client cancels
-the call or closes the connection.
+A tool that acts runs only while its client is connected: the event of its `Caller` is set when the client
+cancels the call or closes the connection.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ _ACTS: Final = ToolAnnotations(
     read_only_hint=False, destructive_hint=True, idempotent_hint=False, open_world_hint=True
 )
 READING: Final = ("read_policy", "list_runs")
-"""Those of the tools of `ActTools` that only read."""
+"""The tools of `ActTools` that only read."""
 
 
 def make_server(
@@ -71,7 +71,7 @@ def make_server(
 
     Args:
         bag_folder: the folder whose bags may be read; None for no bags.
-        acts: adds the tools that act, as its policy allows.
+        acts: the acts that a policy allows, for which tools are added; None for no such tools.
     """
     from pipros import __version__
 
@@ -102,7 +102,7 @@ def _bound(name: str, acts: ApprovedActs, robot: RobotAccess, bags: Path | None,
 
 
 def tools(robot: RobotAccess, bag_folder: Path | None) -> Iterator[Tool]:
-    """Yield the functions of all tools."""
+    """Yield the functions of all tools that do not act."""
     kinds = (GraphTools, TopicTools, StateTools, FrameTools, PackageTools)
     for owner in (*(kind(robot) for kind in kinds), BagTools(robot, bag_folder)):
         for name, function in inspect.getmembers(owner, inspect.ismethod):
@@ -111,7 +111,7 @@ def tools(robot: RobotAccess, bag_folder: Path | None) -> Iterator[Tool]:
 
 
 def _add(server: MCPServer[Any], tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> None:
-    """Add a tool. `bind` returns its function for a client."""
+    """Add a tool to the server. `bind` returns the tool's function for a given client."""
     acts = isinstance(getattr(tool, "__self__", None), ActTools) and tool.__name__ not in READING
     server.add_tool(
         _answering(tool, bind, robot, pool),
@@ -122,7 +122,7 @@ def _add(server: MCPServer[Any], tool: Tool, bind: Bind, robot: RobotAccess, poo
 
 
 def _answering(tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> Callable[..., Any]:
-    """Return a coroutine function with the signature of a tool, which runs it in a thread."""
+    """Return a coroutine function that has the signature of a tool and runs the tool in a thread."""
 
     async def call(context: Context, **arguments: Any) -> CallToolResult:
         limits = robot.limits
@@ -159,7 +159,7 @@ def _answering(tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> 
 
 
 def _with_context(tool: Tool) -> inspect.Signature:
-    """Return the signature of a tool with the library's context, which is not part of the schema."""
+    """Return a tool's signature, extended by the library's context, which is not part of the schema."""
     hints = get_type_hints(tool, include_extras=True)
     found = inspect.signature(tool).parameters.values()
     own = [each.replace(annotation=hints[each.name]) for each in found]
@@ -168,13 +168,13 @@ def _with_context(tool: Tool) -> inspect.Signature:
 
 
 def _identity(request: Any) -> Hashable:
-    """Return who has sent a request: the token and the session over HTTP, otherwise the only client."""
+    """Identify the client that sent a request, by token and session over HTTP; otherwise the only client."""
     headers = getattr(request, "headers", {})
     return headers.get("authorization", ""), headers.get("mcp-session-id", "")
 
 
 async def _watch(request: Any, over: threading.Event) -> None:
-    """Set an event when the connection of a request is closed; do nothing for standard input and output."""
+    """Set an event when a request's connection is closed. Does nothing for standard input and output."""
     while request is not None and not over.is_set():
         if await request.is_disconnected():
             over.set()

@@ -1,4 +1,4 @@
-"""Parts and values of messages, for answers. Performs no I/O."""
+"""Convert messages and their parts to values for answers. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROW_VALUES: Final = 500
 
 
 def steps_of(part: str) -> list[PathStep]:
-    """Return the steps to a part of a message: `pose.position.x`, `/pose/position/x` or `ranges[0:10]`.
+    """Parse the path of a part of a message: `pose.position.x`, `/pose/position/x` or `ranges[0:10]`.
 
     Raises:
         ToolRefused: the part has unbalanced brackets, or an index is not a number.
@@ -29,7 +29,7 @@ def part_of(message: Any, steps: list[PathStep]) -> Any:
     """Return a part of a message.
 
     Raises:
-        ToolRefused: the message lacks it.
+        ToolRefused: the message lacks this part.
     """
     try:
         return extract(message, steps).value
@@ -38,12 +38,12 @@ def part_of(message: Any, steps: list[PathStep]) -> Any:
 
 
 def shown(value: Any, count: int = 1) -> Any:
-    """Return a value of a message for an answer with `count` of them; long arrays are shortened."""
+    """Convert a message's value for an answer that contains `count` values. Long arrays are shortened."""
     return message_tree(value, max(ROW_VALUES // max(count, 1), 20))
 
 
 def whole(value: Any) -> Any:
-    """Return all values of a message, for humans who decide about it; nothing is shortened."""
+    """Convert a message for the human who decides about it. Nothing is shortened."""
     if hasattr(value, "_slot_types"):
         return {name: whole(getattr(value, name)) for name in value.__slots__}
     if isinstance(value, (bytes, bytearray)):

@@ -1,1 +1,1 @@
-"""Policies: what clients of servers may publish, call and set. Files, decisions and their enforcement."""
+"""Policies: what clients of servers may publish, call and set. Reads policy files and decides about acts."""

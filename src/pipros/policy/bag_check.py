@@ -1,4 +1,4 @@
-"""Decide about the messages of a bag as if clients had published them."""
+"""Apply a policy to the messages of a bag as if clients had published them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pipros.policy.model import ActKind, ActRefused, Policy
 
 @dataclass(slots=True)
 class RefusedMessages:
-    """The messages that one rule refuses: their number, and the time and the reason of the first one."""
+    """The messages that one rule refuses: their number, and the time and reason of the first refusal."""
 
     first_s: float
     first: str
@@ -21,12 +21,12 @@ class RefusedMessages:
 
 @dataclass(slots=True)
 class BagCheck:
-    """What a policy does with a bag.
+    """The result of applying a policy to a bag.
 
     Attributes:
-        passed: number of messages that pass.
-        refused: the others, by the line and the key of the rule.
-        other_topics: number of messages on topics that the policy does not name.
+        passed: number of permitted messages.
+        refused: the refused messages, by the line and key of the rule.
+        other_topics: number of messages on each topic that the policy does not name.
     """
 
     passed: int = 0
@@ -35,7 +35,7 @@ class BagCheck:
 
 
 def check_bag(policy: Policy, path: str | os.PathLike[str]) -> BagCheck:
-    """Decide about all messages of a bag, in the order and at the times of their recording.
+    """Apply a policy to all messages of a bag, in the order and at the times at which they were recorded.
 
     Raises:
         PiprosError, OSError: the bag cannot be read.

@@ -22,11 +22,11 @@ PARAMETER_TYPES: Final = {"bool": bool, "int": int, "double": (int, float), "str
 
 @dataclass(frozen=True, slots=True)
 class Act:
-    """Something that a client asks for.
+    """An act that a client requests, such as publishing a message.
 
     Attributes:
         name: the global name of the topic, service or parameter, after remapping; see `ActRule`.
-        type, md5sum: of the topic or service; empty for others.
+        type, md5sum: the type and MD5 sum of the topic or service; empty for other acts.
         value: the message, the request, the parameter's value, or the arguments of a launch file.
     """
 
@@ -42,10 +42,10 @@ class Accepted:
     """The acts that one rule has allowed so far.
 
     Attributes:
-        times: when, within the last minute, for a rule with a limit.
-        last_s: when the last one was allowed.
-        values: the last values whose change is limited, by path; also those of elements that later messages
-            lacked.
+        times: the times of the acts within the last minute; only recorded if the rule has `per_minute`.
+        last_s: the time of the last act.
+        values: the last value of each field whose change is limited, by path. Values of array elements that
+            later messages lack are kept.
     """
 
     times: deque[float] = field(default_factory=deque)
@@ -55,7 +55,7 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The last message for a condition. `reason` says why its value does not satisfy it; empty if it does."""
+    """The last message for a condition. `reason` says why it does not satisfy the condition, if so."""
 
     received_s: float
     reason: str = ""
@@ -63,10 +63,10 @@ class Reading:
 
 @dataclass(slots=True)
 class PolicyState:
-    """The state from which acts are decided, besides the policy. All clients share it.
+    """The state on which decisions depend in addition to the policy. All clients share it.
 
     Attributes:
-        accepted: by kind and name, for rules that have allowed an act.
+        accepted: the allowed acts, by kind and name.
         readings: the last message for each condition.
     """
 
@@ -75,10 +75,10 @@ class PolicyState:
 
 
 def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRule:
-    """Return the rule that allows an act, which counts from now on. `now_s` is monotonic.
+    """Return the rule that allows an act, and record the act in `state`. `now_s` is a monotonic time.
 
     Raises:
-        ActRefused: the policy does not allow it. It does not count then.
+        ActRefused: the policy does not allow the act, which is then not recorded.
     """
     rule = rule_for(policy, act.kind, act.name, act.type, act.md5sum)
     if rule.stop is not None and act.value == rule.stop:
@@ -102,7 +102,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
     before = state.accepted.get((act.kind, act.name)) or Accepted()
     if rule.stop is not None and now_s - before.last_s >= (rule.time_limit_s or math.inf):
-        before.values = {**before.values, **stopped_values(rule)}  # the guardian has stopped it
+        before.values = {**before.values, **stopped_values(rule)}  # the guardian has sent the stop
     check_changes(check.limited, before.values, now_s - before.last_s, act.name)
     values = {**before.values, **{path: value for path, (value, _) in check.limited.items()}}
     if len(values) > (most := process_limits().policy_values):
@@ -123,7 +123,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
 
 
 def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
-    """Return the rule for a name, whose type must be that of the rule.
+    """Return the rule for a name, and check that the type is the rule's.
 
     Raises:
         ActRefused: no rule has this name, or the type or its definition differs.
@@ -131,7 +131,7 @@ def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5s
     rule = policy.rules.get((kind, name))
     if rule is None:
         hint = similar_names(name, [known for section, known in policy.rules if section is kind])
-        shown = printable(ascii(name)[1:-1])  # a letter of another alphabet must not look like one of ours
+        shown = printable(ascii(name)[1:-1])  # show look-alike letters of other alphabets
         raise ActRefused(f"the policy names no {kind.value[:-1]} {shown}. {hint}".rstrip())
     if rule.type and kind is not ActKind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
         shown = printable(ascii(type_name)[1:-1])
@@ -142,7 +142,7 @@ def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5s
 
 
 def stopped_values(rule: ActRule) -> Mapping[str, float]:
-    """Return the values whose change is limited, after the rule's stop."""
+    """Return the values that the rule's stop sets in the fields whose change is limited."""
     check = FieldCheck(rule.name, rule.place)
     with suppress(ActRefused):  # the stop may be outside the ranges
         check.message(rule.stop, rule.fields)
@@ -166,7 +166,7 @@ def check_condition(condition: Condition, reading: Reading | None, now_s: float)
 
 
 def read_condition(condition: Condition, message: Any, now_s: float) -> Reading:
-    """Return what a message on a condition's topic says about it."""
+    """Return whether a message satisfies a condition, as a `Reading`."""
     value = message
     for step in condition.path:
         try:

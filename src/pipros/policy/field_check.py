@@ -1,7 +1,7 @@
 """Compare the values of a message with the rules for its fields. Performs no I/O.
 
-Every value of the message is compared: a field without a rule must have its default (zero, false, empty), so
-that a rule for `linear.x` does not leave `linear.y` open. The number and the timestamp of a header are free.
+Every value in the message is checked: a field without a rule must have its default (zero, false, empty), so a
+rule for `linear.x` does not leave `linear.y` unrestricted. A header may have any `seq` and `stamp`.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ class FieldCheck:
     """Checks one message, and collects the values whose change is limited.
 
     Attributes:
-        limited: these values by path, with their rules.
+        limited: the values whose change is limited, by path, with their rules.
     """
 
     def __init__(self, what: str, place: str) -> None:
-        """Create a check. For texts, `what` is the name, such as `/cmd_vel`, and `place` that of its rule."""
+        """Create a check. Error texts contain `what`, such as `/cmd_vel`, and the rule's location `place`."""
         self.limited: dict[str, tuple[float, FieldRule]] = {}
         self._what = what
         self._place = place
@@ -40,7 +40,7 @@ class FieldCheck:
         """Check the fields of a message.
 
         Raises:
-            ActRefused: a value is not permitted, or there are too many.
+            ActRefused: a value is not permitted, or there are too many values.
         """
         if tree.rule is not None and tree.rule.is_any:
             return
@@ -100,10 +100,10 @@ class FieldCheck:
 
 
 def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = False) -> Any:
-    """Return the value that subscribers get, if a rule permits it. `is_single`: they get 32 bits of it.
+    """Return a value if a rule permits it. If `is_single` is true, round the value to a `float32` first.
 
     Raises:
-        ActRefused: the rule does not permit it.
+        ActRefused: the rule does not permit the value.
     """
     if rule.is_any:
         return value
@@ -120,7 +120,7 @@ def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = Fal
     try:
         number = float(value)
         least, most = rule.least, rule.most
-        if is_single:  # 0.3 has other digits in 32 bits, for the limit as for the value
+        if is_single:  # round the limits as well: 0.3 as a float32 is not 0.3
             number, least, most = _single(number), _single(least), _single(most)
     except OverflowError:
         number = math.inf
@@ -135,7 +135,7 @@ def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = Fal
 def check_changes(
     found: Mapping[str, tuple[float, FieldRule]], before: Mapping[str, float], elapsed_s: float, what: str
 ) -> None:
-    """Compare values with those of the previous permitted message. `elapsed_s` is the time since then.
+    """Compare values with those of the previous permitted message, `elapsed_s` seconds ago.
 
     Raises:
         ActRefused: a value changes too fast.

@@ -30,13 +30,13 @@ _FIELD_KEYS = ("range", "one_of", "unit", "change_per_s", "start", "count")
 
 
 def place_of(section: Settings, key: str = "") -> str:
-    """Return the place of a key for texts that clients read, who need not know the folder of the file."""
+    """Return the location of a key for texts that clients read. It does not reveal the file's folder."""
     file, colon, name = section.place(key).partition(": ")
     return f"{os.path.basename(file)}{colon}{name}"
 
 
 def read_fields(section: Settings, message_class: Any) -> FieldTree:
-    """Return the tree of the rules under the key `fields`, all of whose fields must exist."""
+    """Return the rules under the key `fields` as a tree. Fields that do not exist are errors."""
     if section.values.get("fields") == "any":
         return FieldTree(FieldRule(place_of(section), is_any=True))
     fields = section.section("fields")
@@ -64,7 +64,7 @@ def read_fields(section: Settings, message_class: Any) -> FieldTree:
 
 
 def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> FieldRule:
-    """Return the rule of a mapping. `is_number` and `is_element`: what it is for."""
+    """Parse a rule. `is_number` and `is_element` say whether it is for numbers and for all array elements."""
     unit_name = spec.text("unit", "")
     if unit_name not in UNITS:
         raise spec.error("unit", f"must be one of {', '.join(filter(None, UNITS))}, got {unit_name!r}")

@@ -1,4 +1,4 @@
-"""The parts of a policy, as read from its file. `policy_file.py` reads them, `decisions.py` applies them."""
+"""The parts of a policy. `policy_file.py` reads them from a file, `decisions.py` applies them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class ActRefused(PiprosError):
     """A policy does not allow an act. The text names the value and the rule.
 
     Attributes:
-        place: line and key of the rule in the file; empty if there is none.
+        place: the file, line and key of the rule; empty if there is no rule.
     """
 
     def __init__(self, reason: str, place: str = "") -> None:
@@ -27,7 +27,7 @@ class ActRefused(PiprosError):
 
 
 class ActKind(Enum):
-    """Kind of act. The values are the sections of the file."""
+    """Kind of act. The values are the names of the sections in the file."""
 
     TOPIC = "topics"
     SERVICE = "services"
@@ -41,13 +41,13 @@ RUNS: Final = (ActKind.LAUNCH, ActKind.RECORD)  # acts that start a program, whi
 
 @dataclass(frozen=True, slots=True)
 class Unit:
-    """A unit of a field. Messages contain `factor` times the number in the file (REP 103)."""
+    """The unit of a field. The value in a message is `factor` times the number in the file (REP 103)."""
 
     text: str = ""
     factor: float = 1.0
 
     def shown(self, value: float) -> str:
-        """Return a value of a message in this unit, with its name.
+        """Format a message's value in this unit.
 
         >>> Unit("deg", math.pi / 180).shown(math.pi)
         '180 deg'
@@ -61,14 +61,14 @@ class FieldRule:
 
     Attributes:
         place: line and key in the file.
-        is_any: whether all values are permitted; then nothing else is set.
-        least, most: the range, with its ends; infinite without a range.
-        one_of: the permitted values; empty without such a list.
-        unit: the unit in texts.
-        change_per_s: maximum change from the previous permitted message, per second between the two, and
-            for at most one second.
-        start: the value that precedes the first message.
-        count: maximum number of elements of the array, for the rule of all elements.
+        is_any: whether all values are permitted. If so, no other attribute except `place` is set.
+        least, most: the range, inclusive; infinite if there is no range.
+        one_of: the permitted values; empty if any value in the range is permitted.
+        unit: the unit used in texts.
+        change_per_s: maximum change per second since the previous permitted message; a longer pause counts
+            as one second. None for no limit.
+        start: the assumed value before the first message.
+        count: maximum number of elements, in a rule for all elements of an array; None for no limit.
     """
 
     place: str
@@ -101,22 +101,22 @@ class FieldTree:
 
 @dataclass(frozen=True, slots=True)
 class ActRule:
-    """What clients may do with one topic, service, parameter or launch file, or to record one topic.
+    """What clients may do with one topic, service, parameter or launch file, or with recordings of a topic.
 
     Attributes:
         place: line and key in the file.
-        kind, name: what the rule is for; the name is global, or `PACKAGE/FILE` for a launch file.
-        type: type of the topic or service, or of the parameter's value; empty for others.
-        message_class: class of messages or requests; None for parameters.
-        md5sum: of the topic or service; empty for parameters.
+        kind, name: the kind of act, and the global name or, for a launch file, `PACKAGE/FILE`.
+        type: type of the topic or service, or of the parameter's value; empty for other acts.
+        message_class: class of the messages or requests; None for other acts.
+        md5sum: MD5 sum of the topic's or service's type; empty for other acts.
         fields: rules for the values; fields without a rule must have their defaults.
         per_minute: maximum number of acts within any 60 s; None for no limit.
         requires: names of conditions that must hold.
         stop: a message or request that is always allowed, because it stops what the topic or service moves;
             None if there is none.
-        time_limit_s: when the guardian publishes the stop after the last message, calls the service with it,
-            or cancels a goal after it was sent, or the program ends; None for no limit.
-        cancel: for the goals of an action, the empty message of its cancel topic.
+        time_limit_s: time after the last message or call until the guardian sends the stop, after a goal
+            was sent until it is cancelled, or after a program's start until it is ended; None for no limit.
+        cancel: an empty message for the action's cancel topic, in a rule for goals; otherwise None.
     """
 
     place: str
@@ -139,7 +139,7 @@ class ActRule:
 
     @property
     def stop_message(self) -> Any:
-        """What the guardian sends there; to a cancel message it adds the id of the goal."""
+        """The message or request that the guardian sends. It adds the goal's id to a cancel message."""
         return self.stop if self.cancel is None else self.cancel
 
 
@@ -149,7 +149,7 @@ class Condition:
 
     Attributes:
         place: line and key in the file.
-        path: the field; empty if any message satisfies the condition.
+        path: the path to the field; empty if any message satisfies the condition.
         rule: the values for which the condition holds.
         max_age_s: maximum age of the message.
     """
@@ -165,11 +165,11 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Policy:
-    """A policy. Acts that no rule names are refused.
+    """A policy. Acts without a rule are refused.
 
     Attributes:
         file, text: the name and the content of the file.
-        actions: names and types of the actions, whose goal and cancel topics are in `rules`.
+        actions: the types of the actions, by name. `rules` contains their goal and cancel topics.
     """
 
     file: str

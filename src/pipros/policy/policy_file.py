@@ -47,7 +47,7 @@ def read_policy(path: str | os.PathLike[str]) -> Policy:
 
 
 def parse_policy(text: str, file: str) -> Policy:
-    """Parse the text of a policy. Raise the same errors as `read_policy`."""
+    """Parse the text of a policy. Raises the same errors as `read_policy`."""
     try:
         top = Settings.parsed(text, file)
     except YamlError as error:
@@ -56,7 +56,7 @@ def parse_policy(text: str, file: str) -> Policy:
 
 
 class _PolicyReader:
-    """Reads one file."""
+    """Reader for one policy file."""
 
     def __init__(self, top: Settings, file: str) -> None:
         self._top, self._file = top, file
@@ -124,7 +124,7 @@ class _PolicyReader:
         return ActRule(place_of(section), kind, name, *found, per_minute, requires, time_limit_s=limit_s)
 
     def _action(self, section: Settings, name: str, conditions: Mapping[str, Condition]) -> Iterator[ActRule]:
-        """Yield the rules for the topics of an action. The fields of the file are those of its goal."""
+        """Yield the rules for an action's goal and cancel topics. The key `fields` is about the goal."""
         section.only((*_ACT_KEYS, "time_limit_s"))
         type_name = section.text("type")
         if not type_name.endswith("Action"):
@@ -222,7 +222,7 @@ class _PolicyReader:
 
 
 def _stop(section: Settings, message_class: Any) -> Any:
-    """Return the message that stops what the topic moves, or None."""
+    """Return the message or request that stops the robot, or None if the policy does not specify one."""
     value = section.values.get("stop", "zero" if "time_limit_s" in section.values else None)
     if value not in (None, "zero") and not isinstance(value, dict):
         raise section.error("stop", f"must be zero, or the values of a message, got {value!r}")

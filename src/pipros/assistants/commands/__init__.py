@@ -1,1 +1,1 @@
-"""The command of this room."""
+"""The command `pipros mcp`."""

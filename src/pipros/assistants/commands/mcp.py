@@ -1,4 +1,4 @@
-"""`pipros mcp`: serves tools to an assistant. `pipros mcp approve`: asks a human about its acts."""
+"""`pipros mcp`: serves tools to an assistant. `pipros mcp approve`: asks a human to approve its acts."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def _serve(options: Namespace) -> int:
 
 
 def _acts(policy: str, robot: RobotAccess, environment: Environment) -> ApprovedActs:
-    """Return the acts that a policy allows. Other programs can approve them from now on."""
+    """Return the acts that a policy allows. From then on, other programs can approve them."""
     from pipros.policy.policy_file import read_policy
     from pipros.server.approved_acts import ActLimits, ApprovedActs
 
@@ -139,7 +139,7 @@ def _acts(policy: str, robot: RobotAccess, environment: Environment) -> Approved
 
 
 def _end_at_once_by_signals(stack: ExitStack) -> None:
-    """Exit at once on SIGINT and SIGTERM; the library's thread, which blocks in a read, is not awaited."""
+    """Exit immediately on SIGINT and SIGTERM, without waiting for the library's thread, which blocks."""
 
     def end(number: int, _frame: object) -> None:
         stack.close()

@@ -1,1 +1,1 @@
-"""The tools: classes whose public methods are tools. Their docstrings and signatures are what clients see."""
+"""Classes whose public methods are the tools. Clients see the docstrings and signatures of these methods."""

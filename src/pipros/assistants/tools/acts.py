@@ -1,4 +1,4 @@
-"""Tools that act. A client gets those for which the policy has rules; see `pipros.server.approved_acts`."""
+"""Tools that act, offered only if the policy has rules for them; see `pipros.server.approved_acts`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Run = Annotated[int, Field(ge=1, le=10**9, description="the field run of the ans
 
 
 class ActTools:
-    """The tools of one call."""
+    """The tools that act, bound to the client of one call."""
 
     def __init__(self, acts: ApprovedActs, robot: RobotAccess, bags: Path | None, caller: Caller) -> None:
         self._acts = acts
@@ -221,10 +221,10 @@ class ActTools:
             raise ToolRefused("this run does not exist; list_runs shows those that do", run)
         return Answer([], figures={"has_ended": has_ended})
 
-    # -- what these tools share -----------------------------------------------------------
+    # -- shared by these tools ------------------------------------------------------------
 
     def _rule(self, kind: ActKind, name: str) -> ActRule:
-        """Return the rule for a name. Raise `ActRefused` if there is none; that is logged, too."""
+        """Return the rule for a name. If there is none, log the refusal and raise `ActRefused`."""
         if (kind, name) not in self._acts.policy.rules:
             self._perform(f"act on {kind.value}", Act(kind, name, None), None, lambda _: Answer([]))
         return self._acts.policy.rules[kind, name]
@@ -241,7 +241,7 @@ class ActTools:
         return self._acts.perform(self._caller, tool, [act], values, carry_out, needs_human=needs_human)
 
     def _publisher(self, system: System, topic: str) -> Any:
-        """Return the publisher of a topic, once the subscribers that the master knows have connected."""
+        """Return a publisher for a topic, after the subscribers known to the master have connected."""
         publisher = system.publishers.get(topic)
         if publisher is None:
             rule = self._acts.policy.rules[ActKind.TOPIC, topic]

@@ -1,4 +1,4 @@
-"""The types of arguments that several tools share."""
+"""Argument types that several tools share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tools for the bags below one folder, which the user names when the server is started."""
+"""Tools for the bags below a folder that the user specifies when starting the server."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ class BagTools:
     def _messages(
         self, reader: BagReader, topic: str, start_s: float, end_s: float, every: int = 1, skip: int = 0
     ) -> Iterator[tuple[float, Any]]:
-        """Yield every n-th message of a topic with its time, without the first `skip` of these.
+        """Yield every n-th message of a topic with its time, without the first `skip` of these messages.
 
         Raises:
             ToolRefused: the bag lacks the topic, or a limit is reached.

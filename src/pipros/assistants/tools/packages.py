@@ -42,7 +42,7 @@ class PackageTools:
 
 
 def launch_file(robot: RobotAccess, package: str, file: str) -> Path:
-    """Return a launch file of a package. No name and no link leads out of the package.
+    """Return a launch file of a package. Names and links that lead out of the package are rejected.
 
     Raises:
         ToolRefused, NotBelow: the file or the package does not exist.

@@ -133,7 +133,7 @@ def is_secret(name: str) -> bool:
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the names and values of parameters. Of secrets, only the names."""
+    """Yield the names and values of parameters. The values of secrets are masked."""
     if isinstance(value, dict) and value:
         for key, part in sorted(value.items()):
             yield from _leaves(f"{name.rstrip('/')}/{key}", part)
@@ -142,7 +142,7 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _without_secrets(value: Any) -> Any:
-    """Return a value without credentials in URLs, and without secrets in dictionaries of lists."""
+    """Return a value in which credentials in URLs, and secrets in dictionaries inside lists, are masked."""
     if isinstance(value, str):
         return _IN_URL.sub("(masked)@", value)
     if isinstance(value, list):
@@ -153,5 +153,5 @@ def _without_secrets(value: Any) -> Any:
 
 
 def _number(level: Any) -> int:
-    """Return the value of a field of type `byte`, which Python's messages have as `bytes` or `int`."""
+    """Return a `byte` field as an integer. In Python, such fields are `bytes` or `int`."""
     return level[0] if isinstance(level, bytes) else int(level)
