@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 import struct
 import threading
@@ -555,6 +556,16 @@ def test_a_duplicate_name_ends_the_older_node(make_node: MakeNode) -> None:
     assert old.wait_for_shutdown(60)
     assert reasons == ["[/twin] Reason: new node registered with same name"]
     assert not new.is_shutdown
+
+
+def test_a_node_that_ends_for_another_of_its_name_logs_why(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    log.setLevel(logging.WARNING)
+    old = make_node("twin", log=log)
+    old.advertise("a", String)
+    make_node("twin").advertise("a", String)
+    assert old.wait_for_shutdown(60)
+    assert lines == ["/twin shuts down on request: [/twin] Reason: new node registered with same name"]
 
 
 def test_the_slave_api_answers_as_genuine_nodes_do(make_node: MakeNode, master: Master) -> None:

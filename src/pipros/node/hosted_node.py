@@ -69,7 +69,7 @@ class HostedNode(Node):
         self.master = host.master
         self.params = host.params.for_names(self.resolve)
         self._timings = host._timings
-        self._on_shutdown_request = self.shutdown
+        self._on_shutdown_request = self._end_by_request
         self._calls = OpenCalls()
         self._loop = host._loop
         self._running = host._running

@@ -87,7 +87,8 @@ class Node:
             argv: command-line arguments, including any remappings.
             environment: defaults to `os.environ`.
             log: defaults to a logger named after the node.
-            on_shutdown_request: called with the reason when a peer requests the node's shutdown.
+            on_shutdown_request: called with the reason when a peer requests the node's shutdown, or another
+                node has taken its name; defaults to a warning in the log and `shutdown`.
             rpc_port: the port for the slave API; 0 selects a free port.
             tcpros_port: the port for topics and services; 0 selects a free port.
             ports: a range such as `11400-11420`, from which one free port is selected for both. It cannot be
@@ -122,7 +123,7 @@ class Node:
         self.master = MasterClient(self.environment.master_uri, self.name)
         self.params = Parameters(self.master, self.resolve, self._registrations_if_started)
         self.clock: Clock = WallClock()
-        self._on_shutdown_request = on_shutdown_request or self.shutdown
+        self._on_shutdown_request = on_shutdown_request or self._end_by_request
         self._calls = OpenCalls()
         self._loop = BackgroundLoop(f"node {self.name}", Lookups(self.limits.lookups))
         self._running: RunningNode | None = None
@@ -295,6 +296,10 @@ class Node:
         """Shut the node down in another thread, for callers that must not block."""
         end = self._on_shutdown_request
         threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
+
+    def _end_by_request(self, reason: str) -> None:
+        self.log.warning("%s shuts down on request: %s", self.name, reason)
+        self.shutdown(reason)
 
     def shutdown(self, reason: str = "") -> None:
         """Shut the node down: run the hooks, unregister from the master, then close all links.
