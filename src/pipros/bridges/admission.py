@@ -2,7 +2,7 @@
 
 Programs send no `Origin` header; browsers send the origin of the page that opens the connection. Pages served
 from this machine may connect. Pages from elsewhere may connect only if the server was started with their
-origin. Otherwise, any website could control the robot through its accepted' browsers.
+origin. Otherwise, any website could control the robot through its visitors' browsers.
 """
 
 from __future__ import annotations

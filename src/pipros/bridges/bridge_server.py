@@ -134,7 +134,7 @@ class BridgeServer:
         Args:
             handlers: handlers by subprotocol, in order of preference; "" for clients without a subprotocol.
             page: server of the page on the same port.
-            has_control: whether clients may change the system. Others get small shares.
+            has_control: whether clients may change the system. If False, their shares are small.
         """
         self.port = 0
         self._handlers = handlers
@@ -279,7 +279,8 @@ class BridgeServer:
     async def _handle_websocket(self, connection: BridgeConnection) -> None:
         """Serve one client until it disconnects.
 
-        If it has left before its last messages are handled, those that change the system still are.
+        If it leaves before its last messages have been handled, those that change the system are still
+        handled.
         """
         if connection.is_page and self._page is not None:
             await self._page.handle_websocket(connection)

@@ -47,8 +47,8 @@ class CallTurns:
 class QuestionTurns:
     """Runs short calls of all clients in turns, in a few threads. Thread-safe; no method blocks.
 
-    A thread for each client would not be faster: they would wait for each other, and with them the rest of
-    the program.
+    A thread for each client would not be faster: these threads would wait for each other, and delay the rest
+    of the program.
     """
 
     def __init__(self, name: str, threads: int) -> None:

@@ -94,7 +94,7 @@ class BridgeConnection(PortConnection):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._rest = Backlog()  # unwritten part of the current large frame
-        self._owner: object = None  # of that frame
+        self._owner: object = None  # owner of that frame
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -273,7 +273,7 @@ class BridgeClient:
 
     @property
     def has_left(self) -> bool:
-        """Whether the client can receive nothing any more, although messages of it are not handled yet."""
+        """Whether the client can no longer receive anything; some of its messages may still be unhandled."""
         return self._is_lost or self._connection.has_left
 
     def _note_lost(self) -> None:

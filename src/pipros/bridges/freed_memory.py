@@ -1,10 +1,11 @@
-"""Returns the memory of clients that have left to the system.
+"""Return memory to the system after clients have left.
 
-Threads that parse large messages each get an arena from glibc's allocator. It keeps up to two of the largest
-messages in each arena, and no call returns them. Therefore all threads share one arena, which costs little,
-as Python runs one thread at a time, and `malloc_trim` returns its free parts. Other systems lack such calls.
+Threads that parse large messages each get an arena from glibc's allocator. Each arena keeps as much memory as
+up to two of the largest messages need, and no call returns it. Therefore all threads share one arena, which
+costs little, because Python runs one thread at a time, and `malloc_trim` returns its free parts. Other
+systems lack such calls.
 
-What a client used refers to itself in cycles, which Python collects only when many new objects exist.
+The objects of a client form reference cycles, which Python collects only after many new objects were created.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import sys
 from typing import Final
 
 LARGE_BYTES: Final = 1024 * 1024
-"""Data of clients that have left from which on their memory is worth returning."""
+"""Traffic of clients that have left from which on returning their memory is worthwhile."""
 MESSAGE_BYTES: Final = 1024
 """Memory that a message can leave behind besides its data."""
 DELAY_S: Final = 3.0
@@ -39,7 +40,7 @@ def share_one_arena() -> None:
 
 
 class FreedMemory:
-    """For use in one event loop."""
+    """Returns free memory after clients have left. For use in one event loop."""
 
     def __init__(self) -> None:
         self._glibc = _glibc()
@@ -47,7 +48,7 @@ class FreedMemory:
         self._is_due = False
 
     def note_left(self, traffic_bytes: int, messages: int) -> None:
-        """Return free memory soon, if clients that have left caused much data or many messages."""
+        """Count the traffic of a client that has left. Return free memory soon if the total is large."""
         self._left_bytes += traffic_bytes + messages * MESSAGE_BYTES
         if not self._is_due and self._left_bytes >= LARGE_BYTES:
             self._is_due = True

@@ -16,13 +16,14 @@ class BridgeLimits(NamedTuple):
         bridge_message_bytes: a message from a client.
         bridge_reader_bytes: a message from a client that may not change the system.
         bridge_parsed_bytes: the approximate memory for a client's parsed message; for a client that may not
-            change the system, a quarter of it. Also that for all messages that it has published and that are
-            kept for later subscribers.
-        bridge_asset_bytes: an asset that a Foxglove client fetches; also half of all that are being sent.
+            change the system, a quarter of it. The same limit applies to all of its published messages that
+            are kept for later subscribers.
+        bridge_asset_bytes: an asset that a Foxglove client fetches; all assets being sent may have twice as
+            many.
         bridge_kept_bytes: the names and ids that one client makes a server keep.
-        bridge_client_bytes: everything that a server holds for one client: incomplete, parsed, queued
-            and latched messages, names and ids. If larger, the sum of `bridge_queue_bytes` and three
-            messages.
+        bridge_client_bytes: everything that a server holds for one client: incomplete, parsed, queued and
+            latched messages, names and ids. The sum of `bridge_queue_bytes` and three messages applies
+            instead if it is larger.
         bridge_total_bytes: the same for all clients of a server, beyond 256 KiB for each. A client gets at
             most half of what the others leave.
         bridge_stall_s: the time for which a client may leave a full connection unread.

@@ -1,9 +1,10 @@
 """Rate limits for the messages from one client of a bridge. Performs no I/O.
 
-Theory of operation. Messages and bytes per second have fixed limits. Processor time has none for a client
-that is alone: it may publish as fast as the machine allows. If several clients keep the server busy, each
-gets an equal part of `BUSY_SHARE` of one processor, because Python runs one thread at a time: a client that
-sends a request now and then would otherwise wait for every busy one, several times for each request.
+Theory of operation. Messages and bytes per second have fixed limits. Processor time is not limited for a
+client that is alone, which may publish as fast as the machine allows. If several clients keep the server
+busy, each gets an equal part of `BUSY_SHARE` of one processor, because Python runs one thread at a time: a
+client that sends a request now and then would otherwise wait for every busy one, several times for each
+request.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class SharedWork:
         self._busy_until_s: dict[int, float] = {}
 
     def count(self, client: int, until_s: float, now_s: float) -> int:
-        """Note that a client is busy until `until_s`, and return the number of clients that are busy now."""
+        """Record that a client is busy until `until_s`. Return the number of clients that are busy now."""
         if until_s > now_s:
             self._busy_until_s[client] = until_s
         if len(self._busy_until_s) > 1:

@@ -25,6 +25,6 @@ ROOM = Room(
     limits="pipros.bridges.limits:BridgeLimits",
     share=("foxglove_bridge", "rosapi", "rosbridge_library", "rosbridge_msgs", "rosbridge_server"),
     facades=("api/rosapi", "api/rosbridge_library", "api/rosbridge_server"),
-    # CBOR and BSON of rosbridge; `bson` is a module of pymongo, and the package of that name is another.
+    # for CBOR and BSON in rosbridge; the module `bson` belongs to pymongo, not to the package `bson`
     extras={"bridges": ("cbor2>=5.6", "pymongo>=4.6")},
 )

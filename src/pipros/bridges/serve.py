@@ -149,7 +149,7 @@ def _serve(
         )
         try:
             loop.run(_open(server, options, protocols, tls))
-            gc.freeze()  # what exists now stays, so the collector need not stop the clients to search it
+            gc.freeze()  # these objects stay; searching them would only delay clients
             _announce(options, server.port, protocols.page, secret)
             over.wait()
         except OSError as error:

@@ -38,7 +38,7 @@ class AllProtocols:
         has_control: bool,
         policy: Policy | None,
     ) -> None:
-        """Create the protocols, and the page if it is installed. `secret` is its secret; None: a new one.
+        """Create the protocols, and the page if it is installed. `secret` is the page's; None creates one.
 
         All protocols share one gate, with the policy.
         """

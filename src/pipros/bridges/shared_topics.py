@@ -121,7 +121,7 @@ class SharedTopics:
 
         Raises:
             InvalidName: `topic` is not a legal name.
-            LimitExceeded: the client has its share of `BridgeLimits.bridge_topics`.
+            LimitExceeded: the client has used up its share of `BridgeLimits.bridge_topics`.
         """
         name = legal_topic(self._node, topic)
         taken = Taken(self, name, kind, on_message, on_error, user)
@@ -168,7 +168,7 @@ class SharedTopics:
         self._master.close()
 
     def _change(self, taken: Taken, *, is_begin: bool) -> None:
-        """Schedule the begin or the end of a subscription in the thread."""
+        """Schedule the beginning or end of a subscription in the thread."""
         with self._lock:
             self._changes.put(taken.user, (is_begin, taken))
             if self._is_changing:
@@ -230,7 +230,7 @@ class SharedTopics:
         self._end_replaced(taken)
 
     def _unsubscribe(self, taken: Taken) -> None:
-        subscriber, taken.subscriber = taken.subscriber, None  # which refers to `taken`
+        subscriber, taken.subscriber = taken.subscriber, None  # the subscriber refers to `taken`
         if subscriber is not None and not self._node.is_ending:
             subscriber.unregister()
         with self._lock:
@@ -265,7 +265,7 @@ class Taken:
         is_closed: whether `close` was called.
     """
 
-    # A client may have thousands.
+    # A client may have thousands of these objects.
     __slots__ = (
         *("_on_error", "_on_message", "_topics", "_wrong_types", "is_begun", "is_closed", "kind"),
         *("replaces", "subscriber", "topic", "user"),

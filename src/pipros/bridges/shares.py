@@ -1,7 +1,7 @@
-"""Shares of a server's memory, topics and service calls that its clients get. Performs no I/O.
+"""Divide a server's memory, topics and service calls among its clients. Performs no I/O.
 
-A limit that all clients share lets one of them use up everything. Here, each client has a share of its own,
-and at most half of what the other clients leave. `close` returns whatever a client still holds.
+With a limit that all clients share, one of them could use up everything. Here, each client has its own share,
+and gets at most half of what the other clients leave. `close` returns whatever a client still holds.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PATIENCE: Final = 1
 
 
 class ExceedsShare(LimitExceeded):
-    """A client needs more than its share. It was told before, and should be disconnected."""
+    """A client exceeds its share again, after an error. It should be disconnected."""
 
 
 class TopicShares:
@@ -57,14 +57,14 @@ class TopicShares:
             if not budget.take(1):
                 self._forget_unused(user)
                 raise LimitExceeded(
-                    f"too many topics: this client has {int(budget.used)}, and all together "
+                    f"too many topics: this client has {int(budget.used)}, and all clients together "
                     f"{int(self._topics.used)}; {limit_text('bridge_topics', self._limit)}"
                 )
             users = self._users[topic] = {}
         users[user] = users.get(user, 0) + 1
 
     def leave(self, topic: str, user: Hashable) -> bool:
-        """Undo one `enter`. Return whether the topic has no users any more."""
+        """Undo one `enter`. Return whether the topic no longer has users."""
         users = self._users[topic]
         users[user] -= 1
         if users[user]:
@@ -98,7 +98,7 @@ class TopicShares:
 
 
 class Charge:
-    """An amount that one budget pays, and that another one can take over. Not thread-safe."""
+    """An amount that counts against one budget and can be moved to another. Not thread-safe."""
 
     __slots__ = ("_amount", "budget")
 
@@ -115,7 +115,7 @@ class Charge:
         return True
 
     def pass_to(self, budget: Budget, *, is_forced: bool = False) -> bool:
-        """Let another budget pay. Return False if too little is left there, unless it is forced to pay."""
+        """Move the amount to another budget. Return False if too little is left there, unless forced."""
         if is_forced:
             budget.charge(self._amount)
         elif not budget.take(self._amount):

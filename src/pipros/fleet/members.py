@@ -23,16 +23,16 @@ TOKENS_PER_MEMBER: Final = 4
 
 
 class Members:
-    """The set of tokens that are present. Each name has a share of `TOKENS_PER_MEMBER`; the newest are kept.
+    """The set of tokens that are present. Of each name, the newest `TOKENS_PER_MEMBER` tokens are kept.
 
-    Thread-safe: tokens come in threads of Zenoh, and the agent's own thread reads them.
+    Thread-safe: Zenoh's threads update the set, and the agent's thread reads it.
 
     Attributes:
-        crowded: names that had more tokens than their share.
+        crowded: names that had more tokens than that.
     """
 
     def __init__(self, limit: int) -> None:
-        """`limit` is the maximum number of names, and of tokens of other names that wait for room."""
+        """`limit` is the maximum number of names, and also of tokens of further names that wait for room."""
         self.crowded: set[str] = set()
         self._waiting: dict[Token, None] = {}
         self._limit = limit
@@ -74,7 +74,7 @@ class Members:
         return token if token in tokens else None
 
     def admit_waiting(self) -> list[Token]:
-        """Add the tokens that waited for room, as far as there is room now, and return them."""
+        """Add the waiting tokens for which there is room now, and return them."""
         admitted = []
         with self._lock:
             for token in list(self._waiting):

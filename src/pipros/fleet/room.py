@@ -15,6 +15,7 @@ ROOM = Room(
     },
     limits="pipros.fleet.limits:FleetLimits",
     check="pipros.fleet.health:CHECK",
-    # Defaults of Zenoh change between minor versions, so only tested ones; cryptography: `pipros fleet keys`.
+    # Zenoh's defaults change between minor versions, so only a tested one is allowed. `pipros fleet keys`
+    # needs cryptography.
     extras={"fleet": ("cryptography>=42", "eclipse-zenoh>=1.10,<1.11")},
 )

@@ -54,7 +54,8 @@ class ShownMember:
         """Store the settings.
 
         Args:
-            definition_bytes: for the definitions of all members; each gets half of what the others leave.
+            definition_bytes: maximum size of all members' definitions; each member gets at most half of what
+                the others leave.
             wake: called from any thread if `update` has something to do.
         """
         self.directory = directory
@@ -86,7 +87,7 @@ class ShownMember:
             self._warn(f"[{entry.name}] of [{self.directory.member}] is not shown: {error}")
 
     def update(self, max_names: int) -> None:
-        """Update the local master.
+        """Make the topics and services on the local master match the directory.
 
         `max_names`: maximum number of topics and services to show.
         """

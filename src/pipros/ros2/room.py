@@ -16,6 +16,6 @@ ROOM = Room(
     limits="pipros.ros2.limits:Ros2Limits",
     check="pipros.ros2.health:CHECK",
     offers={"bags": "pipros.ros2.commands.bags"},
-    # rmw_zenoh: defaults of eclipse-zenoh change between minor versions. xxhash: identities of endpoints.
+    # For rmw_zenoh. The defaults of eclipse-zenoh change between minor versions; xxhash computes GIDs.
     extras={"zenoh": ("eclipse-zenoh>=1.10,<1.11", "xxhash>=3.4")},
 )

@@ -1,6 +1,7 @@
-"""The gate through which all acts of a server's clients pass: what a policy does not allow is refused.
+"""Check every act of a server's clients, and refuse what the policy does not allow.
 
-A policy only narrows. The other conditions of a server, such as `--control`, are checked before.
+A policy can only restrict clients further: a server's other conditions, such as `--control`, are checked
+first.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ class ActGate:
             self._watch(condition)
 
     def close(self) -> None:
-        """Let the guardian stop what has a time limit, and end."""
+        """Let the guardian publish all pending stops and exit."""
         self._guardian.close()
 
     def check_topic(self, topic: str, type_name: str, md5sum: str, *, latch: bool = False) -> None:
@@ -66,8 +67,8 @@ class ActGate:
         Blocks until the guardian is ready, if the topic has a time limit.
 
         Raises:
-            ActRefused: the policy does not name the topic, or with another type; or the topic has a time
-                limit, and is to be latched, or its guardian does not start.
+            ActRefused: the policy has no rule for the topic with this type; or the topic has a time limit,
+                and is latched or the guardian does not start.
         """
         if self.policy is None:
             return
@@ -81,7 +82,7 @@ class ActGate:
     def check_message(
         self, topic: str, message: Any, type_name: str = "", md5sum: str = "", client: object = None
     ) -> None:
-        """Check a message, which counts if it is allowed. Its time limit begins, if it has one.
+        """Check a message. If it is allowed, count it and start its time limit, if any.
 
         Args:
             client: the client that publishes; see `left`.
@@ -93,20 +94,20 @@ class ActGate:
         self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 
     def published(self, topic: str, message: Any) -> None:
-        """Begin the time limit of a message again, which may have waited since it was checked."""
+        """Restart the time limit of a published message, because it may have waited after its check."""
         rule = self._rule(topic)
         if rule is None or rule.time_limit_s is None or rule.cancel is not None:
             return
         self._done(rule, message)
 
     def left(self, topic: str, client: object) -> None:
-        """Stop what a client has started on a topic, because it no longer publishes there."""
+        """Stop what a client started on a topic, because the client no longer publishes it."""
         rule = self._rule(topic)
         if rule is not None and rule.time_limit_s is not None:
             self._guardian.left(key_of(rule), client)
 
     def _done(self, rule: ActRule, value: Any) -> None:
-        """Begin the time limit of an act again, unless it is the stop."""
+        """Restart the time limit of an act, unless the act is the stop itself."""
         if rule.time_limit_s is None or rule.stop is None:
             return
         stop = b"".join(rule.stop._to_buffers()) if isinstance(value, bytes) else rule.stop
@@ -120,11 +121,11 @@ class ActGate:
 
     @contextmanager
     def calling(self, service: str, request: Any, type_name: str, md5sum: str) -> Iterator[None]:
-        """Context manager for a call, which is checked first; see `check_message`.
+        """Check a service call, then run it as the body of a `with` statement; see `check_message`.
 
-        `service` is a global name, `request` may be serialized. A time limit begins with the call, and again
-        when the block ends, because the service may have acted only then. Blocks until the guardian is ready,
-        if there is a time limit.
+        `service` is a global name; `request` may be serialized. A time limit starts with the call, and again
+        at its end, because the service may have acted only then. If there is a time limit, this blocks until
+        the guardian is ready.
         """
         rule = None
         if self.policy is not None:
@@ -139,9 +140,9 @@ class ActGate:
                 self._done(rule, request)
 
     def check_run(self, kind: ActKind, name: str, arguments: Mapping[str, Any]) -> ActRule:
-        """Check the start of a launch file or of a recording, which counts if it is allowed. Return its rule.
+        """Check and count the start of a launch file or a recording. Return its rule.
 
-        The program must end after the rule's time limit.
+        The caller must end the program when the rule's time limit has passed.
         """
         self._check(kind, name, arguments, "", "")
         return self.rule(kind, name)
@@ -157,7 +158,7 @@ class ActGate:
         return rule_for(self.policy, kind, name, type_name, md5sum)
 
     def preview(self, act: Act) -> ActRule:
-        """Return the rule that allows an act now. The act does not count.
+        """Return the rule that allows an act now, without counting the act.
 
         Raises:
             ActRefused: see `decide`.
@@ -173,7 +174,7 @@ class ActGate:
         self._check(ActKind.PARAMETER, name, value, "", "")
 
     def check_other(self, what: str) -> None:
-        """Raise `ActRefused` for an act that no policy can describe, if there is a policy."""
+        """Raise `ActRefused` if there is a policy, for an act that no rule can describe."""
         if self.policy is not None:
             raise ActRefused(f"the policy does not let clients {what}")
 
@@ -239,7 +240,7 @@ class GatedPublisher:
         self._gate.published(self._topic, message)
 
     def unregister(self) -> None:
-        """Stop, through the guardian, what the client started on the topic, and unadvertise the topic."""
+        """Let the guardian stop what the client started on the topic, and unadvertise the topic."""
         self._gate.left(self._topic, self)
         self._publisher.unregister()
 
@@ -251,7 +252,7 @@ def _goal_id(rule: ActRule, value: Any) -> str:
     identity: str = value.goal_id.id
     most = process_limits().policy_goal_id_characters
     if not identity:
-        raise ActRefused("goal_id.id must not be empty, because the goal is cancelled by it", rule.place)
+        raise ActRefused("goal_id.id must not be empty, because it is needed to cancel the goal", rule.place)
     if len(identity) > most:
         advice = limit_text("policy_goal_id_characters", most)
         raise ActRefused(f"goal_id.id has {len(identity)} characters; {advice}", rule.place)
@@ -259,10 +260,10 @@ def _goal_id(rule: ActRule, value: Any) -> str:
 
 
 def _decoded(message_class: Any, body: bytes) -> Any:
-    """Return a message that consists of these bytes, and of no others.
+    """Decode a message, which must consist of exactly these bytes.
 
     Raises:
-        ActRefused: the bytes are not such a message, and subscribers could read them in another way.
+        ActRefused: the bytes are not exactly one such message, so subscribers could decode them differently.
     """
     try:
         message = message_class._from_bytes(body)

@@ -1,8 +1,8 @@
-"""Acts that wait for a human, who approves them in another program of the same user on the same machine.
+"""Acts that wait until a human approves them, in another program of the same user on the same machine.
 
 Theory of operation. The program that acts has an `Approvals`, whose `wait` blocks until a human has answered.
-Other programs list the waiting acts, and answer, through `net/local_requests.py`: the operating system tells
-this user's programs from those of others, and no node of the robot can answer. Requests and responses:
+Other programs list the waiting acts and answer them through `net/local_requests.py`. The operating system
+ensures that only this user's programs can do so; no ROS node can answer. Requests and responses:
 
     {"do": "list"}                                     {"master": …, "waiting": […], "acts": […]}
     {"do": "answer", "id": …, "verdict": "once"}       {}
@@ -28,7 +28,7 @@ from pipros.policy.model import ActRefused
 MINUTE_S: Final = 60.0
 ONCE, FOR_A_MINUTE, REFUSE = VERDICTS = ("once", "minute", "refuse")
 KEPT: Final = 100
-"""Maximum number of acts that are kept to be shown, and of refused ones."""
+"""Maximum number of past acts that are kept for display; the same number of refused acts is kept, too."""
 MOST_PROGRAMS: Final = 20
 """Maximum number of programs whose acts are shown."""
 _FOLDER: Final = "approvals"
@@ -38,13 +38,13 @@ _SLICE_S: Final = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """An act that needs approval, as texts for humans.
+    """An act that needs approval, described for humans.
 
     Attributes:
         tool: what the client wants to do, such as `publish`.
-        name: of the topic, service, … that the act is for.
-        values: the values that it would send.
-        rule: the rule of the policy that allows it.
+        name: name of the topic, service, … that the act uses.
+        values: the values that the act would send.
+        rule: the policy's rule that allows the act.
     """
 
     tool: str
@@ -61,13 +61,13 @@ class _WaitingAct:
 
 
 class Approvals:
-    """The acts of one program that wait for a human, and those of the past. Thread-safe."""
+    """One program's acts that wait for a human, and its past acts. Thread-safe."""
 
     def __init__(self, master: str, limit: int, clock_s: Callable[[], float] = time.monotonic) -> None:
-        """Create the object. `start` lets other programs reach it.
+        """Store the arguments. Other programs can connect after `start`.
 
         Args:
-            master: URI of the master, for humans.
+            master: URI of the master, for display.
             limit: maximum number of acts that wait at a time.
         """
         self._master = master
@@ -81,7 +81,7 @@ class Approvals:
         self._server = LocalServer(_FOLDER, self.answer)
 
     def start(self) -> None:
-        """Let other programs list and answer.
+        """Let other programs list and answer the waiting acts.
 
         Raises:
             OSError: this system does not support Unix sockets, or the folder cannot be used.
@@ -89,7 +89,7 @@ class Approvals:
         self._server.start()
 
     def stop(self) -> None:
-        """Refuse the waiting acts, and end the answers to other programs."""
+        """Refuse all waiting acts, and stop serving other programs."""
         self._server.stop()
         with self._changed:
             self._limit = 0
@@ -102,7 +102,7 @@ class Approvals:
 
         Args:
             client: the client that acts, to which an approval for a minute is limited.
-            over: set when the client has disconnected, which ends the wait.
+            over: set when the client has disconnected or cancelled the call, which ends the wait.
 
         Raises:
             ActRefused: the human has refused, or has not answered within `wait_s`; `over` was set; or too
@@ -134,7 +134,7 @@ class Approvals:
         return waiting.verdict
 
     def note(self, act: Mapping[str, Any]) -> None:
-        """Keep an act, to show it. Refused acts do not displace others."""
+        """Keep a past act for display. Refused acts do not displace others."""
         with self._changed:
             (self._refused if act.get("outcome") == "refused" else self._acts).appendleft(act)
 
@@ -172,7 +172,7 @@ class Approvals:
 
 
 def waiting_acts() -> list[Mapping[str, Any]]:
-    """Return what this user's programs on this machine answer to `list`, each with its `process`.
+    """Return the responses of this user's programs on this machine to `list`, each with its `process`.
 
     May block for several seconds.
 
@@ -191,7 +191,7 @@ def waiting_acts() -> list[Mapping[str, Any]]:
 
 
 def answer_act(process: str, identity: str, verdict: str) -> None:
-    """Answer for a human: `once`, `minute` or `refuse`.
+    """Send a human's verdict on an act: `once`, `minute` or `refuse`.
 
     Raises:
         LocalFailed: the act no longer waits, or its program has ended.

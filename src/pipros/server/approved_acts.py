@@ -1,6 +1,6 @@
 """Acts that a policy allows and a human approves, one by one, logged on `/pipros/acts`.
 
-For clients that are not to be trusted with a connection of their own; `act_gate.py` is for the others.
+For clients that are not trusted with their own connection to ROS; `act_gate.py` serves the others.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ class ActLimits(NamedTuple):
     """Limits of `ApprovedActs`.
 
     Attributes:
-        waiting: acts that wait for a human at a time.
-        wait_s: how long each waits.
-        characters: the values of an act, which the human sees whole.
-        runs: programs that run at a time.
+        waiting: maximum number of acts that wait for a human.
+        wait_s: maximum time that each act waits.
+        characters: maximum length of an act's values as JSON, which the human sees in full.
+        runs: maximum number of programs that run at the same time.
     """
 
     waiting: int
@@ -76,12 +76,12 @@ class ApprovedActs:
         policy: what clients may do.
         approvals: the acts that wait for a human.
         runs: launch files and recordings.
-        goals: the actions of the goals that were sent, by id.
-        environment: says which master.
+        goals: the action of each goal that was sent, by goal id.
+        environment: determines the master.
     """
 
     def __init__(self, environment: Environment, policy: Policy, limits: ActLimits) -> None:
-        """Store the arguments. Connect with the first act."""
+        """Store the arguments. The first act connects to the master."""
         self.environment = environment
         self.policy = policy
         self.limits = limits
@@ -93,7 +93,7 @@ class ApprovedActs:
         self._lock = threading.Lock()
 
     def system(self) -> System:
-        """Return the connection, which is made again if the master was restarted.
+        """Return the connection. Connect if there is none, or if the master was restarted.
 
         Raises:
             Unreachable: the master does not answer.
@@ -120,14 +120,14 @@ class ApprovedActs:
             return self._system
 
     def note_goal(self, identity: str, action: str) -> None:
-        """Let `cancel_goal` cancel a goal."""
+        """Remember the action of a goal, so that the tool `cancel_goal` can cancel the goal."""
         with self._lock:
             while len(self.goals) >= GOALS:
                 del self.goals[next(iter(self.goals))]
             self.goals[identity] = action
 
     def close(self) -> None:
-        """Refuse waiting acts, let the guardian stop those with a time limit, and end programs and node."""
+        """Refuse waiting acts, let the guardian publish all pending stops, and end programs and node."""
         self.approvals.stop()
         self.runs.stop()
         with self._lock:
@@ -153,16 +153,16 @@ class ApprovedActs:
         """Carry out acts that the policy allows, after a human has approved them.
 
         Args:
-            values: what the human sees.
-            carry_out: checks the acts again with the gate, where they count.
-            needs_human: false for acts that only end what was approved.
+            values: the values that the human sees.
+            carry_out: carries out the acts, after the gate has checked them again and counted them.
+            needs_human: False for acts that only end what was approved earlier.
 
         Raises:
             ActRefused: the policy or the human refuses.
             Unreachable: the master does not answer.
         """
         system = self.system()
-        text = json.dumps(safe(values))  # in ASCII, because other letters look alike
+        text = json.dumps(safe(values))  # in ASCII, because some other letters look alike
         name = ", ".join(each.name for each in acts)
         with self._logged(tool, name, text) as note:
             rules = [system.gate.preview(each) for each in acts]
@@ -178,7 +178,7 @@ class ApprovedActs:
             return carry_out(system)
 
     def end_run(self, run: int) -> bool | None:
-        """Stop a program, and wait a moment. Return whether it has ended, or None if it does not exist."""
+        """Stop a program and wait for its end. Return whether it has ended, or None if it does not exist."""
         found = self.runs.get(run)
         if found is None:
             return None
@@ -188,7 +188,7 @@ class ApprovedActs:
 
     @contextmanager
     def _logged(self, tool: str, name: str, values: str) -> Iterator[Callable[..., None]]:
-        """Log the end of an act. The value is a function that logs what happens before."""
+        """Log the outcome of an act, which is the `with` block. Yield a function that logs earlier events."""
 
         def note(outcome: str, **more: str) -> None:
             kept = values[: self.limits.characters]
@@ -216,7 +216,7 @@ def _is_stop(act: Act, rule: ActRule) -> bool:
 
 
 def _shown(rule: ActRule) -> str:
-    """Return a rule for humans: its place, and what it limits."""
+    """Describe a rule for humans: its place and its limits."""
     parts = [rule.place]
     if rule.per_minute is not None:
         parts.append(f"at most {rule.per_minute} a minute")

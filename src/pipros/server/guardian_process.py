@@ -1,12 +1,12 @@
 """The process that stops robots when a server of clients cannot: when it is killed, stuck, or cut off.
 
-The server writes lines of JSON to the standard input: which messages stop what, and each act that starts a
-time limit. The process publishes the stop when the limit has passed, and all pending stops when the input
-ends, for whatever reason. Times are counted here, on the monotonic clock. A stop is repeated, because a
-command that the server sent before may still be on its way over another connection.
+The server writes lines of JSON to the standard input: the message that stops each topic, and each act that
+starts a time limit. The process publishes the stop when the limit has passed, and all pending stops when the
+input ends, for whatever reason. This process measures the time, on the monotonic clock. A stop is repeated,
+because a command that the server sent before may still be on its way over another connection.
 
-Input, by `op`: `watch` (a topic with its stop, answered by a line with the key once its known subscribers
-have connected; or a service), `arm`, `disarm`, `stop`.
+Values of `op` in the input: `watch` (adds a topic or a service with its stop; confirmed by a line with its
+key, for a topic once its known subscribers have connected), `arm`, `disarm`, `stop`.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ CONNECTING_S: Final = 2.0
 ENDING_S: Final = 2.0
 """Maximum time (s) that the process lives after its last stop."""
 CALL_S: Final = 5.0
-"""Time limit of a call that stops."""
+"""Time limit (s) of a call that stops what a service moves."""
 CALL: Final = "call "
 """Precedes the name of a service in keys. No topic has a blank in its name."""
 
 
 @dataclass(slots=True)
 class Stop:
-    """A stop that is due at a time, and how often it is then published."""
+    """A pending stop: when it is next due, and how many publications are left."""
 
     due_s: float
     message: Any
@@ -60,11 +60,11 @@ class Stops:
         self._stops: dict[tuple[str, str], Stop] = {}
 
     def arm(self, key: str, identity: str, message: Any, due_s: float) -> None:
-        """Publish a message at a time, instead of an earlier one for the same topic and id."""
+        """Schedule a message, which replaces an earlier one for the same topic and id."""
         self._stops[key, identity] = Stop(due_s, message)
 
     def disarm(self, key: str, identity: str) -> None:
-        """Do not publish the stop."""
+        """Cancel a pending stop."""
         self._stops.pop((key, identity), None)
 
     def stop(self, key: str, identity: str, now_s: float) -> None:
@@ -92,7 +92,7 @@ class Stops:
 
 
 class ServiceStop:
-    """Calls a service to stop what it moves, at most one call at a time. The counterpart of a publisher."""
+    """Stops what a service moves by calling the service, once at a time. Used like a publisher."""
 
     def __init__(self, node: Node, service: str, service_class: Any) -> None:
         self._client = node.client(service, service_class)
@@ -172,7 +172,7 @@ class GuardianProcess:
             self._stops.stop(key, identity, time.monotonic())
 
     def _watch(self, line: Mapping[str, Any]) -> None:
-        """Advertise a topic, and confirm it when its subscribers have connected; or create a client."""
+        """Advertise a topic and wait for its subscribers, or create a service client; then confirm it."""
         key = line["key"]
         if key.startswith(CALL):
             service_class: Any = load_service_class(line["type"])
@@ -198,7 +198,7 @@ def main() -> None:
     """Run the process."""
     node = Node("pipros_guardian", anonymous=True)
     guardian = GuardianProcess(node)
-    # Ctrl-C and the end of a terminal are for the server, whose end ends the input.
+    # Ctrl-C and the closing of a terminal are meant for the server, which closes the input when it exits.
     for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: guardian.end())

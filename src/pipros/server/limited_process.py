@@ -1,7 +1,8 @@
 """Programs with a time limit, which also end when the process that started them ends, for whatever reason.
 
-`LimitedProcess` starts this module as a small process between the two. It sends SIGINT to the program when
-the time has passed, or when its standard input ends, and kills it if it does not end.
+`LimitedProcess` runs this module as a small process between itself and the program. That process sends SIGINT
+to the program when the time has passed or its own standard input ends, and kills the program if it does not
+end.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from pipros.basics.posix import NEW_GROUP, interrupt
 ENDING_S: Final = 20.0
 """Maximum time (s) for the program to end after SIGINT."""
 OUTPUT_BYTES: Final = 8192
-"""Maximum number of bytes that are kept of the end of the output."""
+"""Number of bytes at the end of the output that are kept."""
 
 
 class LimitedProcess:
@@ -87,7 +88,7 @@ class LimitedProcesses:
         self._lock = threading.Lock()
 
     def start(self, name: str, command: Sequence[str], limit_s: float, environment: Mapping[str, str]) -> int:
-        """Start a program, and return its number. Those that have ended are forgotten.
+        """Start a program, and return its number. Forget the programs that have ended.
 
         Raises:
             PiprosError: too many programs run.
@@ -103,7 +104,7 @@ class LimitedProcesses:
             return self._started
 
     def get(self, number: int) -> LimitedProcess | None:
-        """Return a program that still runs, or has ended since the last start."""
+        """Return a program that is running or has ended since the last start, or None."""
         with self._lock:
             return self._found.get(number, ("", None))[1]
 
@@ -124,7 +125,7 @@ class LimitedProcesses:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Run a program for a time in seconds. Return its exit code."""
+    """Run the command `arguments[1:]` for at most `arguments[0]` seconds. Return its exit code."""
     limit_s, *command = arguments
     program = subprocess.Popen(  # noqa: S603
         command, stdin=subprocess.DEVNULL, start_new_session=True, creationflags=NEW_GROUP

@@ -24,7 +24,7 @@ _DOWNLOADS = re.compile(r'(?m)^\s*XDG_DOWNLOAD_DIR="\$HOME/([^"]*)"')
 
 
 class OpeningFile:
-    """The file, which exists until `remove`, at the latest until the interpreter exits.
+    """The file. It exists until `remove` is called or the interpreter exits.
 
     Attributes:
         path: the file.

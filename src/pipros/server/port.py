@@ -9,8 +9,8 @@ or end, within `request_s`. A client that exceeds its budget is told so in the c
 Frames of a few bytes cost far more time than bytes: a single read can contain 40,000 of them. Data is
 therefore parsed in parts. After a part that took long, the connection rests for `RESTS` times as long, so
 that other clients are served, and for a while the parts of all connections are small, because twenty clients
-can send such data at the same moment. A rest has a maximum, for the sake of clients that were only unlucky,
-because Python collected garbage meanwhile.
+can send such data at the same moment. Rests have a maximum duration, because a part may also have taken long
+only because Python collected garbage meanwhile.
 """
 
 from __future__ import annotations
@@ -103,10 +103,10 @@ class PortConnection(ServerConnection):
         self._message_bytes: float = math.inf
         self._request_s = request_s
         self.held_bytes = 0
-        self._counted_bytes = 0  # of `held_bytes`, what is taken from the budget
+        self._counted_bytes = 0  # the part of `held_bytes` that counts against the budget
         self._begun_bytes = 0  # complete frames of an incomplete message
         self._complete: deque[int] = deque()  # sizes of complete messages
-        self._waiting_bytes = 0  # their sum
+        self._waiting_bytes = 0  # sum of these sizes
         self._handled_bytes = 0  # the message that is being handled
         self._deadline: asyncio.TimerHandle | None = None
         self._messages = 0
@@ -245,7 +245,7 @@ class PortConnection(ServerConnection):
 
     @property
     def has_left(self) -> bool:
-        """Whether the client has closed the connection, which is not read now.
+        """Whether the client has closed the connection while it was not being read.
 
         While a connection is not read, asyncio does not report its end.
         """
@@ -325,7 +325,7 @@ class ServerPort:
                     create_connection=create_connection,
                     process_request=respond,
                     max_size=max_bytes,
-                    max_queue=None,  # connections limit the bytes instead
+                    max_queue=None,  # each connection limits the bytes that it holds instead
                     write_limit=65536,
                     server_header=None,
                     compression=None,  # on loopback, compression costs more than it saves

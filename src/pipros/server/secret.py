@@ -3,7 +3,8 @@
 Browsers send cookies to every server on the same host name, regardless of its port. So clients present the
 secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
 They read the secret from the fragment of the printed address, which browsers do not send. An address that is
-passed on, such as to the desktop's browser, contains a one-time code instead, and is worthless afterwards.
+passed to another program, such as the desktop's browser, contains a one-time code instead, which is worthless
+afterwards.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class StopGuardian:
     """
 
     def __init__(self, node: Node) -> None:
-        """Create a guardian without a process, whose master will be that of `node`."""
+        """Create a guardian without a process. Its process will use the master of `node`."""
         self._node = node
         self._process: subprocess.Popen[str] | None = None
         self._watched: dict[str, dict[str, Any]] = {}
@@ -44,7 +44,7 @@ class StopGuardian:
         self._changed = threading.Condition()
 
     def watch(self, rule: ActRule) -> None:
-        """Let the process advertise the topic of a rule's stop, or know its service. Blocks until then, once.
+        """Report a rule's stop to the process. The first time, block until the process can publish it.
 
         Raises:
             ActRefused: the process does not start, or does not answer.
@@ -68,10 +68,10 @@ class StopGuardian:
                 raise ActRefused("the guardian, which stops acts with a time limit, is not ready", rule.place)
 
     def arm(self, key: str, identity: str, client: object, stop: bytes | None = None) -> None:
-        """Start the time limit of an act. `client` is the one that acts.
+        """Start the time limit of an act. `client` is the acting client.
 
-        `stop` replaces the message that stops the topic, for robots that hold a changing position. It may
-        have as many bytes as the stop of a policy.
+        `stop` replaces the message that stops the topic, for robots that hold a changing position. The size
+        limit of a policy's stop applies to it.
 
         Raises:
             ActRefused: the process is not ready, or cannot be reached.
@@ -90,20 +90,20 @@ class StopGuardian:
                 raise ActRefused("the guardian, which stops acts with a time limit, cannot be reached")
 
     def renew(self, key: str) -> None:
-        """Start the time limit of a topic or service again, because it acted late."""
+        """Restart the time limit of a topic or service whose act may have taken effect late."""
         with self._changed:
             if key in self._ready:
                 self._pending.setdefault((key, ""), None)
                 self._send({"op": "arm", "key": key, "id": ""})
 
     def disarm(self, key: str) -> None:
-        """End the time limit of a topic, which was stopped."""
+        """Cancel the time limit of a topic or service, because a client has stopped it."""
         with self._changed:
             if self._pending.pop((key, ""), self) is not self:
                 self._send({"op": "disarm", "key": key, "id": ""})
 
     def left(self, key: str, client: object) -> None:
-        """Stop what a client has started, because it leaves."""
+        """Stop what a client has started on a topic, because the client leaves."""
         with self._changed:
             for found, identity in [each for each, who in self._pending.items() if who is client]:
                 if found == key:
@@ -122,7 +122,7 @@ class StopGuardian:
         self._send({"op": "stop", "key": key, "id": identity})
 
     def _send(self, line: Mapping[str, Any]) -> bool:
-        """Write a line, which is short enough to be written at once or not at all. Return whether it was."""
+        """Write a line, which is short enough to be written whole or not at all. Return whether it was."""
         process = self._process
         if process is None or process.stdin is None or self._is_closed:
             return False
@@ -168,5 +168,5 @@ class StopGuardian:
             self._pending.clear()
             self._ready.clear()
             self._process = None
-            if was_ready and not self._is_closed:  # one that never was ready would fail again
+            if was_ready and not self._is_closed:  # a process that was never ready would fail again
                 self._start()

@@ -49,9 +49,9 @@ def ask_humans(
 
 
 def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
-    """Return an act as lines, whose texts cannot imitate other lines, not even where a terminal breaks them.
+    """Return an act as lines whose texts cannot imitate other lines, even if the terminal wraps them.
 
-    Letters outside ASCII are shown as escapes, because some look like others, and their widths differ.
+    Letters outside ASCII are shown as escapes, because some look like others, and their widths vary.
     """
     rows = {
         "tool": act["tool"],
@@ -88,7 +88,7 @@ def _read_verdict(
         prompt = f"{remaining_s:3.0f} s left. y: once, m: for a minute, n: refuse > "
         print(f"\r{prompt}", end="", flush=True)
         if select.select([sys.stdin], [], [], 1.0)[0]:
-            line = os.read(sys.stdin.fileno(), LINE_BYTES)  # without a buffer, which could hold another line
+            line = os.read(sys.stdin.fileno(), LINE_BYTES)  # a buffer could hold another line
             if not line:
                 return None
             if verdict := KEYS.get(line.decode("utf-8", "replace").strip().lower()):
@@ -99,6 +99,6 @@ def _read_verdict(
 
 
 def _discard_typed() -> None:
-    """Discard lines that were typed before the act was shown, which they cannot approve."""
+    """Discard lines that were typed before the act was shown, so that they cannot approve it."""
     while select.select([sys.stdin], [], [], 0.0)[0] and os.read(sys.stdin.fileno(), LINE_BYTES):
         pass

@@ -1,4 +1,4 @@
-"""The encryption of a server, the fingerprint of its certificate, and the failure to start it."""
+"""TLS settings of a server, the fingerprint of its certificate, and the error if a server cannot start."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page replaces; `pipros.packages` gives this advice."""
+"""Advice of `pipros.packages` about packages that the page replaces."""
 
 PLUGINS = "its rqt is a page in the browser, whose tabs pipros --help lists."
 """For plugins of rqt that have no tab."""

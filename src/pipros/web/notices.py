@@ -1,4 +1,4 @@
-"""What changed recently in a system: what became stale or came back, and errors."""
+"""Recent changes in a system: sources that became stale or came back, and errors."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class PageNotice:
     """A change.
 
     Attributes:
-        when_s: wall time (s) of the change; of an error that is repeated, of the last one.
+        when_s: wall time (s) of the change; for a repeated error, of its last occurrence.
         kind, name: the source: a frame, a topic, a component that reports diagnostics, or a node.
-        text: of an error.
-        count: number of equal errors.
+        text: text of an error; empty for other changes.
+        count: number of times that the error occurred.
     """
 
     when_s: float
@@ -45,7 +45,7 @@ class Notices:
         self._failing: dict[tuple[Kind, str], str] = {}
 
     def note_stale(self, kind: Kind, ages_s: Mapping[str, float], now_s: float) -> None:
-        """Compare the stale sources of a kind, given with the ages of their last data, with those before."""
+        """Note sources of a kind that became stale or came back. `ages_s` has the ages of their last data."""
         before = {name for of_kind, name in self._stale if of_kind == kind}
         for name in sorted(ages_s.keys() - before):
             self._stale[kind, name] = now_s - ages_s[name]
@@ -55,12 +55,12 @@ class Notices:
             self._notices.append(PageNotice(now_s, "back", kind, name))
 
     def forget(self, kind: Kind, names: set[str]) -> None:
-        """Drop stale sources that no longer exist, and therefore do not come back."""
+        """Forget stale sources that no longer exist, without noting that they came back."""
         for name in names:
             self._stale.pop((kind, name), None)
 
     def note_failing(self, kind: Kind, texts: Mapping[str, str], now_s: float) -> None:
-        """Compare the failing sources of a kind, given with the reasons, with those before."""
+        """Note an error for each source of a kind that has begun to fail. `texts` are the reasons."""
         before = {name for of_kind, name in self._failing if of_kind == kind}
         for name in sorted(texts.keys() - before):
             self._failing[kind, name] = texts[name]

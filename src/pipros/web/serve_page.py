@@ -58,7 +58,7 @@ class PageOptions:
         scene: the file shown in the Scene tab; if given, the node offers rviz's services.
         bags: the folder whose bags browsers may open.
         rewind_s: the past that is recorded for browsers (s); None for `PageLimits.page_rewind_s`.
-        policy: what browsers may do among `permitted`; None for no policy.
+        policy: restricts what browsers may do with `permitted`; None for no policy.
     """
 
     tool: str = "rqt_graph"
@@ -138,7 +138,7 @@ def _recent(rewind_s: float | None) -> RecentMessages | None:
 
 
 class MountedPage:
-    """The page on a port of another server, for the room that offers it; see `Room.offers`.
+    """The page, served on the port of another room's server; see `Room.offers`.
 
     Attributes:
         server: answers the requests.
@@ -149,7 +149,7 @@ class MountedPage:
     ) -> None:
         """Create the page of a node. `secret` is its secret; if it is None, a new secret is created.
 
-        `gate` decides about the acts of browsers.
+        `gate` allows or refuses the browsers' acts.
         """
         self._closing = contextlib.ExitStack()
         graph = self._closing.enter_context(GraphClient(tool, timeout_s=MASTER_DEADLINE_S))

@@ -1,6 +1,6 @@
-"""When data are stale: regular messages, transforms or reports have ended.
+"""Decide whether data are stale, because regular messages, transforms or reports have stopped.
 
-The page decides this only here and, for messages that the browser receives, in `page/stale.js`.
+This is decided only here and, for messages that the browser receives, in `page/stale.js`.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ REPORT_S = 5.0
 
 
 def is_stale(age_s: float, interval_s: float | None) -> bool:
-    """Return whether data that came every `interval_s` have ended. Without an interval they are not stale."""
+    """Return whether data that arrived every `interval_s` have stopped; False if there is no interval."""
     return interval_s is not None and age_s > max(LEAST_S, INTERVALS * interval_s)
 
 
 @dataclass(frozen=True, slots=True)
 class _Activity:
-    """When messages of a topic were last counted (s), and their mean interval."""
+    """The time (s) when messages of a topic were last counted, and their mean interval."""
 
     last_s: float
     interval_s: float
 
 
 class TopicActivity:
-    """Which topics are stale, from what their publishers report in successive observations."""
+    """Determines stale topics from their publishers' statistics in successive observations."""
 
     def __init__(self) -> None:
         self._active: dict[str, _Activity] = {}
@@ -57,7 +57,7 @@ class TopicActivity:
             topic for topic, nodes in publishers.items() if not nodes or any(node in dead for node in nodes)
         }
         quiet |= {topic for topic in observation.state.subscribers if not publishers.get(topic)}
-        # Without a connection, a publisher that answers sends nothing, and its rate is unknown.
+        # A publisher that answers but has no connection sends nothing, so its rate is unknown.
         self._active = {topic: each for topic, each in self._active.items() if topic in quiet}
 
     def stale(self) -> Mapping[str, float]:

@@ -45,7 +45,7 @@ Method = Callable[..., Any]
 
 @dataclass(frozen=True, slots=True)
 class PageContext:
-    """What views are created from.
+    """The objects and options from which views are created.
 
     Attributes:
         system: the running system, or a bag that is played.
@@ -71,9 +71,9 @@ class Tab:
     Attributes:
         make: creates the object.
         views, actions: its methods, by the names that browsers use.
-        changing: the views and actions that change the system, and what they can do, as `send goals`.
-        of_messages: the views and actions that show messages: of the system, or of a bag.
-        controls: for tabs of the browser, the one of `changing` that their controls use.
+        changing: the views and actions that change the system, and what they can do, such as `send goals`.
+        of_messages: the views and actions that show messages, either of the system or of a bag.
+        controls: maps tabs of the browser to the view or action in `changing` that their controls use.
     """
 
     make: Callable[[PageContext], Any]
@@ -259,13 +259,13 @@ BY_POLICY = frozenset(
         "teleop",
     )
 )
-"""Those of `CHANGING` about which a policy decides. With a policy, the others are not permitted."""
+"""The part of `CHANGING` that a policy can allow. With a policy, the others are not permitted."""
 
 OF_MESSAGES = frozenset[str]().union(*(tab.of_messages for tab in TABS))
 """The views and actions that show messages of the system or of a bag."""
 
 CONTROLS: Mapping[str, str] = {name: change for tab in TABS for name, change in tab.controls.items()}
-"""Tabs of the browser, and the one of `CHANGING` that their controls use."""
+"""Maps tabs of the browser to the view or action in `CHANGING` that their controls use."""
 
 
 def views_of_tabs(context: PageContext, *, only_messages: bool = False) -> ServedViews:

@@ -44,7 +44,7 @@ class WatchedSystem:
     Attributes:
         graph: client of the master and the nodes.
         node: the page's own node, which is registered with its first subscription.
-        gate: decides about the acts of browsers.
+        gate: allows or refuses the browsers' acts.
         topics: watched topics.
         recent: the last minute of all watched topics; None if it is not recorded.
         calls: service calls from browsers.
@@ -67,7 +67,7 @@ class WatchedSystem:
     ) -> None:
         """Store the resources. The system is observed at most once per `interval_s`.
 
-        Without a gate, browsers may do all that the page permits.
+        Without a gate, browsers may do everything that the page permits.
         """
         self.gate = gate or ActGate(node)
         self._interval_s = interval_s
@@ -113,7 +113,7 @@ class WatchedSystem:
         return time.time()
 
     def shared(self, make: Callable[..., AbstractContextManager[T]], *arguments: Hashable) -> Shared[T]:
-        """Return the value that `make(system, *arguments)` creates, the same one for all views."""
+        """Return the value that `make(system, *arguments)` creates. All views share it."""
         key = make, arguments
         return self._shared.setdefault(key, Shared(lambda: make(self, *arguments)))
 

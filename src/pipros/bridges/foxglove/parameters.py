@@ -31,7 +31,7 @@ def flattened(tree: object) -> dict[str, Any]:
 def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
     """Return the parameters with the given names. A name without a parameter selects its namespace.
 
-    The time does not depend on how many names there are and how they overlap, but for the search of each.
+    Each name costs a search; otherwise, the time depends neither on their number nor on overlaps.
     """
     ordered: list[str] | None = None
     ranges: list[tuple[int, int]] = []

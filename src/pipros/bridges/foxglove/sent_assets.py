@@ -14,7 +14,7 @@ from pipros.packages.assets import AssetRefused
 
 @dataclass(frozen=True, eq=False)
 class Asset:
-    """The content of a file. Its memory counts as long as this object exists."""
+    """The content of a file. Its size counts against the limit as long as this object exists."""
 
     content: bytes
 

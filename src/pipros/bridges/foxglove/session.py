@@ -147,7 +147,7 @@ class FoxgloveSession:
 
     @property
     def worked_s(self) -> float:
-        """Zero: what the requests of these clients may cost is limited for each of them."""
+        """Return 0, because the cost of each single request is limited."""
         return 0.0
 
     def takes(self) -> Mapping[Hashable, str]:

@@ -1,4 +1,4 @@
-"""An expensive query whose result is shared by all who ask while it runs."""
+"""An expensive query whose result is shared by all callers that request it while it runs."""
 
 from __future__ import annotations
 

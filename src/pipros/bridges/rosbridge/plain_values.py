@@ -1,8 +1,8 @@
 """Convert messages to values that can be encoded as JSON, CBOR or BSON.
 
-A converter is created once per type and format. Embedded messages become dictionaries; times become `{"secs":
-…, "nsecs": …}`. Numbers, booleans and strings are unchanged,
-unless `Format` says otherwise.
+A converter is created once per type and format. Embedded messages become dictionaries; times become
+dictionaries with `secs` and `nsecs`. Numbers, booleans and strings are unchanged, unless `Format` says
+otherwise.
 """
 
 from __future__ import annotations

@@ -234,7 +234,7 @@ class ClientProtocol:
         return json_object(text)
 
     def _begin_parsing(self, size_bytes: int) -> None:
-        """Take memory for a parsed message in place of the previous one.
+        """Reserve memory for a parsed message, replacing the reservation for the previous one.
 
         Raises:
             BadInput: too little is left.

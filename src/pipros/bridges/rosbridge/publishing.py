@@ -4,8 +4,8 @@ A publisher is kept for a while after its last client has left, because pages ar
 client publishes right after `advertise` wait until a subscriber has connected, for at most `EARLY_S`.
 
 These messages, and the latched message of each topic, count as memory of the client that published them. When
-it stops to publish the topic, another client of the topic pays, or else `left_behind`; if too little is left
-there, the publisher is not kept.
+it stops publishing the topic, they count for another client of the topic or else in `left_behind`; if too
+little is left there, the publisher is not kept.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class SharedPublishers:
         queue_size: int,
         shares: ClientShares,
     ) -> None:
-        """Advertise a topic (a global name) for a client, which pays for kept messages with its shares.
+        """Advertise a topic (a global name) for a client. Kept messages count against its shares.
 
         Raises:
             ActRefused: the policy does not allow the topic.
@@ -109,7 +109,7 @@ class SharedPublishers:
         """Publish a message. If necessary, advertise its topic first, with the type registered at the master.
 
         `end_parsing` gives back the memory that is counted for the parsed values, and returns its size. It is
-        called if the message is kept, which counts instead.
+        called if the message is kept, because the kept message then counts instead.
 
         Raises:
             LimitExceeded: the client has no memory left for another latched message, which is not published.
@@ -243,7 +243,7 @@ class _SharedPublisher:
             self._send(message)
 
     def pass_charges(self, left: ClientShares) -> bool:
-        """Let another client, or `left_behind`, pay for a client that no longer publishes the topic.
+        """Charge another client, or `left_behind`, instead of a client that no longer publishes the topic.
 
         Return False if too little is left there.
         """

@@ -123,8 +123,8 @@ class ServerOptions:
         host, port: the address to listen on; port 0 selects a free one.
         certificate, key: PEM files for TLS; None to disable TLS.
         origins: origins of pages that may connect, in addition to pages served from this machine.
-        allows_null_origin: whether pages without an origin may connect, such as files. Every website can open
-            such pages.
+        allows_null_origin: whether pages without an origin, such as local files, may connect. Every website
+            can open such pages.
         authenticator: checks each client's operation `auth`; None to disable authentication.
         ping_s: interval between pings; None disables them.
         pong_s: maximum time to wait for a pong; None waits forever.

@@ -97,7 +97,7 @@ class RosbridgeNode:
     ) -> None:
         """Create the state. `call_later` must not call functions in the event loop, as they may block.
 
-        `gate` decides about the acts of clients; by default it has the policy of the settings.
+        `gate` allows or refuses the clients' acts; the default gate has the policy of the settings.
         """
         timing = timing or Timing()
         self.node = node
@@ -117,7 +117,7 @@ class RosbridgeNode:
             node, self.filler, self.topics.type_of, call_later, timing.unregister_s, self.gate
         )
         self.calls = CallTurns("service calls of a bridge", CALLS_AT_ONCE)
-        # Questions to rosapi are short, and do not wait for calls that may take minutes.
+        # Calls to rosapi are short, and do not wait for other calls, which may take minutes.
         self.questions = QuestionTurns("questions of a bridge", QUESTION_THREADS)
 
     def connect(self, outbox: ClientOutbox, shares: ClientShares | None = None) -> RosbridgeSession:
@@ -273,7 +273,7 @@ class RosbridgeSession:
     # -- topics -----------------------------------------------------------------------------
 
     def _take(self, effect: TakeTopic) -> None:
-        if self.outbox.is_closed:  # of a client that has left, what it sent last is still carried out
+        if self.outbox.is_closed:  # the last operations of a client that has left are still carried out
             return
         bridge, topic = self._bridge, effect.topic
         stream = self._streams.get(topic)

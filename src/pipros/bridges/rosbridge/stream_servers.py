@@ -205,10 +205,10 @@ class TcpServer(StreamServer):
             yield size
 
     def _report_stranger(self, start: bytes) -> None:
-        """Report, once, a connection that begins with something else, such as a request from a web page.
+        """Report, once, a connection that does not begin with an operation, such as a web page's request.
 
-        A page of any website can make its visitor's browser send an HTTP request with rosbridge operations as
-        the body. Therefore, a connection must begin with an operation.
+        Any website can make its visitors' browsers send an HTTP request with rosbridge operations as the
+        body. Therefore, a connection must begin with an operation.
         """
         if not self._has_reported_strangers:
             self._has_reported_strangers = True

@@ -26,7 +26,7 @@ class TopicStream:
     interval is over, the newest `queue_length` are queued and the others are dropped.
     """
 
-    # A client may have thousands.
+    # A client may have thousands of these objects.
     __slots__ = (
         *("_call_later", "_delivery", "_due_s", "_encoder", "_errors", "_is_closed", "_is_waking", "_lock"),
         *("_newest", "_on_error", "_outbox", "_taken", "_topic", "_topics", "_user", "_waiting"),
@@ -52,7 +52,7 @@ class TopicStream:
         self._delivery = Delivery()
         self._taken: Taken | None = None
         self._newest: TopicMessage | None = None
-        self._waiting: deque[TopicMessage] | None = None  # an empty one takes 600 bytes
+        self._waiting: deque[TopicMessage] | None = None  # even an empty one takes 600 bytes
         self._due_s = 0.0
         self._is_waking = False
         self._is_closed = False

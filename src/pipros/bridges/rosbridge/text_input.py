@@ -64,7 +64,7 @@ def json_object(text: str | bytes) -> dict[str, Any]:
 
 
 def _long_value(text: str | bytes) -> Any:
-    """Parse a long text. The collector would search all objects again for every few thousand new ones."""
+    """Parse a long text with garbage collection disabled, because it would search all objects repeatedly."""
     with _LONG_TEXTS:
         was_enabled = gc.isenabled()
         gc.disable()

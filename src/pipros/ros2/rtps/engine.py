@@ -247,14 +247,15 @@ class RtpsEngine:
             case Elsewhere(prefix, host):
                 self._warn(
                     prefix,
-                    f"a ROS 2 participant at {host} is ignored, as its addresses are of other networks; "
+                    f"a ROS 2 participant at {host} is ignored, as its addresses are in other networks; "
                     "name them in ROS_STATIC_PEERS to allow them",
                 )
 
     def _warn_of_mismatches(self) -> None:
-        """Log the endpoints that match no local one, once each.
+        """Log each remote endpoint that matches no local one, once.
 
-        Not when the event arrives: an action is offered under several types, one after another.
+        This does not happen immediately after the event, because an action may be offered under several
+        types, one after another.
         """
         if not self._has_mismatches:
             return

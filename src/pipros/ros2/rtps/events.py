@@ -74,7 +74,7 @@ class OverLimit(NamedTuple):
 
 
 class Elsewhere(NamedTuple):
-    """A participant is ignored, because all addresses that it announces are of other networks; see `Peer`."""
+    """A participant is ignored, because all addresses that it announces are in other networks; see `Peer`."""
 
     prefix: bytes
     host: str

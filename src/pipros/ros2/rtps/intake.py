@@ -1,4 +1,4 @@
-"""The way of datagrams from the sockets into a `ParticipantCore`, in steps that each take little time."""
+"""Pass datagrams from the sockets to a `ParticipantCore`, in steps that each take little time."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: boo
     """Return the parameters that start at `position`, and the position after them.
 
     A truncated list ends after its last complete parameter. Parameters that nothing reads are left out, and
-    more than `_MAX_VALUES` values of a parameter: each would take more memory than its bytes.
+    so are a parameter's values beyond `_MAX_VALUES`, because each takes more memory than its bytes.
     """
     head = _HEADS[is_little]
     found: Parameters = {}

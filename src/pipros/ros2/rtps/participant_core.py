@@ -453,9 +453,9 @@ class ParticipantCore:
 
 
 def _latest(submessages: Sequence[Submessage]) -> Sequence[Submessage]:
-    """Leave out the heartbeats and ACKNACKs that a later one of the same writer and reader supersedes.
+    """Leave out heartbeats and ACKNACKs that are superseded by a later one of the same writer and reader.
 
-    Each is answered, with more bytes than it has, and a datagram can contain 1,800.
+    The response to each is larger than the submessage itself, and a datagram can contain 1,800 of them.
     """
     if len(submessages) <= 2:
         return submessages

@@ -81,9 +81,9 @@ class Peer:
     def choose(self, addresses: tuple[Address, ...]) -> Address | None:
         """Return the address that has the peer's `host`, or the first one to which data may be sent.
 
-        An announcement is small, and data can be large: what names another machine as the recipient would
-        make this one flood it. Therefore, data is sent only to the host that sent the announcement, to its
-        network (the first three bytes of the address), and to `hosts`.
+        An announcement is small, but data can be large: an announcement that names another machine as the
+        recipient could make this machine flood that one. Therefore, data is sent only to the host that sent
+        the announcement, to its network (the first three bytes of the address), and to `hosts`.
         """
         same_host = next((each for each in addresses if each.host == self.host), None)
         return same_host or next((each for each in addresses if self._is_near(each.host)), None)
@@ -101,7 +101,8 @@ def cost_bytes(payload: bytes | memoryview) -> int:
 class Peers:
     """All other participants that have announced themselves.
 
-    Each gets at most half of what the others leave, so that a flood of them leaves room for the next one.
+    Each may use at most half of the memory that the others leave, so that even a flood of participants leaves
+    room for the next one.
     """
 
     def __init__(self, limits: Limits, hosts: frozenset[str] = frozenset()) -> None:

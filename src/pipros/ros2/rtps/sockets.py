@@ -148,7 +148,7 @@ class SocketBacklog:
         self._bytes = 0
         self._bytes_of: dict[tuple[str, int], int] = {}
         self._read_at = -math.inf
-        self._times: deque[list[float]] = deque()  # each time of reading, and how many datagrams wait since
+        self._times: deque[list[float]] = deque()  # times of reading, and how many datagrams of each are left
         self._turns: Turns[tuple[str, int], tuple[bytes, list[float]]] = Turns()
 
     def __bool__(self) -> bool:

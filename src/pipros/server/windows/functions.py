@@ -25,8 +25,8 @@ class WindowFunctions:
     """The functions for one process. The first window starts the page.
 
     Args:
-        cv2: the module, of which errors, codecs and constants are used.
-        node: the page ends with this node.
+        cv2: the module, which provides errors, codecs and constants.
+        node: the node whose shutdown closes the page.
     """
 
     def __init__(self, cv2: Any, node: Node) -> None:
@@ -45,7 +45,7 @@ class WindowFunctions:
         self._open(winname)
 
     def imshow(self, winname: str, mat: Any) -> None:
-        """Show an image, as an 8-bit image. The scale of numbers is that of OpenCV."""
+        """Show an image, converted to 8 bits with the same scale as OpenCV."""
         image = self._in_8_bits(mat)
         window = self._open(winname)
         with self._windows.lock:
@@ -53,7 +53,7 @@ class WindowFunctions:
             window.number += 1
 
     def waitKey(self, delay: int = 0) -> int:
-        """Call the callbacks of the mouse and of trackbars. Return the low byte of the next key, or -1.
+        """Call pending mouse and trackbar callbacks. Return the low byte of the next key, or -1.
 
         Args:
             delay: the longest wait in ms; 0 for no limit. A shutdown of the node ends the wait.
@@ -62,7 +62,7 @@ class WindowFunctions:
         return code if code == -1 else code & 0xFF
 
     def waitKeyEx(self, delay: int = 0) -> int:
-        """Like `waitKey`, with the whole code of the key."""
+        """Like `waitKey`, but return the whole key code."""
         end = time.monotonic() + delay / 1000 if delay > 0 else None
         while True:
             left_s = SLICE_S if end is None else max(end - time.monotonic(), 0.0)
@@ -142,7 +142,7 @@ class WindowFunctions:
             self._window(windowName).on_mouse = call
 
     def getMouseWheelDelta(self, flags: int) -> int:
-        """Return the turn of the wheel; positive is forwards."""
+        """Return the rotation of the mouse wheel; positive is forwards."""
         return flags >> 16
 
     def setWindowTitle(self, winname: str, title: str) -> None:
@@ -206,9 +206,9 @@ class WindowFunctions:
 
         image = np.asarray(mat)
         if not image.size:
-            raise self._cv2.error(f"the image is empty, its shape is {image.shape}: was its file found?")
+            raise self._cv2.error(f"the image is empty: its shape is {image.shape}. Was its file found?")
         if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
-            raise self._cv2.error(f"an image has 1, 3 or 4 channels, got the shape {image.shape}")
+            raise self._cv2.error(f"an image must have 1, 3 or 4 channels, got the shape {image.shape}")
         kind = image.dtype.name
         if kind == "uint8":
             return image.copy()
@@ -219,7 +219,7 @@ class WindowFunctions:
         elif kind in ("int8", "int16"):
             scaled = image / (256 if kind == "int16" else 1) + _SIGNED_MIDDLE
         else:
-            raise self._cv2.error(f"an image cannot have numbers of the type {kind}")
+            raise self._cv2.error(f"an image cannot have elements of the type {kind}")
         return np.clip(np.rint(scaled), 0, 255).astype("uint8")
 
     def _encode(self, image: Any) -> bytes:

@@ -1,1 +1,1 @@
-"""Bags on the page: opened, played, drawn as tracks, exported, recorded."""
+"""Open, play, export and record bags on the page, and draw their tracks."""

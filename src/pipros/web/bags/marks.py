@@ -76,7 +76,7 @@ class BagMarks:
         try:
             decoded = self._reader.class_of(message.connection)._from_bytes(message.data)
             yield from self._log_events(decoded) if is_log else self._diagnostic_events(decoded)
-        except (PiprosError, AttributeError, TypeError):  # the type of the topic is another one
+        except (PiprosError, AttributeError, TypeError):  # the topic has another type
             return
 
     def _log_events(self, entry: Any) -> Iterator[tuple[str, str]]:
@@ -101,7 +101,7 @@ def _first(reader: BagReader, names: tuple[str, ...]) -> list[Connection]:
 def _log_level(data: bytes) -> int:
     """Return the level of a serialized `rosgraph_msgs/Log` without decoding it; 0 if it is too short.
 
-    Its header has 12 bytes and the frame's name, before which are four bytes with its length.
+    Its header consists of 12 bytes, the length of the frame's name in four bytes, and that name.
     """
     at = 16 + int.from_bytes(data[12:16], "little")
     return data[at] if at < len(data) else 0

@@ -51,14 +51,14 @@ class Note:
             raise BadNotes(f"a note must have 1 to {LONGEST_TEXT} characters, got {self.text!r:.100}")
         try:
             self.text.encode()
-        except UnicodeEncodeError:  # half of a pair, which JSON permits and YAML does not
+        except UnicodeEncodeError:  # an unpaired surrogate, which JSON permits but YAML does not
             raise BadNotes(f"a note must be valid Unicode, got {self.text!a:.100}") from None
 
 
 class BagNotes:
     """The notes about a bag, sorted by time. All methods block. Not thread-safe.
 
-    A file that is not one of notes is never replaced.
+    A file that does not contain notes is never replaced.
     """
 
     def __init__(self, bag: Path) -> None:
@@ -81,7 +81,7 @@ class BagNotes:
         return _notes_in(content, str(self.path))
 
     def add(self, note: Note) -> list[Note]:
-        """Add a note, and return all. Raise `BadNotes` if the file cannot be read or written."""
+        """Add a note, and return all notes. Raise `BadNotes` if the file cannot be read or written."""
         return self._write([*self.read(), note])
 
     def remove(self, note: Note) -> list[Note]:

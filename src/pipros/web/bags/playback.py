@@ -145,7 +145,7 @@ class BagTopics(TopicWatches):
         """Watch a topic of the recording.
 
         Raises:
-            RequestRefused: it was not recorded.
+            RequestRefused: the topic was not recorded.
         """
         if self._recorded is not None and topic not in self._recorded:
             raise not_recorded(topic)
@@ -164,8 +164,8 @@ class BagPlayback:
 
     Args:
         live: the running system, whose node and thread pools are used.
-        reader: reader of the bag. It is closed together with the playback. The playback of a
-            `Recording` begins at its end, and has its `/clock`, if there is one.
+        reader: reader of the bag. It is closed together with the playback. The playback of a `Recording`
+            begins at the recording's end, and uses its `/clock`, if there is one.
 
     Raises:
         NoMessages: the bag is empty.

@@ -22,7 +22,7 @@ class BagRedirection:
         of_bag: Callable[[WatchedSystem], ServedViews],
         names: frozenset[str],
     ) -> None:
-        """Redirect those of `names`.
+        """Redirect the views and actions in `names`.
 
         Args:
             live: the views and actions of the running system.

@@ -44,8 +44,8 @@ class _Source:
 class RecentMessages:
     """The newest messages of all watched topics, for all browsers. Thread-safe.
 
-    When a limit is exceeded, the oldest messages are dropped. Of a latched topic, each publisher's last
-    message stays longer, because it is still current: it goes when the others are gone, too.
+    When a limit is exceeded, the oldest messages are dropped. Each publisher's last message on a latched
+    topic is dropped last, because it is still current.
 
     Args:
         span_s: maximum age of a message (s).
@@ -140,11 +140,11 @@ class RecentMessages:
 
 
 class Recording(BagReader):
-    """Messages in memory, with the methods of a reader. They end at the time at which they were taken.
+    """Messages in memory, with the methods of a reader. The recording ends when it was taken.
 
     Args:
         messages: sorted by time.
-        end_ns: the end.
+        end_ns: end of the recording.
     """
 
     def __init__(self, messages: Sequence[StoredMessage], end_ns: int) -> None:

@@ -82,7 +82,7 @@ class OverlayMarkers:
         self._markers: dict[tuple[str, int], tuple[Any, float]] = {}
 
     def add(self, message: Any, now_s: float) -> None:
-        """Add a `Marker` or `MarkerArray` that came at `now_s`."""
+        """Add a `Marker` or `MarkerArray` that arrived at `now_s`."""
         self._markers = {key: each for key, each in self._markers.items() if now_s < each[1]}
         for marker in getattr(message, "markers", [message]):
             key = marker.ns, marker.id
@@ -114,7 +114,7 @@ class Camera:
             raise ValueError("the camera is not calibrated: P has no focal length")
 
     def pixel(self, point: Vector) -> tuple[float, float]:
-        """Return the pixel of a point before the camera."""
+        """Return the pixel of a point in front of the camera."""
         x, y, z = point
         p = self._p
         return (p[0] * x + p[2] * z + p[3]) / z, (p[5] * y + p[6] * z + p[7]) / z
@@ -131,7 +131,7 @@ class Camera:
         return [*self.pixel(one), *self.pixel(other)]
 
     def circle(self, centre: Vector, radius: float) -> list[float]:
-        """Return the centre and radius of a ball, or an empty list if it is behind the camera."""
+        """Return the centre and radius of a sphere, or an empty list if it is behind the camera."""
         if centre[2] < NEAR_M:
             return []
         return [*self.pixel(centre), self._p[0] * radius / centre[2]]
@@ -172,7 +172,7 @@ def marker_shapes(markers: Sequence[Any], camera: Camera, pose_in: Callable[[str
 
 
 def _lines(marker: Any) -> Lines:
-    """Yield the lines of a marker in its own frame; the edges of solids."""
+    """Yield the lines of a marker, or the edges of a solid, in the marker's frame."""
     points = [vector_of(point) for point in marker.points[:MAX_PARTS]]
     x, y, z = (size / 2 for size in vector_of(marker.scale))
     if marker.type == _ARROW:
@@ -197,7 +197,7 @@ def _lines(marker: Any) -> Lines:
 
 
 def _balls(marker: Any) -> Iterator[tuple[Vector, float]]:
-    """Yield the centres and radii of round parts, and of points."""
+    """Yield the centre and radius of each sphere, point or cube of a list, in the marker's frame."""
     radius = marker.scale.x / 2
     if marker.type == _SPHERE:
         yield (0.0, 0.0, 0.0), max(vector_of(marker.scale)) / 2

@@ -1,4 +1,4 @@
-"""Show the acts of this user's programs on this machine that need approval, and answer for the human."""
+"""Show the acts of this user's programs on this machine that need approval, and send the user's answers."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class ActViews:
         self._system = system
 
     async def acts(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the acts that wait, and those of the past, newest first, about twice a second."""
+        """Yield the waiting acts, and the past ones, newest first, about twice a second."""
         while True:
             yield await self._system.questions.run(self._found)
             await asyncio.sleep(POLL_INTERVAL_S)
 
     async def approve(self, arguments: Mapping[str, Any]) -> Any:
-        """Answer for the human: approve an act once or for a minute, or refuse it."""
+        """Send the user's answer: approve an act once or for a minute, or refuse it."""
         process, identity = str(arguments["process"]), str(arguments["id"])
         verdict = arguments.get("verdict")
         if not re.fullmatch("[0-9]{1,10}", process) or verdict not in VERDICTS:

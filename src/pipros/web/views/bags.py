@@ -144,7 +144,7 @@ class BagViews:
         finally:
             self._opening -= 1
             opening.is_cancelled = True
-            waiting.cancel()  # so that asyncio does not report an error that comes after the view was closed
+            waiting.cancel()  # so that asyncio does not report an error that occurs after the view was closed
         try:
             playback = BagPlayback(self._system, reader)
         except NoMessages as error:

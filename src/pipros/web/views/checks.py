@@ -1,4 +1,4 @@
-"""Why no data arrives on a topic: the button "Why no data?" of topics, displays, curves and images."""
+"""Find out why no data arrives on a topic, for the button "Why no data?" of several tabs."""
 
 from __future__ import annotations
 

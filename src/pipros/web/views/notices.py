@@ -1,4 +1,4 @@
-"""The bell in the head of the page: what changed in the last minute, and what is stale now."""
+"""The bell at the top of the page: what changed in the last minute, and what is stale now."""
 
 from __future__ import annotations
 

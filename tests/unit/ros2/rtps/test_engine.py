@@ -255,7 +255,7 @@ def test_participants_with_addresses_of_other_networks_are_logged(caplog: pytest
         assert not engine.has_peers
     (warning,) = caplog.messages
     assert warning == (
-        "a ROS 2 participant at 127.0.0.1 is ignored, as its addresses are of other networks; "
+        "a ROS 2 participant at 127.0.0.1 is ignored, as its addresses are in other networks; "
         "name them in ROS_STATIC_PEERS to allow them"
     )
 
