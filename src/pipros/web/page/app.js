@@ -47,7 +47,7 @@ const system = document.getElementById("system");
 const locked = document.getElementById("locked");
 const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs stay open
 let about = null;
-let masterError = ""; // why the master does not answer
+let masterError = ""; // the reason why the master does not answer; empty if it does
 let resolveKnown;
 const known = new Promise((resolve) => { resolveKnown = resolve; }); // the server's description and permissions
 
@@ -91,7 +91,8 @@ async function show() {
   shown.handle.go?.(argument);
 }
 
-// Hides the tabs for which the running system has no data; the menu has them. All are shown while a bag is open.
+// Hides the tabs for which the running system has no data; the menu still offers them. All are shown while a
+// bag is open.
 let empty = [];
 let updateMenu = (_folded) => {};
 function foldTabs() {

@@ -6,7 +6,7 @@ import { layoutText, leaf, leavesOf, parsedLayout } from "./panels/layout.js";
 
 const PREFIX = "console ";
 
-// The text under which the filters of an address are kept, and back.
+// Convert the filters of an address to the text that the server keeps, and back.
 export const storedRules = (argument) => layoutText(leaf("console", argument));
 export function rulesIn(text) {
   const [only] = leavesOf(parsedLayout(text, ["console"]));

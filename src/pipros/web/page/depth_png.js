@@ -2,7 +2,7 @@
 
 const SIGNATURE_BYTES = 8;
 const MAX_PIXELS = 2 ** 24;
-const BYTES = 2; // per pixel
+const BYTES = 2; // number of bytes per pixel
 
 // Returns {width, height, values}. With `quantised`, the quotient and offset of inverse depths, values are metres and NaN.
 export async function depthOf(png, quantised) {

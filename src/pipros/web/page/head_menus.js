@@ -35,7 +35,7 @@ export function allViewsMenu(tabs, titles) {
 function byKeys(menu) {
   let typed = "";
   const startsWith = (text) => [...menu.children].find((each) => each.textContent.toLowerCase().startsWith(text));
-  menu.addEventListener("beforetoggle", () => { typed = ""; }); // before the first letter: toggle comes later
+  menu.addEventListener("beforetoggle", () => { typed = ""; }); // `toggle` would be too late
   menu.addEventListener("keydown", (event) => {
     const links = [...menu.children];
     const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
@@ -57,6 +57,6 @@ export function publishersMenu() {
   onPublishers((number) => {
     replace(button, `publishing ${number}`);
     button.hidden = number === 0;
-    if (!number) menu.hidePopover?.(); // older browsers lack it
+    if (!number) menu.hidePopover?.(); // older browsers lack this method
   });
 }

@@ -6,9 +6,10 @@ import { currentPlace, placeOf } from "./place.js";
 
 const KEEP = "pipros.last";
 const TRANSFORMS = ["/tf", "/tf_static"];
-const LONGEST_MS = 10000; // for one answer, once the server is connected
+const LONGEST_MS = 10000; // maximum time for one answer, once the server is connected
 
-// Returns a promise of the first value of a view that `isEnough`; of the last one after some time, or null.
+// Returns a promise of the first value of a view for which `isEnough` is true; after some time, of the last
+// value or null.
 function firstOf(view, args, isEnough) {
   return new Promise((resolve) => {
     let last = null;

@@ -6,7 +6,7 @@ import { unsupportedTransport } from "./image_colours.js";
 
 const TYPES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 
-// Returns the names of the topics with images, also of those that are not decoded.
+// Returns the names of the topics with images, including those that are not decoded.
 export const imageTopics = (topics) => topics.filter((each) => TYPES.includes(each.type) || unsupportedTransport(each))
   .map(({ name }) => name);
 

@@ -1,6 +1,6 @@
 // Shapes over images, as the view image_overlay sends them, in pixels of the image at its full size.
 
-const LINE = 1 / 300; // of the width of the image
+const LINE = 1 / 300; // width of lines as a part of the image's width
 const TEXT = 1 / 45;
 
 // Draws shapes: {color, lines: [x, y, x, y, …] for separate lines, circles: [x, y, radius, …], texts: [[x, y, text], …]}.

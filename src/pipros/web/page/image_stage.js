@@ -7,7 +7,7 @@ import { drawShapes } from "./image_overlay.js";
 import { imageZoom } from "./image_zoom.js";
 
 const SHARP = 1200; // pixels
-const KEPT = 20; // shapes of the last times
+const KEPT = 20; // number of times whose shapes are kept
 const APART_NS = 5e8; // how far shapes may be from the image's time
 
 // A picture with its controls, and the pixel under the cursor.
@@ -22,7 +22,7 @@ export function imageStage(label = "Image") {
   let last = null; // the newest image, as it was received
   let head = null; // its header
   let cursor = null; // the pixel under the cursor
-  let shapes = []; // over the image: {stamp, shapes}, the newest last
+  let shapes = []; // {stamp, shapes} to draw over the image, the newest last
 
   function tell() {
     replace(pixel, cursor && head ? `(${cursor.x}, ${cursor.y}): ${head.valueAt(cursor.x, cursor.y)}` : "");

@@ -4,7 +4,7 @@ import { anglesOf, anglesText } from "./angles.js";
 import { bytes, h } from "./dom.js";
 import { placeOf } from "./place.js";
 
-const MORE = "…"; // key of the entry that states how much of a value was left out
+const MORE = "…"; // key of the entry that says how much of a value was left out
 const FLOAT32_DIGITS = 7;
 const LONG_LIST = 10; // longer lists of messages are closed at first
 const EARLIEST_WALL_S = 1e8; // smaller times are durations, or simulated

@@ -2,12 +2,12 @@
 // the release, and the browser reports a click. A drag does not hold them back.
 
 const DRAG_PX = 5;
-const CLICK_MS = 50; // within which the click follows the release
+const CLICK_MS = 50; // maximum time from the release to the click
 const LONGEST_MS = 30000;
 
 let start = null; // {x, y} of the press; null while nothing is pressed
 let timer = 0;
-let held = []; // in order of arrival
+let held = []; // the calls that are held back, in order of arrival
 
 function release() {
   clearTimeout(timer);
@@ -33,7 +33,7 @@ addEventListener("pointermove", ({ clientX, clientY }) => {
 for (const end of ["pointerup", "pointercancel"]) {
   addEventListener(end, () => { if (start) releaseAfter(CLICK_MS); }, { capture: true });
 }
-addEventListener("blur", () => { if (start) releaseAfter(CLICK_MS); }); // of the window, not of an element
+addEventListener("blur", () => { if (start) releaseAfter(CLICK_MS); }); // when the window loses the focus
 
 // Calls a function, now or after the press.
 export function afterPress(call) {

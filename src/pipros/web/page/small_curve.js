@@ -5,7 +5,7 @@ import { numbersIn } from "./message_values.js";
 
 const POINTS = 300;
 const MAX_FIELDS = 200;
-const DIGITS = 6; // of the numbers at the ends of the range; the message below shows exact values
+const DIGITS = 6; // digits of the numbers at the ends of the range; the message below shows exact values
 const [WIDTH, HEIGHT, EDGE] = [300, 60, 3];
 
 // Returns {element, take(message)}.
@@ -16,7 +16,7 @@ export function smallCurve() {
   const range = h("div", { class: "key range" });
   const element = h("div", { class: "curve", hidden: true }, choice, picture, range);
   let field = null;
-  let isChosen = false; // by the user
+  let isChosen = false; // whether the user chose the field
   let values = [];
   let last = new Map();
 

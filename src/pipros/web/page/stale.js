@@ -1,13 +1,15 @@
-// The state "stale": regular data have ended. It has one word and one colour. The server decides it (web/stale.py); for reports
-// between two updates, and messages that the browser receives, this module does.
+// The state "stale": regular data have stopped. It has one word and one colour. The server decides it
+// (web/stale.py); for reports between two updates and for messages that the browser receives, this module
+// decides.
 
 import { h } from "./dom.js";
 
 const [LEAST_S, INTERVALS] = [3, 10]; // as in web/stale.py
-export const LEVELS = ["OK", "Warning", "Error", "Stale"]; // of diagnostics
+export const LEVELS = ["OK", "Warning", "Error", "Stale"]; // names of the levels of diagnostics
 const STALE_LEVEL = 3;
 
-// Returns whether data that came every `intervalS` have ended; null if the interval is unknown.
+// Returns whether data that arrived every `intervalS` have stopped. `intervalS` is null if the interval is
+// unknown.
 export const isStale = (ageS, intervalS) => intervalS !== null && ageS > Math.max(LEAST_S, INTERVALS * intervalS);
 
 export const ageText = (seconds) => (seconds < 10 ? `${seconds.toFixed(1)} s` : seconds < 120 ? `${seconds.toFixed(0)} s`

@@ -6,7 +6,7 @@ const KEYS = {
   ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1],
   w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1],
 };
-const REACH = 0.38; // of the size of the stick: how far its knob goes
+const REACH = 0.38; // how far the knob moves, as a part of the stick's size
 
 const clamped = (value) => Math.max(-1, Math.min(1, value));
 const keyOf = (event) => (event.key.length === 1 ? event.key.toLowerCase() : event.key);

@@ -21,8 +21,8 @@ export function topicPanel(side, name, context, onClose) {
   const copy = (title) => copyButton(title, () => context.act("message_text", { name, format: title.toLowerCase() }), showError);
   const why = whyNoData(context);
   const definitionText = h("pre", { class: "mono whole" });
-  let definedType = ""; // whose definition is shown
-  let type = ""; // empty until it is known
+  let definedType = ""; // the type whose definition is shown
+  let type = ""; // the topic's type; empty until it is known
   const definition = h("details", { class: "definition", ontoggle: () => define() }, h("summary", {}, "Definition"), definitionText);
 
   async function define() {

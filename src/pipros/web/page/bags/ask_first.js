@@ -4,12 +4,12 @@ import { h, replace } from "../dom.js";
 import { live } from "../live.js";
 import { playback } from "./playback.js";
 
-// What stops a robot, or changes only files, is not asked about.
+// Acts that stop a robot or change only files need no confirmation.
 const UNASKED = new Set(["cancel_goal", "record", "scene_save", "stop_recording"]);
 
 const agreed = new Set(); // kinds of acts that the user has agreed to while this bag is open
 let asking = "";
-let shown = null; // the bag
+let shown = null; // the bag that is shown
 
 const question = h("p", {});
 const act = h("button", { value: "yes" }, "Act on the robot");
@@ -39,7 +39,7 @@ function ask(name, kinds) {
   });
 }
 
-// `kinds` is called for each request.
+// Asks before requests. `kinds` is called for each, and returns what views and actions can do.
 export function askFirst(kinds) {
   document.body.append(dialog);
   live.ask = (name) => ask(name, kinds());

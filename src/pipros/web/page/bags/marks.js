@@ -1,6 +1,7 @@
-// The marks of a bag's timeline: errors of the log, diagnostics that got worse, and the user's notes, in the order of time.
+// The marks of a bag's timeline: errors of the log, diagnostics that got worse, and the user's notes, in
+// chronological order.
 
-const NEAR_S = 0.0005; // moments are rounded on their way
+const NEAR_S = 0.0005; // moments are rounded when they are sent
 export const KINDS = {
   log: ["▼", "Error in the log"], warning: ["◆", "Warning"], error: ["◆", "Error"], stale: ["◆", "Stale"], note: ["✎", "Note"],
 };

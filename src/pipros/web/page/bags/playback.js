@@ -9,16 +9,16 @@ class Playback extends EventTarget {
   constructor() {
     super();
     this.name = "";
-    this.isRewind = false; // whether it is the last minute
+    this.isRewind = false; // whether the bag is the last minute
     this.bag = null; // {begin, end, tracks, rewind, …}, once it is open
     this.state = null; // {epoch, moment, playing, speed, loop, error}
     this.opening = null; // while a bag without an index is being read: the part that has been read, from 0 to 1
     this.error = "";
     this.span = 0; // seconds of the past that the server keeps; 0 if it has none
-    this.since = 0; // when that began
-    this.wanted = null; // the moment to go to when the past is there
+    this.since = 0; // when recording the past began
+    this.wanted = null; // the moment to go to once the past is open
     this.goal = null; // the moment of the next jump
-    this.jumping = null; // promise of the end of the running jumps
+    this.jumping = null; // promise that is resolved when all jumps have ended
     this.stop = () => {};
   }
 
@@ -55,7 +55,7 @@ class Playback extends EventTarget {
   take(data) {
     if ("opening" in data) this.opening = data.opening;
     if (data.bag) {
-      const before = this.state; // from before the connection was lost, if it was
+      const before = this.state; // if the connection was lost, the state before that
       Object.assign(this, { bag: data.bag, opening: null, error: "", state: null });
       live.restart();
       if (before) this.control({ jump: before.moment, speed: before.speed, loop: before.loop, play: before.playing });
@@ -127,7 +127,7 @@ class Playback extends EventTarget {
   }
 }
 
-// The time since the beginning, as 1:02.5
+// Formats the time since the beginning, such as 1:02.5.
 export function elapsed(seconds) {
   const whole = Math.max(0, seconds);
   return `${Math.floor(whole / 60)}:${(whole % 60).toFixed(1).padStart(4, "0")}`;

@@ -30,7 +30,7 @@ export function recordingPanel(context, open) {
   const element = h("div", { class: "recorder", hidden: true }, state, form);
   const chosen = new Set();
   let topics = [];
-  let shown = null; // the recording
+  let shown = null; // the recording that is shown
 
   function showTopics() {
     filter.hidden = list.hidden = all.checked;

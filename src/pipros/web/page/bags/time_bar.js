@@ -7,7 +7,7 @@ import { KINDS, Marks } from "./marks.js";
 import { elapsed, playback } from "./playback.js";
 
 const MAX_ROWS = 300;
-const STEP_S = 10; // that Page up and Page down move
+const STEP_S = 10; // by which Page up and Page down move the moment
 
 export function timeBar(element) {
   const marks = new Marks();

@@ -50,7 +50,8 @@ export function thumbnailsIn(area) {
   };
 }
 
-// Adds thumbnails of the visible time to the lane of a track, each as soon as it arrives. Returns a function that ends that.
+// Adds thumbnails of the visible time to the lane of a track, each as soon as it arrives. Returns a function
+// that stops this.
 function addThumbnails(area, bag, track, time) {
   const own = area.querySelector(`[data-topic="${CSS.escape(track.topic)}"]`);
   const number = Math.min(MAX_THUMBNAILS, Math.max(1, Math.floor(area.clientWidth / THUMBNAIL_WIDTH)));
@@ -59,7 +60,7 @@ function addThumbnails(area, bag, track, time) {
     const canvas = h("canvas", { class: "thumbnail", width: 2, height: 2, role: "img", "aria-label": `Image of ${track.topic}` });
     try {
       const head = await drawImage(canvas, data);
-      if (time.first !== first || time.span !== span) return; // others are requested
+      if (time.first !== first || time.span !== span) return; // others were requested meanwhile
       canvas.dataset.at = head.at;
       canvas.style.left = time.percent(head.at);
       own.append(canvas);

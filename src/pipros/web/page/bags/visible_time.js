@@ -13,7 +13,7 @@ export class VisibleTime {
     this.span = this.duration;
   }
 
-  // Shows a part of the time, shifted or shortened to fit into the bag's. Returns whether this is a change.
+  // Shows a part of the time, shifted or shortened to fit into the bag. Returns whether this is a change.
   show(begin, length) {
     const span = Math.min(this.duration, Math.max(Math.min(SHORTEST_S, this.duration), length));
     const first = Math.min(this.begin + this.duration - span, Math.max(this.begin, begin));

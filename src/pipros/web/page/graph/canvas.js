@@ -8,8 +8,8 @@ const LARGEST_SCALE = 1.6; // pixels per unit after `fit`
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
 const CORNER_PX = 44;
-const LETTER = 6.3; // width of a letter of a label, and the height of its plate
-const PLATE = 14;
+const LETTER = 6.3; // width of a letter of a label
+const PLATE = 14; // height of the plate of a label
 const HEAD = "M0,0.5 L8,4 L0,7.5 Z";
 
 // The text that stands for a vertex in addresses and attributes: node:/talker.

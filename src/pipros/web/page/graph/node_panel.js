@@ -54,7 +54,7 @@ function killButton(name, context, error) {
   return button;
 }
 
-// What the page calls the transports of connections. TCPROS is usual, and not shown.
+// Names of transports on the page. TCPROS is the usual one, and not shown.
 const TRANSPORTS = { PIPROSLOCAL: "Unix stream" };
 
 function contents(node, name) {
@@ -78,7 +78,7 @@ function contents(node, name) {
 
 const topicEntry = ([topic, type]) => [h("a", { href: placeOf("topics", topic) }, topic), ` ${type}`];
 
-// The text of an entry before its value: its key among the others.
+// Returns the text of an entry before its value, which distinguishes it from the other entries.
 const textOf = (entry) => (typeof entry === "string" ? entry.replace(/: .*/s, "") : entry[0].textContent);
 
 const list = (title, entries) => [

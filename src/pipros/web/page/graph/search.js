@@ -8,7 +8,7 @@ export function graphSearch(canvas, onHit, onShowAll) {
   const input = h("input", { type: "search", placeholder: "Search (/)", "aria-keyshortcuts": "/",
     "aria-label": "Search nodes and topics", oninput: () => mark(),
     onkeydown: (event) => { if (event.key === "Enter") showHit(); } });
-  let names = []; // of all nodes and topics, including hidden ones
+  let names = []; // names of all nodes and topics, including hidden ones
 
   function mark() {
     const found = canvas.find(input.value);

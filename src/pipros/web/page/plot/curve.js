@@ -61,7 +61,7 @@ export class Curve {
     return last.number === null || number === null ? null : (number - last.number) / (time - last.time);
   }
 
-  // The newest value at a time or before; if the time is null, the newest of all.
+  // The newest value at or before a time; if the time is null, the newest of all.
   at(time) {
     return this.values[time === null ? this.values.length - 1 : indexAt(this.times, time)];
   }
@@ -70,7 +70,7 @@ export class Curve {
 // The topic of a field that is not published: the field is usually one level below.
 const guessedTopic = (field) => (/[={]/.test(field) ? topicBefore(field) : field.replace(/(?<=.)\/[^/]*$/, ""));
 
-// The index of the newest sample at a time or before.
+// The index of the newest sample at or before a time.
 function indexAt(times, time) {
   let [low, high] = [0, times.length];
   while (low < high) {

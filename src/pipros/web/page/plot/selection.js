@@ -1,4 +1,5 @@
-// What one reads from curves: the sample next to the cursor, statistics and a table of the shown part, and lines of reference.
+// Reading curves: the sample next to the cursor, statistics and a table of the shown part, and lines of
+// reference.
 
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5] }; // shift, factor
 

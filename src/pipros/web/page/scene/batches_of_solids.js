@@ -9,7 +9,7 @@ import * as THREE from "three";
 import { NUMBER_TINT, blended } from "./shapes.js";
 import { smallSolids } from "./small_solids.js";
 
-const WORDS = 16; // of a shape in the texture: three rows of its matrix, and its colour
+const WORDS = 16; // numbers of a shape in the texture: three rows of its matrix, and its colour
 const TEXELS = WORDS / 4;
 const ACROSS = 256; // shapes in a row of a texture
 const FIRST = 64; // shapes for which there is room at first

@@ -38,7 +38,7 @@ export class CloudDecoder {
   started() {
     const worker = new Worker(new URL("./cloud_worker.js", import.meta.url), { type: "module" });
     worker.onmessage = ({ data: { turn, arrays, problem } }) => {
-      if (turn !== this.turn) return; // of before `forget`
+      if (turn !== this.turn) return; // the result of a job before `forget`
       const [done, { next }] = [this.current, this];
       this.current = this.next = null;
       if (next) this.post(next);

@@ -8,8 +8,8 @@ import { isStale } from "../stale.js";
 import { topicOf } from "./topic_property.js";
 
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
-const MAX_SENDERS = 20; // with a status each
-const LONGEST_TEXT = 1000; // of a status
+const MAX_SENDERS = 20; // maximum number of senders that have their own status
+const LONGEST_TEXT = 1000; // characters of a status
 const REGULAR = 5; // number of messages from which a topic's interval is computed
 export const LEVELS = ["ok", "warning", "error"];
 
@@ -25,7 +25,7 @@ export class Display {
     this.waiting = []; // messages without a transform
     this.received = 0;
     this.hasPlaced = false; // whether a message was placed
-    this.sender = ""; // of the newest message
+    this.sender = ""; // sender of the newest message
     this.arrivals = []; // times of the newest messages, in ms
     this.isOn = false;
     this.updatedAt = -Infinity; // in ms; see isDue

@@ -5,7 +5,7 @@ import * as THREE from "three";
 export const MODE = {
   none: 0, menu: 1, button: 2, moveAxis: 3, movePlane: 4, rotateAxis: 5, moveRotate: 6, move3d: 7, rotate3d: 8, moveRotate3d: 9,
 };
-const TURN_PIXELS = 300; // for a whole turn
+const TURN_PIXELS = 300; // pixels that the mouse moves for a whole turn
 const PROBE_PIXELS = 10; // the distance that measures the size of a pixel
 
 // A drag of one control.

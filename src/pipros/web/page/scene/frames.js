@@ -6,8 +6,8 @@ import { IDENTITY, composed, interpolated, inverted } from "./pose.js";
 const LENGTH_NS = 10000000000n;
 const MAX_DEPTH = 1000;
 const MAX_FRAMES = 5000;
-const MAX_POSES = 20000; // of one frame
-const TOLERANCE = 10e-3; // of a quaternion's squared norm
+const MAX_POSES = 20000; // maximum number of poses of one frame
+const TOLERANCE = 10e-3; // tolerance of a quaternion's squared norm
 
 // Why a transform is not available. `kind` is the name of tf2's exception.
 export class TransformError extends Error {

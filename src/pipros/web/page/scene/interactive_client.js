@@ -31,7 +31,7 @@ export class InteractiveClient {
     const seq = BigInt(number);
     if (server.isReady) return;
     const later = server.queue.filter((update) => BigInt(update.seq_num) > seq);
-    if (later.length && BigInt(later[0].seq_num) !== seq + 1n) return; // the state is too old
+    if (later.length && BigInt(later[0].seq_num) !== seq + 1n) return; // an update in between is missing
     Object.assign(server, { seq, isReady: true, queue: [] });
     this.sink.clear(id);
     for (const marker of markers) this.sink.add(id, marker);

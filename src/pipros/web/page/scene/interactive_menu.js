@@ -3,7 +3,7 @@
 import { h } from "../dom.js";
 
 const FEEDBACK_COMMAND = 0;
-const MAX_ENTRIES = 200; // of one level
+const MAX_ENTRIES = 200; // maximum number of entries of one level
 const MAX_LEVELS = 10;
 
 // Returns the menu as an element. `choose` is called with the id of an entry.

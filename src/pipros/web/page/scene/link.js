@@ -1,7 +1,7 @@
 // Links to a scene: its displays, options and view as text for the address, compressed.
 
 const LONGEST_LINK = 30000; // characters
-const MAX_BYTES = 2e6; // of a link's content
+const MAX_BYTES = 2e6; // maximum size of a link's content
 const DEEPEST = 40;
 const ROOT = "Visualization Manager";
 

@@ -53,7 +53,7 @@ export class InBatch {
   // Takes size and colour from a newer message. It is drawn with the next `place`.
   change({ scale, color, pose }) {
     const { position: p, orientation: q } = pose;
-    own.quaternion.set(q.x, q.y, q.z, q.w).normalize(); // to the identity if all are 0
+    own.quaternion.set(q.x, q.y, q.z, q.w).normalize(); // becomes the identity if all components are 0
     own.scale.set(scale.x || SMALLEST, scale.y || SMALLEST, scale.z || SMALLEST);
     this.local.compose(own.position.set(p.x, p.y, p.z), own.quaternion, own.scale);
     this.color = color;

@@ -88,7 +88,7 @@ export class Meshes {
         manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
         loader.setMaterials(new MTLLoader(manager).parse(materials, ""));
       } catch {
-        // if its materials cannot be loaded, the mesh is drawn like a mesh without materials
+        // if the materials cannot be loaded, the mesh is drawn as if it had none
       }
     }
     const object = loader.parse(text);
@@ -170,7 +170,7 @@ function stlGeometry(bytes) {
       throw new Error(`an STL file of ${buffer.byteLength} bytes cannot have ${triangles} triangles`);
   }
   const geometry = new STLLoader().parse(buffer);
-  geometry.deleteAttribute("color"); // rviz ignores them
+  geometry.deleteAttribute("color"); // rviz ignores these colours
   const normals = geometry.getAttribute("normal");
   if (!normals || normals.array.every((value) => value === 0)) geometry.computeVertexNormals();
   return geometry;

@@ -1,14 +1,14 @@
-// When the next picture may be begun, so that the page's thread stays free for messages.
+// Decides when the next picture may begin, so that the page's thread has time for messages.
 
-const SLOW_MS = 100; // of a picture, from which the page's thread gets a share of the time
-const FREE = 0.3; // that share
+const SLOW_MS = 100; // duration of a picture from which on time is reserved for the page's thread
+const FREE = 0.3; // the part of the time that is reserved
 
 export class Pacing {
   constructor(gl) {
     this.gl = gl;
     this.unfinished = []; // fences behind the commands of the last pictures
     this.drawnAt = null; // the time of the last animation frame, if a picture was drawn in it
-    this.wasSlow = false; // whether the last picture was
+    this.wasSlow = false; // whether the last picture was slow
     this.resumesAt = 0; // when pictures may be drawn again
   }
 

@@ -54,7 +54,7 @@ export class Scene {
     this.settledAt = 0;
     this.frameProblem = ""; // why the newest refused transform was refused
     this.hasNewClouds = false; // whether the points must be divided again
-    this.mostPoints = innerWidth < 700 ? 50000 : 200000; // of all clouds together
+    this.mostPoints = innerWidth < 700 ? 50000 : 200000; // maximum number of points of all clouds together
     this.isInteracting = false; // whether the tool Interact is chosen
     /** @type {HTMLElement | null} */
     this.images = null; // where displays show images
@@ -123,7 +123,8 @@ export class Scene {
     this.reset();
   }
 
-  // Removes everything that came from messages: for another fixed frame, after a jump in time, and for the button Reset.
+  // Removes everything that messages created: for another fixed frame, after a jump in time, and for the
+  // button Reset.
   reset() {
     this.frameProblem = "";
     for (const display of this.all()) display.reset();

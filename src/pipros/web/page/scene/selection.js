@@ -10,7 +10,7 @@ const MAX_LISTED = 100;
 const REFRESH_MS = 500;
 const COLOUR = [0, 255, 255];
 const EDGES = [[0, 1], [1, 3], [3, 2], [2, 0], [4, 5], [5, 7], [7, 6], [6, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
-const POINT_RADIUS = 0.03; // metres, of points with a size in pixels
+const POINT_RADIUS = 0.03; // radius in metres of points whose size is in pixels
 
 export class Selection {
   // `signal` ends it.

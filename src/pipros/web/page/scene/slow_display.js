@@ -3,9 +3,9 @@
 // Pictures are slow if the browser asks for the next one late, several times in a row. Then two pictures are timed, before one of
 // which the scene is drawn once more without the display that draws most. The page's thread does not wait for them.
 
-const SLOW_MS = 100; // from one picture to the next
-const ROW = 4; // slow pictures, after which the display is looked for
-const PAUSE_MS = 30000; // until it is looked for again
+const SLOW_MS = 100; // time from one picture to the next from which on pictures are slow
+const ROW = 4; // number of slow pictures in a row after which the display is searched for
+const PAUSE_MS = 30000; // time until the next search
 const POLL_MS = 4;
 const HALF = 0.5;
 
@@ -13,8 +13,8 @@ export class SlowDisplay {
   constructor(scene) {
     this.scene = scene;
     this.found = null; // {display, share, ms}
-    this.isLooking = false; // then no other pictures may be drawn
-    this.slow = 0; // pictures in a row
+    this.isLooking = false; // whether the search is running, during which no other pictures may be drawn
+    this.slow = 0; // number of slow pictures in a row
     this.lookedAt = -Infinity;
     this.last = { time: 0, isDrawn: false };
   }

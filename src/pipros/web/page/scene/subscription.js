@@ -3,7 +3,7 @@
 import { messagesOf, unpacked } from "./batches.js";
 import { decoderOf } from "./layout.js";
 
-const LISTS = ["markers", "transforms"]; // whose elements have headers
+const LISTS = ["markers", "transforms"]; // fields whose elements have headers
 const isLocal = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
 
 export class Subscription {

@@ -21,7 +21,7 @@ export class TreePanel {
     this.element = h("div", { class: "scene-tree" }, h("div", { class: "scene-head" }, this.search, this.kinds), this.list);
     this.rows = new Map(); // display to {sign, details, statuses}
     this.topics = [];
-    this.open = new WeakSet(); // configurations with open details
+    this.open = new WeakSet(); // configurations whose details are open
     this.dragged = null; // {display, parent} while a row is dragged
     context.watch("topics", {}, ({ topics }) => {
       this.topics = topics;

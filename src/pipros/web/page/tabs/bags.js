@@ -40,7 +40,7 @@ export function open(view, argument, context) {
   const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; ask(false); },
     choose: () => {} });
   let selection = null; // [from, to]
-  let isSure = false; // that the whole bag is to be saved
+  let isSure = false; // whether the user has confirmed that the whole bag is to be saved
   const closing = button("Close", "Close the bag", () => choose(""));
   controls.append(h("span", { class: "spring" }), form, exported, cancel);
   view.append(h("div", { class: "column" },
@@ -165,7 +165,7 @@ export function open(view, argument, context) {
   }
 
   playback.addEventListener("change", show, { signal: context.signal });
-  let noted = ""; // what the address says
+  let noted = ""; // the argument of the address
   let noting = 0;
   function noteMoment(seconds) {
     const text = seconds < SHORTEST_S ? playback.name : `${playback.name}@${seconds.toFixed(1)}`;

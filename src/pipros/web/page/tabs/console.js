@@ -24,7 +24,7 @@ export function open(view, argument, context) {
   const groups = new LogGroups(); // of the entries in `shown`
   let lost = 0;
   let shownProblem = "";
-  let selected = null; // a group
+  let selected = null; // the selected group
   let isPaused = false;
   let waiting = [];
   const levels = new Set(LEVELS.map(([level]) => level));

@@ -4,7 +4,7 @@ import { h, replace } from "../dom.js";
 import { ageText, isStaleLevel, levelDot, levelNow, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 
-const PREFIX = "/Fleet/"; // followed by the reporting member and the sending member; an aggregator puts its groups before
+const PREFIX = "/Fleet/"; // then the reporting and sending member; an aggregator puts its groups before it
 const COLUMNS = [
   { title: "Member", text: ({ member }) => member, order: ({ key }) => key },
   { title: "Receives from", text: ({ from }) => from || "–", order: ({ from }) => from },

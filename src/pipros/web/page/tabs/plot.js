@@ -70,7 +70,7 @@ export function open(view, argument, context) {
   let needsDraw = false;
   let isRebuilt = false; // drawn also while it is paused
   let pausedAt = null; // the newest time when it was paused
-  let moment = null; // that an address names
+  let moment = null; // the moment that an address names
 
   const remember = () => context.remember(plotText([...set.curves.keys()], axis.value, hasMarks.checked,
     { hasStatistics: hasStatistics.checked, lines: lines.values() }));

@@ -18,7 +18,7 @@ export function open(view, argument, context) {
   let servers = [];
   let server = "";
   let close = () => {};
-  let form = null; // of the server, after its description has arrived
+  let form = null; // the form of the server, once its description has arrived
   let last = { values: {}, states: {} };
   const queue = changeQueue(context, () => server, take, (text) => { replace(error, text); show(last); });
 

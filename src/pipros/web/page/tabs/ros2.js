@@ -4,7 +4,7 @@ import { h, replace } from "../dom.js";
 import { ageText, isStaleLevel, levelNow, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 
-const PREFIX = "/ROS 2/"; // then the node of the gateway; an aggregator puts its groups before
+const PREFIX = "/ROS 2/"; // followed by the gateway's node; an aggregator puts its groups before it
 const KINDS = { topics: "topic", services: "service", actions: "action" };
 const RATE = /^([\d.]+)\/s, (\d+) dropped(?:: (.*))?$/s;
 const COLUMNS = [

@@ -29,7 +29,7 @@ export function open(view, argument, context) {
       "too, if this page is silent for half a second."))));
   const session = commandSession(context, (problem) => { if (isOn) replace(error, problem); });
   let isOn = false;
-  let isChosen = Boolean(argument); // the topic, by the user
+  let isChosen = Boolean(argument); // whether the user chose the topic
   let listeners = null;
   let wanted = [0, 0]; // forward and left, from -1 to 1
 
@@ -99,7 +99,7 @@ function commandSession(context, onError) {
   let session = "";
   let stop = () => {};
   let isSent = true; // whether the last command that was sent is zero
-  let isWaiting = false; // for the answer to a command
+  let isWaiting = false; // whether the answer to a command is pending
 
   function end() {
     stop();

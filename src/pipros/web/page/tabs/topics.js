@@ -8,7 +8,7 @@ import { dataTable } from "../table.js";
 import { topicPanel } from "../topic_panel.js";
 
 const MAX_ROWS = 500;
-const MAX_MEASURED = 50; // as the server allows
+const MAX_MEASURED = 50; // the maximum that the server allows
 const UNMEASURED = "Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.";
 const DEEPEST = 5; // deeper rows are not indented further
 const nodes = (names) => (names ?? []).map(nodeText).join(", ");

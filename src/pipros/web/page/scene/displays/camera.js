@@ -6,7 +6,7 @@ import { truth } from "../properties.js";
 import { infoTopic } from "./depth.js";
 import { Image } from "./image.js";
 
-const MAX_PIXELS = 640; // along each side of the picture
+const MAX_PIXELS = 640; // maximum number of pixels along each side of the picture
 const INTERVAL_MS = 100;
 
 export class Camera extends Image {

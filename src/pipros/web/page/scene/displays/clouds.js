@@ -9,7 +9,7 @@ import { points, refilled } from "../points.js";
 import { interpolated, transformed, vectorText } from "../pose.js";
 import { clear, dispose, place } from "../shapes.js";
 
-const MAX_KEPT = 2000000; // points of all clouds in a display with a decay time
+const MAX_KEPT = 2000000; // maximum number of points of all clouds in a display with a decay time
 const TEXT = new TextDecoder();
 
 export class Cloud extends Display {
@@ -69,7 +69,7 @@ export class Cloud extends Display {
   redrawn(positions, tints, look) {
     const last = this.kept.length === 1 ? this.kept[0] : null;
     if (!last?.object.isPoints || last.look !== look || last.count !== positions.length / 3) return null;
-    this.root.remove(last.object); // but its buffers stay
+    this.root.remove(last.object); // but keep its buffers
     return refilled(last.object, positions, tints);
   }
 

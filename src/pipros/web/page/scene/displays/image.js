@@ -11,7 +11,7 @@ export class Image extends Display {
       this.setStatus("Image", "error", "Error subscribing: Empty topic name");
       return;
     }
-    this.bounds = []; // of the newest images
+    this.bounds = []; // the extremes of the newest images
     const hint = this.get("Transport Hint");
     const name = hint && hint !== "raw" ? `${base}/${hint}` : base;
     this.setStatus("Image", "warning", "No Image received");

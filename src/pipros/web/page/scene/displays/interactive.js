@@ -14,8 +14,8 @@ import { composed, inverted, isFinitePose, normalized, poseOf } from "../pose.js
 import { axes, dispose, place } from "../shapes.js";
 import { Markers } from "./markers.js";
 
-const MOST = 2000; // interactive markers in a display
-const MAX_CONTROLS = 200; // controls of one marker
+const MOST = 2000; // maximum number of interactive markers in a display
+const MAX_CONTROLS = 200; // maximum number of controls of one marker
 const UPDATE = /\/update$/;
 const QUEUE = 100;
 const KEEP_ALIVE_MS = 250;

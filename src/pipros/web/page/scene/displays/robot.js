@@ -6,7 +6,7 @@ import { poseTexts } from "../pose.js";
 import { truth } from "../properties.js";
 import { BOX, CYLINDER, SPHERE, axes, blended, place } from "../shapes.js";
 
-const RED = [1, 0, 0, 1]; // of shapes without a material
+const RED = [1, 0, 0, 1]; // colour of shapes without a material
 
 export class RobotModel extends Display {
   begin() {
