@@ -20,7 +20,7 @@ T = TypeVar("T")
 P = ParamSpec("P")
 
 PART_OF_A_CLIENT: Final = 1 / 4
-"""Largest part of the calls at once that one client gets."""
+"""Largest part of the concurrent calls that one client gets."""
 
 
 class CallTurns:
@@ -162,7 +162,7 @@ class ClientCalls:
                 self._start(following)
 
     def _next(self) -> Callable[[], object] | None:
-        """Return the next call for the current slot, or return the slot."""
+        """Return the next call for the current slot. If there is none, give the slot back and return None."""
         with self._lock:
             if self._waiting:
                 return self._waiting.popleft()

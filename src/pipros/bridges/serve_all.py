@@ -38,9 +38,9 @@ class AllProtocols:
         has_control: bool,
         policy: Policy | None,
     ) -> None:
-        """Create the protocols, and the page if it is installed. `secret` is the page's; None creates one.
+        """Create the protocols, and the page if it is installed. If `secret` is None, the page creates one.
 
-        All protocols share one gate, with the policy.
+        All protocols share one gate, which enforces the policy.
         """
         gate = ActGate(node, policy)
         self._node = node

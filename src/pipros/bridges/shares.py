@@ -18,9 +18,9 @@ from pipros.bridges.pace import SharedWork
 PART: Final = 0.5
 """Largest part of what other clients leave that one client gets."""
 OWN_BYTES: Final = 256 * 1024
-"""Memory that each client has in any case."""
+"""Memory that each client has regardless of the other clients."""
 OWN_TOPICS: Final = 8
-"""Topics that each client may receive, and publish, in any case."""
+"""Topics that each client may receive, and publish, regardless of the other clients."""
 READ_AHEAD_BYTES: Final = 256 * 1024
 """Complete messages that a server reads before it has handled the previous ones."""
 PATIENCE: Final = 1

@@ -24,7 +24,7 @@ _RESTART_S = 5.0
 """How long an action remains after its server has gone.
 
 If the gateway closed and opened its topics while the server restarts, a rospy server that is just connecting
-to them could lose one: it ignores the news of a publisher whose last connection it has not yet removed.
+to them could lose one: it ignores an update about a publisher whose last connection it has not yet removed.
 """
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (empty for services) and nodes of a topic or service."""

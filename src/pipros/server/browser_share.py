@@ -1,4 +1,4 @@
-"""The browser that the current context serves, and its slots for service calls."""
+"""The browser that the current context (`contextvars`) serves, and its slots for service calls."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pipros.graph.observer import GraphObservation
 
 LEAST_S, INTERVALS = 3.0, 10
-"""Data are stale after this many of their mean intervals, but at least this time (s)."""
+"""Data are stale after this number of their mean intervals, but not before this time (s)."""
 REPORT_S = 5.0
 """A component that has not reported diagnostics for this time (s) is stale."""
 

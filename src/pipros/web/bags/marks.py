@@ -15,13 +15,13 @@ from pipros.web.bags.curve import PIECE_S
 
 BINS: Final = 500
 MARKS_OF_A_BIN: Final = 4
-"""The bag is divided into `BINS` parts of equal duration, of which each has at most so many marks."""
+"""The bag is divided into `BINS` parts of equal duration, each of which has at most this many marks."""
 LONGEST_TEXT: Final = 200
 MAX_COMPONENTS: Final = 3000
 ERROR_LEVEL: Final = 8
 LOG: Final = ("/rosout_agg", "/rosout")
 DIAGNOSTICS: Final = ("/diagnostics", "/diagnostics_agg")
-"""Of each of these, the first topic that the bag has is read: the others contain the same."""
+"""Of `LOG`, and of `DIAGNOSTICS`, only the first topic in the bag is read, because the other has the same."""
 DIAGNOSTIC_KINDS: Final = ("ok", "warning", "error", "stale")
 
 Mark = tuple[float, str, str]

@@ -20,7 +20,7 @@ MAX_PARTS: Final = 20_000
 """Maximum number of lines and circles over an image."""
 LONGEST_TEXT: Final = 60
 NEAR_M: Final = 0.01
-"""Distance (m) before the camera from which lines are drawn."""
+"""Distance (m) in front of the camera from which on lines are drawn."""
 DETECTION_COLOR: Final = "#ffd84a"
 _ROUND: Final = 16
 

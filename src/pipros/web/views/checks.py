@@ -15,7 +15,7 @@ from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
 AT_ONCE = 2
-"""Maximum number of concurrent checks by all browsers; each is a node for some seconds."""
+"""Maximum number of concurrent checks by all browsers; each runs a node for some seconds."""
 MAX_WAITING = 8
 """Maximum number of checks that run or wait."""
 WAIT_S = 3.0

@@ -239,9 +239,9 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
 def _label_part(arrow: Arrow) -> float:
     """Return the label's relative position on the arrow: near the topic, where arrows are further apart.
 
-    A label as wide as a rate and a bandwidth leaves the head of the arrow visible.
+    At this position, a label with a rate and a bandwidth does not cover the head of the arrow.
     """
-    if arrow.wrong:  # the label with both types fills the gap
+    if arrow.wrong:  # a label with both types is so long that it fills the gap
         return 0.5
     return 0.52 if arrow.start.kind == "node" and arrow.end.kind != "node" else 0.4
 

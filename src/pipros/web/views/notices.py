@@ -20,7 +20,7 @@ T = TypeVar("T")
 ERROR_LEVEL: Final = 2
 LOGGED_ERROR: Final = 8
 MAX_SCANNED_BYTES: Final = 1_000_000
-"""Approximate maximum size of the log entries that are examined each second; of more, the newest are not."""
+"""Approximate maximum size of the log entries that are examined each second. The others follow later."""
 
 
 class NoticeViews:
