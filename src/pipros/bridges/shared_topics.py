@@ -131,7 +131,7 @@ class SharedTopics:
                 taken.replaces, replaces.replaces = replaces.replaces, None
             else:
                 taken.replaces, replaces = replaces, None
-        if replaces is not None:  # it never began, so its predecessor still receives the messages
+        if replaces is not None:  # `replaces` never began, so its predecessor still receives the messages
             replaces.close()
         self._change(taken, is_begin=True)
         return taken

@@ -284,7 +284,7 @@ class ActionToRos2:
             if goal.ended_s:
                 return
             goal.status, goal.text, goal.ended_s = status, text, time.monotonic()
-            self._result_out.publish(message)  # before `close` can see that the goal has ended
+            self._result_out.publish(message)  # publish before `close` can see that the goal has ended
         self._publish_status()
 
     # -- from ROS 2 ----------------------------------------------------------------------------

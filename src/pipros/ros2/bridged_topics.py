@@ -180,7 +180,7 @@ class TopicToRos2:
         if self._subscriber is not None:
             total = self._subscriber.statistics()["dropped"]
             self.counts.overflow("", total, f"{self.route.ros1}: the gateway is too slow")
-        for caller, each in self._publishers.copy().items():  # in one step: callbacks add to it
+        for caller, each in self._publishers.copy().items():  # a copy, because callbacks add to it
             reason = f"{self.route.ros2}: a ROS 2 subscriber is too slow"
             self.counts.overflow(("to", caller), each.dropped, reason)
 

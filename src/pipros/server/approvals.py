@@ -186,7 +186,7 @@ def waiting_acts() -> list[Mapping[str, Any]]:
                 {**local_requests.ask(_FOLDER, process, {"do": "list"}, _ANSWER_BYTES), "process": process}
             )
         except LocalFailed:
-            continue  # it has ended
+            continue  # the program has ended
     return found
 
 

@@ -73,7 +73,7 @@ def folders_for_browsers(variables: Mapping[str, str]) -> list[Path]:
 def _new_folder(variables: Mapping[str, str]) -> Path:
     for folder in folders_for_browsers(variables):
         try:
-            return Path(tempfile.mkdtemp(prefix=_NAME, dir=folder))  # of mode 0700
+            return Path(tempfile.mkdtemp(prefix=_NAME, dir=folder))  # `mkdtemp` sets the mode 0700
         except OSError:
             continue
     return Path(tempfile.mkdtemp(prefix=_NAME))

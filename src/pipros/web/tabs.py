@@ -235,7 +235,7 @@ TABS = (
         lambda context: TopicViews(context.system),
         {
             "measured": TopicViews.measured,
-            "running_topics": TopicViews.topics,  # of the running system, even while the browser shows a bag
+            "running_topics": TopicViews.topics,  # always those of the running system
             "topic": TopicViews.topic,
             "topics": TopicViews.topics,
         },

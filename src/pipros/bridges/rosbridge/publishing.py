@@ -205,7 +205,7 @@ class _SharedPublisher:
         self._early_until_s = time.monotonic() + EARLY_S
         self._early: list[tuple[Any, Charge]] = []
         self._early_bytes = 0
-        self._latched: Charge | None = None  # for the newest message, if the topic is latched
+        self._latched: Charge | None = None  # memory of the newest message, if the topic is latched
         self._lock = threading.Lock()
         self._publisher.publication.listeners.append(self)
         call_later(EARLY_S, self._publish_early)

@@ -191,7 +191,7 @@ class RosbridgeSession:
         self._calls.interrupt()
         self._call_turns.close()
         self._bridge.questions.forget(self)
-        while self._streams:  # they refer to the session; without this cycle, each is freed at once
+        while self._streams:  # streams refer to the session; without this cycle, each is freed at once
             self._streams.popitem()[1].close()
         for service in list(self._offered.values()):
             self._bridge.services.withdraw(self, service)

@@ -33,7 +33,7 @@ class TcpInput:
         self._loop = asyncio.get_running_loop()
         self._login_end_s = self._loop.time() + limits.login_s
         self._login_bytes = limits.login_bytes
-        self._end_s: float | None = None  # for the next MiB of an incomplete message
+        self._end_s: float | None = None  # deadline for the next MiB of an incomplete message
         self._grown_bytes = 0
         self._held_bytes = 0
 

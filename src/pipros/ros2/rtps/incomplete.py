@@ -44,7 +44,7 @@ class Assembly:
     sample_bytes: int
     changed_at: float
     inline: Parameters | None = None
-    _runs: dict[int, Buffer] = field(default_factory=dict)  # by the index of their first fragment
+    _runs: dict[int, Buffer] = field(default_factory=dict)  # pieces by the index of their first fragment
     _has: bytearray = field(
         default_factory=bytearray
     )  # 1 for each fragment that has arrived, up to the last one

@@ -24,7 +24,7 @@ def hint_for(discovery: Discovery, table: Path = _TABLE) -> str | None:
     try:
         with table.open("rb") as opened:
             lines = opened.read(_MAX_BYTES).splitlines()[1:]
-    except OSError:  # not Linux
+    except OSError:  # this system is not Linux
         return None
     if multicast_port(discovery.domain) not in _ports(lines):
         return None

@@ -160,7 +160,7 @@ class ZenohEngine:
         atexit.unregister(self.close)
         try:
             self._session.close()
-        except self._zenoh.ZError as error:  # after 10 s
+        except self._zenoh.ZError as error:  # raised after 10 s
             _LOG.warning("the Zenoh session was not closed in time: %s", error)
         with self._lock:
             threads = self._threads

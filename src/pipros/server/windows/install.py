@@ -34,7 +34,7 @@ def show_windows_on_page(node: Node) -> None:
         _replace(module, node)
         return
     for finder in [finder for finder in sys.meta_path if isinstance(finder, _Finder)]:
-        sys.meta_path.remove(finder)  # of the previous node in this process
+        sys.meta_path.remove(finder)  # left by the previous node in this process
     sys.meta_path.insert(0, _Finder(node))
 
 

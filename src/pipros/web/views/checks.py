@@ -15,7 +15,7 @@ from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
 AT_ONCE = 2
-"""Maximum number of concurrent checks by all browsers; each runs a node for some seconds."""
+"""Maximum number of concurrent checks by all browsers; each runs a node for a few seconds."""
 MAX_WAITING = 8
 """Maximum number of checks that run or wait."""
 WAIT_S = 3.0
@@ -33,7 +33,7 @@ class CheckViews:
     async def why_no_data(self, arguments: Mapping[str, Any]) -> Any:
         """Return the steps up to the first that fails, as `pipros doctor TOPIC --json` prints them.
 
-        Takes `WAIT_S`, and some seconds more if nodes do not answer. Browsers that ask for the same topic
+        Takes `WAIT_S`, and a few seconds more if nodes do not answer. Browsers that ask for the same topic
         meanwhile share the check.
 
         Raises:
@@ -43,7 +43,7 @@ class CheckViews:
         check = self._running.get(name)
         if check is None:
             if len(self._running) >= MAX_WAITING:
-                raise RequestRefused(f"{MAX_WAITING} topics are being checked; try again in some seconds")
+                raise RequestRefused(f"{MAX_WAITING} topics are being checked; try again in a few seconds")
             check = self._running[name] = asyncio.ensure_future(self._pool.run(self._check, name))
             check.add_done_callback(lambda _: self._running.pop(name))
         try:

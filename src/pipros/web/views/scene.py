@@ -76,7 +76,7 @@ class SceneViews:
         self._topics: dict[str, Shared[SceneTopic]] = {}
         self._clouds: dict[str, Shared[CloudTopic]] = {}
         self._packages = PackageIndex.from_environment(system.node.environment)
-        self._files: dict[str, frozenset[str]] = {}  # by the parameter of the robot description, oldest first
+        self._files: dict[str, frozenset[str]] = {}  # by parameter of a robot description, oldest first
         self._feedback: dict[str, Future[Publisher[Any] | GatedPublisher]] = {}
 
     async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
