@@ -117,7 +117,7 @@ class BridgeServer:
 
     Attributes:
         port: the open port, after `open`.
-        shares: what all clients may use together.
+        shares: the memory and other resources that all clients may use together.
     """
 
     def __init__(

@@ -77,7 +77,7 @@ class BridgeConnection(PortConnection):
     Attributes:
         is_page: whether the request was for the page.
         is_known: whether the request contained the token; True if no token is required.
-        shares: what the client may use, once it has been admitted; None for the page's clients.
+        shares: the resources that the client may use, once it has been admitted; None for the page's clients.
         on_writable: called when the buffer is no longer full.
         on_full: called when the buffer becomes full.
         on_lost: called when the connection is lost.
@@ -210,7 +210,7 @@ class BridgeClient:
         address: IP address and port.
         agent: the `User-Agent` header, or an empty string.
         outbox: data for the client; thread-safe.
-        shares: what the client may use.
+        shares: the resources that the client may use.
         received: number and size of the messages from the client.
         host: IP address.
         active_s: time of the last message from the client, or of the connection; monotonic.

@@ -46,7 +46,7 @@ class BridgeOptions:
             always connect.
         allows_null_origin: whether pages without an origin may connect.
         has_control: whether clients may change the system.
-        policy: what clients may do if they have control; None for no policy.
+        policy: restricts what clients with control may do; None for no policy.
         closing_s: maximum time to wait at exit for connections, node and protocols together.
     """
 

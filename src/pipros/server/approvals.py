@@ -68,7 +68,7 @@ class Approvals:
 
         Args:
             master: URI of the master, for display.
-            limit: maximum number of acts that wait at a time.
+            limit: maximum number of waiting acts.
         """
         self._master = master
         self._limit = limit

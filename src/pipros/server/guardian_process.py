@@ -92,7 +92,7 @@ class Stops:
 
 
 class ServiceStop:
-    """Stops what a service moves by calling the service, once at a time. Used like a publisher."""
+    """Stops what a service moves by calling it, with at most one call at a time. Used like a publisher."""
 
     def __init__(self, node: Node, service: str, service_class: Any) -> None:
         self._client = node.client(service, service_class)

@@ -53,7 +53,7 @@ class WatchedSystem:
         node_clients: connections to the nodes' APIs.
         observation: the latest observation.
         changes: nodes and topics that were recently added or removed.
-        activity: which topics are stale.
+        activity: determines which topics are stale.
     """
 
     def __init__(

@@ -142,7 +142,7 @@ export function graphCanvas(label, onSelect) {
     setBox({ x: scene.width / 2 - width / scale / 2, y: scene.height / 2 - clear / scale / 2, w: width / scale, h: height / scale });
   }
 
-  // Keeps the centre and the scale when the element has another size.
+  // Keeps the centre and the scale when the element's size changes.
   function resize() {
     const { width, height } = element.getBoundingClientRect();
     if (!isMoved || !width || !height) { fit(); return; }

@@ -135,7 +135,8 @@ export class Display {
     return [];
   }
 
-  // Returns what is not there yet: one line each. A picture is complete when nothing is missing from any display.
+  // Returns a line for each thing that is still missing. A picture is complete when
+  // no display lacks anything.
   missing() {
     const topic = topicOf(this);
     if (topic && !this.received) return [`no message on [${topic}]`];

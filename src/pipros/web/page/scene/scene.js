@@ -218,7 +218,7 @@ export class Scene {
     return new Subscription(this, take, onError, onLost).begin(name, queue);
   }
 
-  // Returns what is not there yet: one line each.
+  // Returns a line for each thing that is still missing.
   missing() {
     const shown = this.all().filter((display) => display.isOn && !display.displays);
     return [...shown.flatMap((display) => display.missing().map((text) => `${display.name}: ${text}`)),
