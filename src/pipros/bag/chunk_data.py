@@ -109,7 +109,7 @@ class ChunkStore:
         self._kept_bytes = 0
         self._ahead: dict[int, Future[bytes]] = {}
         self._threads: ThreadPoolExecutor | None = None
-        processors = os.cpu_count() or 1  # read once per cache, because the call reads a system file
+        processors = os.cpu_count() or 1  # called once per cache, because it reads a system file
         self._threads_limit = processors if processors > 1 else 0
 
     def get(

@@ -185,7 +185,7 @@ def info_html(info: BagInfo) -> str:
 
 
 def _rate(topic: BagTopic, seconds: float) -> str:
-    """Return the frequency, or nothing if messages came in bursts: then the median says little."""
+    """Format the frequency; empty if messages came in bursts, because the median is then meaningless."""
     is_steady = topic.frequency is not None and topic.frequency * seconds < 100 * topic.messages
     return f"{topic.frequency:.4g}" if is_steady else ""
 

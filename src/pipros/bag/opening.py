@@ -28,7 +28,7 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
 
 
 def is_ros1_bag(path: str | os.PathLike[str]) -> bool:
-    """Return False for folders, MCAP files and databases, which may have messages of ROS 2."""
+    """Return False for folders, MCAP files and SQLite databases, which may contain ROS 2 messages."""
     if os.path.isdir(path) or is_mcap(path):
         return False
     with open(path, "rb") as file:

@@ -328,7 +328,7 @@ class BagReader:
             store.close()
 
     def _spans(self, ranks: Mapping[int, int], start_ns: int | None, end_ns: int | None) -> list[Span]:
-        """Return the chunks that may have messages of the connections in `ranks` and of the period."""
+        """Return the chunks that may contain messages of the connections in `ranks` within the period."""
         return [
             Span(number, chunk.start_ns)
             for number, chunk in enumerate(self.layout.chunks)

@@ -201,7 +201,7 @@ class Recorder:
         if now >= self._next_disk_check:
             ends = self._options.ends_without_space
             self._next_disk_check = now + (_ENDING_DISK_PERIOD_S if ends else _DISK_PERIOD_S)
-            self._report_dropped()  # before `_check_disk` changes `_has_space`, on which the reason depends
+            self._report_dropped()  # uses `_has_space`, which `_check_disk` changes
             self._check_disk(files)
 
         if now >= self._next_flush and self._has_space:

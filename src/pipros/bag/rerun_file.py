@@ -1,7 +1,8 @@
-"""Write the messages of a bag as a recording of rerun (`.rrd`), with rerun's library.
+"""Write the messages of a bag as a rerun recording (`.rrd`), with rerun's library.
 
-Pictures, clouds, scans, transforms, paths and log lines become rerun's own kinds; of all other messages, the
-numbers become curves, at most `CURVES` for each topic. The times are those of receipt, and of the headers.
+Images, point clouds, scans, transforms, paths and log messages become the corresponding rerun types. The
+numbers in all other messages become curves, at most `CURVES` per topic. There are two timelines: the times of
+receipt, and the stamps in the headers.
 """
 
 from __future__ import annotations
@@ -28,9 +29,12 @@ POINTS: Final = 1_000_000
 
 @contextmanager
 def rerun_file(path: Path, bag: BagReader) -> Iterator[RerunSink]:
-    """Yield a sink for the messages of a bag. The file appears after the block, unless that raises an error.
+    """Context manager that provides a sink for a bag's messages. The file appears after the block.
 
-    Raises `MissingExtra` if rerun's library is not installed.
+    If the block raises an exception, no file is written.
+
+    Raises:
+        MissingExtra: rerun's library is not installed.
     """
     try:
         rerun: Any = import_module("rerun")
@@ -50,7 +54,7 @@ def rerun_file(path: Path, bag: BagReader) -> Iterator[RerunSink]:
 
 
 class RerunSink:
-    """Sends messages to a recording; see `MessageSink`. Malformed pictures and clouds are left out."""
+    """Adds messages to a recording; see `MessageSink`. Malformed images and point clouds are skipped."""
 
     def __init__(self, rerun: Any, recording: Any, bag: BagReader) -> None:
         self._rerun = rerun
@@ -140,7 +144,7 @@ def _scan(message: Any) -> list[tuple[float, float, float]]:
 
 
 def _numbers(value: Any, path: str) -> Iterator[tuple[str, float]]:
-    """Yield the numbers of a message, with the paths of their curves."""
+    """Yield the path and value of each number in a message. Times and headers are skipped."""
     if isinstance(value, bool | int | float):
         yield path, float(value)
     elif isinstance(value, TVal) or path.endswith("/header"):

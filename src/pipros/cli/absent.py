@@ -1,7 +1,7 @@
-"""The commands of rooms that were left out of the installed wheel, which say so.
+"""Stand-ins for commands that the installed wheel omits. They print which room provides the command.
 
-The build writes `left_out.json` into the wheel: for each such command, the room to which it belongs. A source
-tree has no such file.
+When building the wheel, `left_out.json` is written into it, which maps each omitted command to its room. A
+source tree does not contain this file.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ NOT_INSTALLED = 127
 
 
 def why_absent(name: str, folder: str | None = None) -> str | None:
-    """Return why a command is not installed, or None if it belongs to no room that was left out.
+    """Return why a command is not installed, or None if the wheel does not omit it.
 
-    `folder` is that of `left_out.json`, by default the installed package.
+    `folder` contains `left_out.json`; it defaults to the folder of the installed package.
     """
     try:
         path = os.path.join(folder or os.path.dirname(pipros.__file__), LEFT_OUT)
@@ -35,7 +35,7 @@ def why_absent(name: str, folder: str | None = None) -> str | None:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:  # noqa: ARG001
-    """Stand in for a program that was left out."""
+    """Print why the program is not installed, and return the exit code 127."""
     name = os.path.basename(sys.argv[0])
     print(f"ERROR: {why_absent(name) or f'{name} is not installed'}", file=sys.stderr)
     return NOT_INSTALLED

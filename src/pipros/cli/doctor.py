@@ -97,7 +97,7 @@ def _examine_everything(options: Namespace) -> int:
 
 
 def _examine_subjects(options: Namespace) -> int:
-    """Examine each argument: a file that exists, or that cannot be a topic, is the program of a node."""
+    """Examine topics or programs. An argument is a program if it is an existing file or cannot be a topic."""
     from pathlib import Path
 
     from pipros.basics.names import is_legal_topic

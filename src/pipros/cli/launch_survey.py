@@ -1,4 +1,4 @@
-"""`roslaunch-check --survey` and `--csv`: who provides the programs that many launch files name."""
+"""`roslaunch-check --survey` and `--csv`: find out who provides the programs named in many launch files."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _PACKAGES_SHOWN = 25
 
 
 def survey_trees(folders: Sequence[str]) -> int:
-    """Print who provides what the launch files below folders name.
+    """Print who provides the programs named in the launch files below folders.
 
-    Return 0 if all of it is to be had without a compiler, 1 if not, and 2 if a launch file cannot be read.
+    Return 0 if no program is missing, 1 if one is, and 2 if a launch file cannot be read.
     """
     errors: list[str] = []
     uses = read_trees(folders, errors.append)
@@ -39,10 +39,10 @@ def survey_trees(folders: Sequence[str]) -> int:
 
 
 def survey_csv(path: str, without: Collection[str]) -> int:
-    """Print who provides what the launch files in a CSV file name, and what they need in C++.
+    """Print who provides the programs named in the launch files in a CSV file, and which need C++.
 
     Args:
-        without: packages that pipros has, without which the files are counted a second time.
+        without: packages shipped with pipros. The files are also counted as if pipros lacked these packages.
     """
     uses = read_csv(path)
     index = PackageIndex([SHARED_PACKAGES])

@@ -46,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _result(result: BagCheck) -> Iterator[str]:
-    """Yield the lines about a bag."""
+    """Yield the lines that describe the result for a bag."""
     from pipros.basics.printable import printable
 
     refused = sum(each.count for each in result.refused.values())
@@ -71,7 +71,7 @@ _VERBS = {
 
 
 def sentences(policy: Policy) -> Iterator[str]:
-    """Yield the lines of an explanation."""
+    """Yield lines that explain a policy in sentences."""
     for rule in policy.rules.values():
         action, _, part = rule.name.rpartition("/")
         if rule.kind is not ActKind.TOPIC or action not in policy.actions:

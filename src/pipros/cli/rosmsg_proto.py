@@ -25,7 +25,7 @@ class NoPrototype(PiprosError):
     """No example can be produced, for example because the type does not exist.
 
     Attributes:
-        exit_code: that of the command.
+        exit_code: the command's exit code.
     """
 
     def __init__(self, text: str, exit_code: int = 1) -> None:

@@ -131,7 +131,10 @@ def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
 
 
 def _run_and_wait(command: list[str], environment: dict[str, str]) -> int:
-    """Run a program where a process cannot become another one. Ctrl-C reaches both; the program decides."""
+    """Run a program as a child process, on systems where it cannot replace this process.
+
+    Both processes receive Ctrl-C. This one ignores it, so the program decides when to exit.
+    """
     import signal
     import subprocess
 

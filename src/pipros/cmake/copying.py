@@ -216,7 +216,7 @@ def _copy_folder(item: Copy, source: Path, target: Path, say: Say) -> None:
         below = target / os.path.relpath(folder, source)
         below.mkdir(exist_ok=True)
         links = [name for name in folders if os.path.islink(os.path.join(folder, name))]
-        for name in links if not item.only_matching else ():  # os.walk() does not follow them
+        for name in links if not item.only_matching else ():  # os.walk() does not follow links to folders
             copy_file(Path(folder, name), Path(os.path.normpath(below / name)), say)
         for name in files:
             path = os.path.join(folder, name)

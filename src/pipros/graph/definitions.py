@@ -116,7 +116,7 @@ class TopicDefinitions:
         """Forget all topics and services whose names are not in `keys`."""
         with self._lock:
             self._corrected = {name: kept for name, kept in self._corrected.items() if name in keys}
-        # A copy is made in one step; a list of the items is not, and other threads add answers meanwhile.
+        # Copy first: other threads add entries, and copying a dictionary is atomic, unlike iterating over it.
         self._asked = {key: kept for key, kept in self._asked.copy().items() if key[0] in keys}
 
     def _ask(self, key: Key, ask: Any) -> Any:

@@ -52,8 +52,8 @@ class Traffic(NamedTuple):
     Attributes:
         rate, bandwidth: messages and bytes per second.
         quiet_s: time (s) since a message was last counted.
-        interval_s: mean interval (s) of messages that were counted in each of the last responses, before
-            they ended, if they did; None if the traffic was never that regular.
+        interval_s: mean interval (s) between messages when their count last increased with each of the
+            stored responses; None if this never happened.
     """
 
     rate: float
@@ -108,7 +108,8 @@ class _Node:
     """The observer's internal state for a node.
 
     Attributes:
-        moved: of each connection when messages were last counted (s), and `Traffic.interval_s`.
+        moved: by connection, the time (s) at which its message count last increased, and
+            `Traffic.interval_s`.
     """
 
     uri: str = ""
@@ -135,7 +136,7 @@ class _Node:
         return Traffic(messages / elapsed_s, size / elapsed_s, end_s - moved_s, interval_s)
 
     def note(self, now_s: float, counts: Mapping[str, SentCount]) -> None:
-        """Store a response, and of each connection when messages were last counted, and their interval."""
+        """Store a response, and update `moved` for each of its connections."""
         self.counts.append((now_s, counts))
         before, self.moved = self.moved, {}
         for link, count in counts.items():
@@ -202,7 +203,7 @@ class SystemObserver:
         in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
         self._clients.keep_only({node.uri for node in self._nodes.values()})
         connections, transports = self._connections({*state.topics()})
-        uris = {name: node.uri for name, node in self._nodes.items() if node.counts}  # those that answered
+        uris = {name: node.uri for name, node in self._nodes.items() if node.counts}  # nodes that answered
         self._last = GraphObservation(
             state,
             types,

@@ -47,7 +47,7 @@ class Summary:
         if not self.count:
             self.first = value
         self.count += 1
-        delta = value - self.first  # relative to the first value, so that stamps keep their digits
+        delta = value - self.first  # relative to the first value, so that timestamps keep their precision
         self.total += delta
         self.squares += delta * delta
         self.minimum, self.maximum = min(self.minimum, value), max(self.maximum, value)
@@ -71,7 +71,7 @@ class Summary:
 
 
 def summaries(values: Iterable[Any]) -> list[Mapping[str, Any]]:
-    """Return the statistics of all numbers in some values, by field, at most of `FIELDS` fields."""
+    """Return the statistics of the numbers in the values, by field, for at most `FIELDS` fields."""
     found: dict[str, Summary] = {}
     for value in values:
         for field, number in numbers_in(value):

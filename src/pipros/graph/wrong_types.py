@@ -1,7 +1,7 @@
 """Find publishers and subscribers of a topic that are not connected because their types differ.
 
 The master knows one type per topic: that of the node that registered first. Each node knows its own types,
-but is asked for them only while it lacks a connection that it should have.
+but is queried only while it lacks an expected connection.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ Ask = Callable[[str], tuple[Any, Any]]
 """Returns the responses to `getPublications` and `getSubscriptions` of the node at a URI."""
 
 VALID_S = 5.0
-"""How long a node's response is used before it is asked again."""
+"""How long (s) a node's response is used before the node is queried again."""
 CALLS_PER_UPDATE = 20
-"""Maximum number of nodes asked per `find`. The others are asked later."""
+"""Maximum number of nodes queried per `find`. The others are queried by later calls."""
 MAX_PAIRS = 2000
-"""Maximum number of pairs without a connection that are looked at."""
+"""Maximum number of pairs without a connection that are examined."""
 AT_ONCE = 6
 
 
 class WrongTypes(NamedTuple):
-    """The type that a publisher sends, and the other one that a subscriber wants."""
+    """The type that a publisher sends, and the different type that a subscriber expects."""
 
     sent: str
     wanted: str

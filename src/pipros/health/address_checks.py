@@ -44,7 +44,7 @@ def ports_and_advertised_address(machine: MachineReport) -> Findings:
 def _advertised_address(
     machine: MachineReport, ports: PortRange | None, advertised: AdvertisedAddress
 ) -> Findings:
-    """Check that the address is known, and that its ports and the interface behind it receive connections."""
+    """Check that the advertised address is known, and that its ports and interface receive connections."""
     if machine.resolved.get(advertised.host) == ():
         yield warning(
             "advertised-unknown",

@@ -48,7 +48,7 @@ _STAMP_SHARE = 1 / 6
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024
-_NODELETS = 1000  # maximum number of lines of one manager
+_NODELETS = 1000  # maximum number of lines in a manager's reply
 _LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too imprecise
 
 
@@ -304,7 +304,7 @@ def _ask_room(master: MasterClient, node: str, check: RoomCheck, timeout_s: floa
 def _ask_manager(master: MasterClient, service: str, timeout_s: float) -> list[str]:
     try:
         return str(_trigger(master, service, timeout_s).message).splitlines()[:_NODELETS]
-    except PiprosError:  # found by the check of services
+    except PiprosError:  # the check of services reports this
         return []
 
 

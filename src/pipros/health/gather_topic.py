@@ -1,4 +1,4 @@
-"""Gather the facts for `pipros.health.topic_check`: what the topic's nodes reply, and what arrives here."""
+"""Gather the facts for `pipros.health.topic_check`: replies of the topic's nodes, and received messages."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.start_params import is_on
 
 MESSAGES: Final = 10_000
-"""Maximum number of messages that are kept; the first half is then dropped."""
+"""Maximum number of messages kept. At this number, the older half is dropped."""
 FRAMES: Final = 10_000
-"""Maximum number of frames that are noted."""
+"""Maximum number of frame names kept."""
 _NAME: Final = "pipros_doctor"
 _TRANSFORMS: Final = ("/tf", "/tf_static")
 _HEADER: Final = struct.Struct("<IIII")  # seq, secs, nsecs, and the length of frame_id
@@ -43,7 +43,7 @@ def gather_topic(
     timeout_s: float = 3.0,
     over: threading.Event | None = None,
 ) -> TopicFacts:
-    """Return the facts about a topic. Blocks for `wait_s`, and up to `timeout_s` per node that is silent.
+    """Return the facts about a topic. Blocks for `wait_s`, and up to `timeout_s` per unresponsive node.
 
     A node of this process connects to the publishers, and receives their messages for `wait_s`, or until
     `over` is set. No message is sent. If a subscriber lacks a connection, the topic is advertised; see
@@ -78,7 +78,7 @@ def gather_topic(
 
 
 class _Listener:
-    """Receives a topic, and the names of frames. `end` may be called once."""
+    """Collects a topic's messages and the names of coordinate frames. `end` may be called once."""
 
     def __init__(self, node: Node, topic: str) -> None:
         self._node = node
@@ -99,13 +99,13 @@ class _Listener:
         self._subscriber = handles[topic]
 
     def wait_until_connected(self, publishers: int, timeout_s: float) -> None:
-        """Wait for the links to a number of publishers."""
+        """Wait until the given number of publishers are connected, or until the timeout."""
         end_s = time.monotonic() + timeout_s
         while self._subscriber.connection_count < publishers and time.monotonic() < end_s:
             self._node.wait_for_shutdown(0.02)
 
     def end(self) -> tuple[Sequence[CheckedMessage], int, frozenset[str], float]:
-        """Return the last messages, the number of all, the frames, and the time of the end."""
+        """Stop collecting. Return the last messages, the number of all messages, the frames, and the time."""
         with self._lock:
             self._is_over = True
             return tuple(self._received), self._count, frozenset(self._frames), time.monotonic()
@@ -149,7 +149,7 @@ class _Listener:
 
 
 def _dropped(system: SystemReport, topic: str, timeout_s: float) -> Mapping[str, int]:
-    """Return the number of messages of a topic that each of its subscribers has dropped so far."""
+    """Return how many of a topic's messages each subscriber has dropped so far."""
     subscribers = [node for node in system.state.subscribers.get(topic, ()) if system.is_alive(node)]
 
     def ask(node: str) -> int:

@@ -271,7 +271,7 @@ def topics_without_publishers(system: SystemReport) -> Findings:
 
 
 def published_like(topic: str, system: SystemReport) -> list[str]:
-    """Return the published topics whose name resembles that of `topic`, or differs in the namespace only."""
+    """Return the published topics with a similar name, or with the same name in another namespace."""
     published = [name for name in system.state.publishers if name != topic]
     like = difflib.get_close_matches(topic, published, n=2, cutoff=_CLOSE_NAMES)
     return like + [name for name in published if _base(name) == _base(topic) and name not in like][:2]
@@ -387,7 +387,7 @@ def _port(uri: str) -> int:
 
 
 def rooms(system: SystemReport) -> Findings:
-    """Find what the rooms of their nodes report."""
+    """Find the problems that rooms see in the replies of their nodes."""
     for node, reply in sorted(system.room_replies.items()):
         yield from reply.check.judge(node, reply)
 

@@ -1,4 +1,4 @@
-"""Nodelets that run in Python: their inputs, and those that are too slow."""
+"""Find Python nodelets that are too slow for their inputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _DROPPED = re.compile(r"(\S+) [\d.]+ Hz, ([1-9]\d*) of (\d+) dropped")
 
 
 def services_of_managers(state: SystemState) -> Iterable[str]:
-    """Return the services of managers in Python that report on their nodelets."""
+    """Return the services with which Python nodelet managers report on their nodelets."""
     return [
         name
         for name in state.services

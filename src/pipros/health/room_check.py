@@ -1,4 +1,4 @@
-"""What rooms add to `pipros doctor`: a service of their nodes, and how its reply is judged."""
+"""Checks that rooms add to `pipros doctor`: it calls a service of their nodes and judges the replies."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pipros.health.finding import Findings
 
 @dataclass(frozen=True, slots=True)
 class RoomCheck:
-    """The check of a room's nodes.
+    """A check of a room's nodes.
 
     Attributes:
-        prefix: what the names of these nodes start with. The nodes may subscribe to topics that have no
-            publisher, because they subscribe for others.
+        prefix: the prefix of these nodes' names. The nodes may subscribe to topics that have no publisher,
+            because they subscribe on behalf of clients.
         service: the name of their service, of type std_srvs/Trigger, relative to the node's name.
-        judge: returns the findings for a node's name and its reply. Performs no I/O.
+        judge: function that returns the findings, given a node's name and its reply. Performs no I/O.
     """
 
     prefix: str
@@ -27,11 +27,11 @@ class RoomCheck:
 
 @dataclass(frozen=True, slots=True)
 class RoomReply:
-    """The reply of a room's node.
+    """The reply of a room's node to a check.
 
     Attributes:
         success, message: the fields of the response.
-        failure: why there is no response; empty if there is one.
+        failure: why the node did not respond; empty if it did.
     """
 
     check: RoomCheck

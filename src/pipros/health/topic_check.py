@@ -1,8 +1,8 @@
-"""Find out why no data arrives on a topic: the first step at which messages are lost. Performs no I/O.
+"""Find out why no data arrives on a topic: find the first step at which messages are lost. Performs no I/O.
 
-The steps lead from the publisher to the subscribers: a publisher, its type, its connections, its address, the
-first message, the rate, the stamp, the frame, and the queues of the subscribers. A step is checked only if
-all before it pass, because a later fault is usually a consequence of an earlier one.
+The steps lead from the publisher to the subscribers: the publisher, its type, its connections, its address,
+the first message, the rate, the stamp, the frame, and the subscribers' queues. A step is checked only if all
+previous steps pass, because a later fault is usually a consequence of an earlier one.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from pipros.health.system_report import SystemReport
 
 STOPPED_PERIODS: Final = 5.0
 STOPPED_S: Final = 1.0
-"""A topic has stopped if its last message is older than both this and `STOPPED_PERIODS` of its periods."""
+"""A topic has stopped if its last message is older than this and than `STOPPED_PERIODS` of its periods."""
 
 
 class CheckedMessage(NamedTuple):
-    """A message that arrived here.
+    """A message that this process received.
 
     Attributes:
-        time_s: when, on the monotonic clock.
-        publisher: the node that sent it.
-        age_s: ROS time at its receipt minus its stamp; None if it has no header, or its stamp is zero.
-        frame: the `frame_id` of its header; None if it has no header.
-        is_latched: whether its publisher latches, so that it may be old.
+        time_s: time of receipt on the monotonic clock.
+        publisher: the node that sent the message.
+        age_s: ROS time of receipt minus the stamp; None if there is no header, or the stamp is zero.
+        frame: the `frame_id` in the header; None if there is no header.
+        is_latched: whether the publisher latches, so that the message may be old.
     """
 
     time_s: float
@@ -53,17 +53,17 @@ class CheckedMessage(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TopicFacts:
-    """What is known about a topic.
+    """The facts about a topic on which the check is based.
 
     Attributes:
-        topic: its global name.
+        topic: the topic's global name.
         system: the registrations of all topics, and the replies of this topic's nodes.
-        wait_s: how long messages were received here.
-        received: the last of these messages, in the order of their receipt.
-        count: the number of all of them.
+        wait_s: how long this process received messages.
+        received: the last received messages, in the order of their receipt.
+        count: the number of all received messages.
         end_s: the end of the wait, on the monotonic clock.
         frames: the frames on `/tf` and `/tf_static`; empty if no transforms are published.
-        dropped: the number of messages that each subscriber dropped during the wait, where it counts them.
+        dropped: the number of messages that each subscriber dropped during the wait, if it counts them.
     """
 
     topic: str
@@ -85,11 +85,11 @@ class TopicFacts:
 
 
 class CheckStep(NamedTuple):
-    """A check between the publisher and the subscribers.
+    """The result of one step between the publisher and the subscribers.
 
     Attributes:
-        name: what is checked.
-        text: what is right, or the summary of the problem.
+        name: the name of the step.
+        text: what was found to be correct, or the summary of the problem.
         finding: the problem; None if the step passes.
     """
 
@@ -100,11 +100,11 @@ class CheckStep(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class TopicCheck:
-    """The steps up to the first that fails.
+    """The result of a check: the steps up to the first one that fails.
 
     Attributes:
-        topic: the global name of the topic.
-        type: its type according to the master; empty if unknown.
+        topic: the topic's global name.
+        type: the topic's type according to the master; empty if unknown.
     """
 
     topic: str
@@ -222,7 +222,7 @@ def _first_message(facts: TopicFacts) -> Finding | str:
 
 
 def _unpublished_inputs(facts: TopicFacts) -> list[str]:
-    """Return the topics to which a publisher subscribes, but which no node publishes."""
+    """Return the topics to which the topic's publishers subscribe, but which no node publishes."""
     state = facts.system.state
     return [
         topic

@@ -46,7 +46,7 @@ class _AbsentLoader(Loader):
 
 
 class _HiddenLoader(_AbsentLoader):
-    """Loader that raises ImportError for a module of a wheel that the workspace hides."""
+    """Loader that raises ImportError for a module in an installed package that a workspace hides."""
 
     def __init__(self, package: str, folder: str) -> None:
         self._package = package
@@ -61,7 +61,7 @@ class _HiddenLoader(_AbsentLoader):
 
 
 def hidden_spec(name: str, package: str, folder: str) -> ModuleSpec:
-    """Return a spec whose import fails, because `folder` hides the installed package that has the module."""
+    """Return a spec whose import fails, because `folder` hides the package that contains the module."""
     return ModuleSpec(name, _HiddenLoader(package, folder))
 
 

@@ -1,7 +1,7 @@
-"""The names under which the running distribution has the genuine C++ packages of ROS.
+"""The names of the packages with which the running distribution provides ROS's genuine C++ programs.
 
-Debian's packages of ROS 1 have other names than those of Noetic for Ubuntu 20.04, and are fewer. The tables
-are from the file lists of Debian 12's packages; Debian 13 and 14 have packages of the same names.
+Debian has fewer ROS 1 packages than Noetic for Ubuntu 20.04, and under different names. The tables were taken
+from the file lists of Debian 12's packages; Debian 13 and 14 have packages with the same names.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class AptDistribution(NamedTuple):
 
     Attributes:
         name: the name to print.
-        is_noetics: whether Noetic's own packages were made for it.
-        is_debian: whether it has Debian's packages.
+        is_noetics: whether Noetic's own packages were built for this distribution.
+        is_debian: whether Debian's packages can be installed on this distribution.
     """
 
     name: str
@@ -69,7 +69,7 @@ def running_distribution() -> AptDistribution:
 
 
 def how_to_have(programs: Sequence[str], plugins: Sequence[str] = ()) -> str:
-    """Return a sentence that says how to install packages of ROS here, or where else they run.
+    """Return a sentence that says how to install ROS packages here, or where else they can run.
 
     Args:
         programs: packages whose programs are needed.

@@ -97,7 +97,7 @@ def folders_in(share: str) -> Iterator[str]:
 
 
 def folders() -> Iterator[str]:
-    """Yield the folders of all installed packages; of those with the same name, the first is found."""
+    """Yield the folders of all installed packages. If packages have the same name, the first one is used."""
     for share in share_folders():
         yield from folders_in(share)
 
@@ -124,7 +124,7 @@ def modules() -> dict[str, str]:
 
 
 def programs_folder(package_folder: str) -> str | None:
-    """Return the folder of the programs of a package in `share`, or None for packages elsewhere."""
+    """Return the folder with the programs of a package in a `share` folder, or None for other packages."""
     share, name = os.path.split(package_folder)
     return os.path.join(os.path.dirname(share), "lib", name) if is_installed_share(share) else None
 

@@ -1,6 +1,6 @@
-"""Nodelets by name: those in Python, and C++ plugins that are installed on this machine.
+"""Look up nodelets by name: Python nodelets, and C++ plugins installed on this machine.
 
-`PLUGINS` lists the nodelets of pipros. Other distributions add theirs with entry points of the group
+`PLUGINS` lists pipros's nodelets. Other distributions add nodelets through entry points in the group
 `pipros.nodelets`, whose names are plugin names (`my_package/MyNodelet`) and whose values name classes.
 """
 
@@ -62,7 +62,7 @@ def chosen(variables: Mapping[str, str] = os.environ) -> str:
     """Return the implementation that `PIPROS_NODELETS` selects; empty if it is unset.
 
     Raises:
-        InvalidChoice: it is neither `ours` nor `genuine`.
+        InvalidChoice: the value is neither `ours` nor `genuine`.
     """
     value = variables.get(CHOICE_VARIABLE, "")
     if value not in ("", OURS, GENUINE):
@@ -89,10 +89,12 @@ def package_of(plugin: str) -> str:
 
 
 def compiled_nodelets(folders: Iterable[str] = ()) -> dict[str, str]:
-    """Return the package of each C++ nodelet that a package on this machine describes, by plugin name.
+    """Map the plugin names of the C++ nodelets described on this machine to their packages.
+
+    Unreadable descriptions are skipped.
 
     Args:
-        folders: packages to search before those of the system. Unreadable descriptions are skipped.
+        folders: package folders to search before those of the system.
     """
     found: dict[str, str] = {}
     for folder in (*folders, *manifest_folders()):

@@ -75,7 +75,7 @@ def _root(folder: str, cache: CacheFolder | None, kinds: Sequence[str]) -> _Syst
 
 
 class _SystemRoot:
-    """Debian's packages. The disk is read on each call: a package takes one manifest, all take 1 ms."""
+    """Debian's packages. The disk is read on each call: one manifest for a package, 1 ms for all."""
 
     __slots__ = ("_kinds",)
 

@@ -1,4 +1,4 @@
-"""Write the cases of a `<test>` into the JUnit file of pytest, which has one case for each item.
+"""Write the cases of a `<test>` into pytest's JUnit file, which otherwise has only one case per item.
 
 The number of cases is known only after the test has run, in another process if pytest-xdist is used.
 Therefore, the item records its cases as a property, which pytest writes, and this module then replaces the
@@ -19,7 +19,7 @@ _TAGS = {Outcome.FAILURE: "failure", Outcome.ERROR: "error"}
 
 
 def as_property(cases: Iterable[Case]) -> tuple[str, str]:
-    """Return the property, as name and value, that describes the cases."""
+    """Return the name and value of a property that contains the cases."""
     rows = [
         [case.class_name, case.name, case.seconds, case.outcome.value, case.kind, case.text] for case in cases
     ]
@@ -27,9 +27,9 @@ def as_property(cases: Iterable[Case]) -> tuple[str, str]:
 
 
 def with_cases(text: str) -> str:
-    """Return a JUnit file in which each item with the property is replaced by its cases.
+    """Return the JUnit file with each item that has the property replaced by its cases.
 
-    The output of the item stays with its first case.
+    The output of the item is kept in its first case.
     """
     root = ElementTree.fromstring(text)  # noqa: S314 # pytest has written it
     for suite in root.iter("testsuite"):

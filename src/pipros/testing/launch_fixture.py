@@ -87,7 +87,7 @@ class Launched:
         return tuple(f"/{name.rpartition('-')[0]}" for name in self._run.running())
 
     def stop(self) -> None:
-        """Stop all nodes with SIGINT, then SIGTERM, then SIGKILL, with pauses. Idempotent."""
+        """Stop all nodes with SIGINT, then SIGTERM, then SIGKILL, with pauses. May be called repeatedly."""
         self._run.request_stop()
         if self._watcher.ident is not None:
             self._watcher.join()

@@ -85,7 +85,7 @@ def pytest_sessionfinish(session: pytest.Session) -> Iterator[None]:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Add the fixtures that rooms offer, before the first test with a fixture that nothing else defines."""
+    """Register the fixtures that rooms offer, before the first test that uses an undefined fixture."""
     defined = getattr(getattr(item, "_fixtureinfo", None), "name2fixturedefs", {})
     if not set(getattr(item, "fixturenames", ())) <= {"request", *defined}:
         from pipros.basics.rooms import all_offered

@@ -1,1 +1,1 @@
-"""Wheels of ROS packages: building, installing and publishing them with pip or uv."""
+"""Build wheels of ROS packages, install them with pip or uv, and write indexes of them."""

@@ -1,6 +1,7 @@
 """Write wheels and source archives whose bytes depend only on their contents.
 
-Entries are sorted and have one timestamp: `SOURCE_DATE_EPOCH`, or 1980, the earliest that zip files can hold.
+Entries are sorted and have the same timestamp: `SOURCE_DATE_EPOCH` or, by default, the year 1980, the first
+that zip files support.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ _FILE_MODE, _PROGRAM_MODE = 0o100644, 0o100755
 
 
 class BadDate(PiprosError):
-    """`SOURCE_DATE_EPOCH` is not a time."""
+    """`SOURCE_DATE_EPOCH` is not a valid time."""
 
 
 @dataclass(frozen=True, slots=True)
 class ArchiveEntry:
-    """A file of an archive: its content, or the file that has it."""
+    """A file in an archive: its content, or the file that contains it."""
 
     content: bytes | Path
     is_program: bool = False
 
 
 def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> None:
-    """Write a wheel, with its `RECORD`. The file appears once it is complete.
+    """Write a wheel, including its `RECORD`. The file appears only when it is complete.
 
     Args:
         entries: the entries by path.
@@ -69,7 +70,7 @@ def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> N
 
 
 def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> None:
-    """Write a `.tar.gz` file. The file appears once it is complete."""
+    """Write a `.tar.gz` file. The file appears only when it is complete."""
     date = _timestamp()
     with tempfile.TemporaryDirectory(dir=file.parent, prefix=".pipros-") as folder:
         made = Path(folder, file.name)
@@ -97,14 +98,14 @@ def _timestamp() -> int:
 
 
 def _in_order(entries: Iterable[str], info: str) -> list[str]:
-    """Return the paths sorted, those of `.dist-info` last, as PEP 427 recommends."""
+    """Sort paths, with those in `.dist-info` last, as PEP 427 recommends."""
     return sorted(entries, key=lambda path: (path.startswith(f"{info}/"), path))
 
 
 def _zip_info(path: str, date: tuple[int, ...], is_program: bool) -> zipfile.ZipInfo:
     info = zipfile.ZipInfo(path, date)  # type: ignore[arg-type] # the six numbers
     info.compress_type = zipfile.ZIP_DEFLATED
-    info.create_system = 3  # Unix, whose modes the attributes have
+    info.create_system = 3  # Unix: `external_attr` contains Unix modes
     info.external_attr = (_PROGRAM_MODE if is_program else _FILE_MODE) << 16
     return info
 
@@ -114,5 +115,5 @@ def _opened(entry: ArchiveEntry) -> io.BufferedIOBase:
 
 
 def _quoted(path: str) -> str:
-    """Return a path as a field of CSV, quoted if necessary."""
+    """Return a path as a CSV field, quoted if necessary."""
     return '"' + path.replace('"', '""') + '"' if any(sign in path for sign in ',"\r\n') else path

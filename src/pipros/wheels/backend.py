@@ -1,4 +1,4 @@
-"""The build backend for pip and uv (PEP 517 and 660) of ROS packages.
+"""Build backend for ROS packages, used by pip and uv (PEP 517 and 660).
 
 `pyproject.toml` needs three lines, which `pipros wheel --init` writes. The settings `strict` and `whole`
 (`--config-settings strict=true`) correspond to the options of `pipros wheel`.
@@ -29,7 +29,7 @@ Settings = Mapping[str, object] | None
 
 
 def get_requires_for_build_wheel(config_settings: Settings = None) -> list[str]:
-    """Return nothing: pipros is all that a build needs."""
+    """Return an empty list: a build needs only pipros."""
     return []
 
 

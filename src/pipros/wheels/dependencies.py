@@ -1,7 +1,7 @@
-"""What the dependencies in a `package.xml` mean to pip.
+"""Translate the dependencies in a `package.xml` to requirements for pip.
 
-A dependency comes with pipros, is a PyPI project (`python_keys.py`), or is another ROS package, whose wheel
-is named after it. The rest cannot be installed by pip: C++ libraries, Debian packages and unknown names.
+A dependency is part of pipros, a PyPI project (`python_keys.py`), or another ROS package, whose wheel is
+named after it. pip cannot install any others: C++ libraries, Debian packages and unknown names.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Dependency:
 
     Attributes:
         name: the name in the manifest.
-        requirement: the requirement for pip; empty if there is nothing to install, or pip cannot install it.
+        requirement: the requirement for pip; empty if there is nothing that pip can install.
     """
 
     name: str
@@ -59,9 +59,9 @@ def dependencies_of(
     """Return the run-time dependencies of a package, sorted by name.
 
     Args:
-        project: its `CMakeLists.txt`, which names ROS packages; None if it was not read.
-        is_ros_package: returns whether a package of this name is known, for example in the same workspace.
-        keys: requirements by key of rosdep.
+        project: the package's `CMakeLists.txt`, which may name ROS packages; None if it was not read.
+        is_ros_package: returns whether a ROS package is known, for example in the same workspace.
+        keys: requirements by rosdep key.
     """
     versions: dict[str, list[str]] = {}
     for kind in ("exec_depends", "build_export_depends"):
@@ -76,7 +76,7 @@ def dependencies_of(
         for name in project.message_dependencies:
             versions.setdefault(name, [])
         named.update(project.message_dependencies)
-        if not project.needs_cmake:  # otherwise they may be C++ libraries
+        if not project.needs_cmake:  # with compiled code, components may be C++ libraries
             named.update(name for name, _ in project.components)
             named.update(absent.name for absent in project.absent)
     versions.pop(package.name, None)
@@ -93,8 +93,8 @@ def classify(
     """Return what provides the dependency `name`.
 
     Args:
-        is_ros_package: whether the name is known as that of a ROS package.
-        bounds: the versions of the ROS package that are required, such as `>=1.2`.
+        is_ros_package: whether the name is known to be a ROS package's.
+        bounds: the required versions of the ROS package, such as `>=1.2`.
     """
     if is_ros_package:
         return Dependency(
@@ -111,10 +111,10 @@ def classify(
 
 
 def _is_elsewhere(name: str, keys: Mapping[str, str]) -> bool:
-    """Return whether a name that a `CMakeLists.txt` uses is not that of a ROS package with a wheel."""
+    """Return whether a name in a `CMakeLists.txt` is not that of a ROS package with its own wheel."""
     return name in COMPILED | CORE_PACKAGES or name in keys or is_shipped(name)
 
 
 def is_shipped(name: str) -> bool:
-    """Return whether pipros has the package `name`."""
+    """Return whether the package `name` is part of pipros."""
     return name.isidentifier() and os.path.isfile(os.path.join(SHARE, name, "package.xml"))

@@ -1,4 +1,4 @@
-"""The files of a wheel or source archive, from an install space or a package's folder."""
+"""Collect the files for a wheel or source archive, from an install space or a package's folder."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NOT_INSTALLED = frozenset(("__pycache__", "build", "dist"))
 
 
 class WheelRefused(PiprosError):
-    """A package cannot be made a wheel."""
+    """A package cannot be built as a wheel."""
 
 
 def source_entries(folder: Path) -> dict[str, ArchiveEntry]:
@@ -35,7 +35,7 @@ def source_entries(folder: Path) -> dict[str, ArchiveEntry]:
 
 
 def copy_whole(source: Path, target: Path) -> None:
-    """Copy a package's folder, except hidden files and results of builds, over what is installed already."""
+    """Copy a package's folder, except hidden files and build results. Existing files are not replaced."""
     for parent, folders, files in os.walk(source):
         folders[:] = [name for name in folders if name not in _NOT_INSTALLED and _is_shown(name)]
         below = target / os.path.relpath(parent, source)
@@ -53,13 +53,13 @@ def _is_shown(name: str) -> bool:
 def collected(prefix: Path, source: Path) -> dict[str, ArchiveEntry]:
     """Return the files below the prefix, by their path in a wheel.
 
-    Links become what they lead to, which must be inside the prefix or the package.
+    A link is replaced by its target, which must be inside the prefix or the package.
 
     Args:
         source: the package's folder.
 
     Raises:
-        WheelRefused: a link leaves both, the files are too large, or a file has an impossible name.
+        WheelRefused: a link leads out of both, the files are too large, or a file has an unsupported name.
     """
     entries: dict[str, ArchiveEntry] = {}
     limit_bytes, total_bytes = process_limits().of(WheelLimits).wheel_bytes, 0
@@ -95,7 +95,7 @@ def _files_below(folder: Path, allowed: tuple[Path, ...]) -> Iterator[Path]:
 
 
 def _place_of(path: str) -> str:
-    """Return where a wheel has a file of the install space."""
+    """Return the path in a wheel of a file in the install space."""
     if path.startswith(f"{PYTHON_DESTINATION}/"):
         return path.removeprefix(f"{PYTHON_DESTINATION}/")
     if path.startswith("bin/") and path.count("/") == 1:

@@ -1,8 +1,8 @@
 """Write a static index of a folder of wheels (PEP 503), and a lock file with hashes.
 
-pip takes the highest version of all its indexes, so a public project of the same name could replace a lab's
-own. An installation is safe with this index alone (`--index-url`), or with `--require-hashes` and the lock
-file.
+pip installs the highest version that it finds in any of its indexes, so a public project with the same name
+could replace a lab's own. An installation is safe if this index is the only one (`--index-url`), or with
+`--require-hashes` and the lock file.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _CHUNK_BYTES = 1024 * 1024
 
 
-# What zipfile raises for damaged files, beside its own error.
+# The exceptions that zipfile raises for damaged files, besides its own error.
 _DAMAGES = (
     zipfile.BadZipFile,
     zlib.error,
@@ -52,12 +52,12 @@ _DAMAGES = (
 
 
 class BadWheel(PiprosError):
-    """A file is not a wheel, although its name ends in `.whl`."""
+    """A file is not a valid wheel, although its name ends in `.whl`."""
 
 
 @dataclass(frozen=True, slots=True)
 class IndexedWheel:
-    """A wheel in a folder. `name` is normalized; `requires_python` is empty if the wheel does not say."""
+    """A wheel in a folder. `name` is normalized; `requires_python` is empty if unspecified."""
 
     file: Path
     name: str
@@ -102,7 +102,7 @@ def _read(file: Path) -> IndexedWheel:
 
 
 def metadata_of_wheel(file: Path) -> dict[str, str]:
-    """Return the headers in a wheel's `METADATA`, the first of each name.
+    """Return the headers in a wheel's `METADATA`. If a header is repeated, the first value is returned.
 
     Raises:
         BadWheel: the file is not a wheel.
@@ -120,12 +120,12 @@ def metadata_of_wheel(file: Path) -> dict[str, str]:
 
 
 def _content(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
-    """Return the content of a file, and decompress no more than the size that it claims.
+    """Return the content of a file in an archive, without decompressing more than its stated size.
 
-    `ZipFile.read` decompresses everything first, up to 2 GiB, and cuts it off afterwards.
+    `ZipFile.read` decompresses everything first, up to 2 GiB, and truncates the result afterwards.
 
     Raises:
-        BadZipFile: the file is compressed in a way whose output cannot be bounded.
+        BadZipFile: the file is neither stored nor deflated, so its decompression cannot be bounded.
     """
     if info.compress_type not in _COMPRESSIONS:
         raise zipfile.BadZipFile(f"{info.filename} must be stored or deflated")
@@ -137,7 +137,7 @@ def write_index(folder: Path) -> list[Path]:
     """Write the index and the lock file of the wheels in a folder, and return the paths of the files.
 
     Raises:
-        BadWheel: a file is not a wheel, or the folder has none.
+        BadWheel: a file is not a wheel, or the folder contains no wheels.
         OSError: a file cannot be read or written.
     """
     wheels = wheels_in(folder)

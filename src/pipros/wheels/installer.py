@@ -1,4 +1,4 @@
-"""Install built wheels and their requirements with the command line of pip or uv, which resolves them."""
+"""Install wheels and their requirements by running pip or uv, which resolves the requirements."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class InstallFailed(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Installer:
-    """A command line that installs into the running environment.
+    """A command that installs into the running environment.
 
     Attributes:
-        command: the words up to the requirements.
-        folders: folders of wheels.
-        index_url: the only index to use; empty for the one that pip or uv uses by default.
-        no_index: whether no index is used.
+        command: the words that run pip or uv.
+        folders: folders with wheels.
+        index_url: the only index to use; empty for the default index of pip or uv.
+        no_index: whether to use no index.
     """
 
     command: tuple[str, ...]
@@ -43,17 +43,17 @@ class Installer:
     no_index: bool = False
 
     def options(self) -> list[str]:
-        """Return the options for the places of wheels."""
+        """Return the options that tell pip or uv where to find wheels."""
         words = ["--python", sys.executable] if self.command[1:] == ("pip",) else []  # uv
         words += ["--no-index"] if self.no_index else []
         words += ["--index-url", self.index_url] if self.index_url else []
         return [*words, *(word for folder in self.folders for word in ("--find-links", str(folder)))]
 
     def install(self, requirements: Sequence[str], wheels: Sequence[Path] = ()) -> None:
-        """Install requirements and built wheels. Blocks; the output is that of the installer.
+        """Install requirements and built wheels. Blocks; the installer's output is not captured.
 
-        The wheels replace installed distributions of the same version, which pip and uv would keep: few
-        ROS packages raise their version with each change.
+        The wheels replace installed distributions even of the same version, because few ROS packages change
+        their version with each modification.
 
         Raises:
             InstallFailed: the installer failed.
@@ -70,7 +70,7 @@ class Installer:
             raise InstallFailed(f"[{' '.join(words[:4])} …] failed with exit code {code}")
 
     def has(self, distribution: str) -> bool:
-        """Return whether the index has a distribution, and install nothing. Blocks for up to two minutes."""
+        """Return whether the index has a distribution. Installs nothing. Blocks for up to two minutes."""
         words = [*self.command, "install", *self.options(), "--dry-run", "--no-deps", "--quiet", distribution]
         try:
             ended = subprocess.run(  # noqa: S603
@@ -86,7 +86,7 @@ class Installer:
         return ended.returncode == 0
 
     def environment(self, variables: Mapping[str, str]) -> dict[str, str]:
-        """Return the variables of pip and uv: builds in isolation find pipros in the same folders."""
+        """Return the environment for pip and uv, in which isolated builds find pipros in the same folders."""
         folders = list(map(str, self.folders))
         found = dict(variables)
         for name, separator in (("PIP_FIND_LINKS", " "), ("UV_FIND_LINKS", ",")):
@@ -95,7 +95,7 @@ class Installer:
 
 
 def _is_installed(wheel: Path) -> bool:
-    """Return whether the running environment has the distribution of a wheel, in the same version."""
+    """Return whether a wheel's distribution is installed in the running environment in the same version."""
     name, version = read_wheel_name(wheel.name)[:2]
     try:
         return importlib.metadata.version(name) == version
@@ -104,13 +104,13 @@ def _is_installed(wheel: Path) -> bool:
 
 
 def find_installer(name: str = "") -> tuple[str, ...]:
-    """Return the words that run pip, or else uv, for the running environment.
+    """Return the words that run pip or, if it is not available, uv for the running environment.
 
     Args:
-        name: `pip` or `uv` to use only this one; empty for any.
+        name: the only program to use: `pip` or `uv`; empty for either.
 
     Raises:
-        NoInstaller: neither is available.
+        NoInstaller: no such program is available.
     """
     if name in ("", "pip"):
         if importlib.util.find_spec("pip") is not None:

@@ -7,8 +7,8 @@ class WheelLimits(NamedTuple):
     """The limits of wheels: `limits.of(WheelLimits)` for a `Limits`.
 
     Attributes:
-        wheel_bytes: the files of one package's wheel, together.
-        wheel_repositories: the repositories that one `.rosinstall` or `.repos` file lists.
+        wheel_bytes: maximum total size of the files in one package's wheel.
+        wheel_repositories: maximum number of repositories in one `.rosinstall` or `.repos` file.
     """
 
     wheel_bytes: int = 2 * 1024 * 1024 * 1024

@@ -1,4 +1,4 @@
-"""The `.dist-info` files of a package's wheel, from its `package.xml`."""
+"""Create the `.dist-info` files of a package's wheel from its `package.xml`."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _SUMMARY_CHARACTERS = 200
 
 
 def base_name(package: SourcePackage) -> str:
-    """Return the beginning of the names of the package's files: `ros1_my_msgs-0.1.0`."""
+    """Return the prefix of the package's file names: `ros1_my_msgs-0.1.0`."""
     return f"{escaped(distribution_name(package.name))}-{package.manifest.version}"
 
 
 def wheel_text() -> str:
-    """Return the file `WHEEL`."""
+    """Return the contents of the file `WHEEL`."""
     lines = [
         "Wheel-Version: 1.0",
         f"Generator: pipros {pipros.__version__}",
@@ -35,7 +35,7 @@ def wheel_text() -> str:
 
 
 def metadata_text(package: SourcePackage, project: Project | None, dependencies: Sequence[Dependency]) -> str:
-    """Return the file `METADATA`. Its body lists what pip does not install.
+    """Return the contents of the file `METADATA`. Its body lists the dependencies that pip does not install.
 
     Args:
         project: the package's `CMakeLists.txt`; None if it was not read.
@@ -84,5 +84,5 @@ def _summary(description: str) -> str:
 
 
 def _line(text: str) -> str:
-    """Return a text as one line, as headers require."""
+    """Join the lines of a text, because headers must be single lines."""
     return " ".join(text.split())

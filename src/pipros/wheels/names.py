@@ -1,4 +1,4 @@
-"""Names of distributions for ROS packages: `my_msgs` becomes `ros1-my-msgs`."""
+"""Distribution names for ROS packages: `my_msgs` becomes `ros1-my-msgs`."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ _LEGAL = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:[_.-][A-Za-z0-9]+)*")
 
 
 def distribution_name(package: str) -> str:
-    """Return the distribution of a ROS package.
+    """Return the distribution name for a ROS package.
 
     Raises:
-        InvalidName: the name cannot be that of a distribution.
+        InvalidName: the package name cannot be converted to a distribution name.
     """
     if len(package) > _NAME_CHARACTERS or not _LEGAL.fullmatch(package):
         raise InvalidName(
@@ -46,7 +46,7 @@ def distribution_name(package: str) -> str:
 
 
 def normalized(name: str) -> str:
-    """Return a distribution's name as PEP 503 compares it."""
+    """Normalize a distribution's name as specified in PEP 503."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
@@ -56,7 +56,7 @@ def escaped(distribution: str) -> str:
 
 
 def is_requirement(text: str) -> bool:
-    """Return whether a text is a requirement with a name and versions, such as `pyserial>=3.5`."""
+    """Return whether a text is a requirement, such as `pyserial>=3.5`."""
     return len(text) <= _REQUIREMENT_CHARACTERS and _REQUIREMENT.fullmatch(text) is not None
 
 
@@ -64,7 +64,7 @@ def own_modules() -> frozenset[str]:
     """Return the top-level modules that pipros itself installs. Wheels must not overwrite them."""
     home = Path(pipros.__file__).resolve().parents[1]
     facades = home.parent / "facades"
-    if facades.is_dir():  # a source tree
+    if facades.is_dir():  # running from a source tree
         found = [entry for kind in facades.iterdir() if kind.is_dir() for entry in kind.iterdir()]
         return frozenset(("pipros", *(entry.stem for entry in found if not entry.name.startswith("_"))))
     from importlib.metadata import files

@@ -1,7 +1,7 @@
-"""Build the files of one package's wheel: those that `catkin_make install` installs.
+"""Build the files of one package's wheel: the files that `catkin_make install` installs.
 
-The install space is written to a temporary folder by the same code, and becomes the wheel: Python modules are
-at its top, and everything else is below `.data`, from where pip copies it to the prefix of the environment.
+The same code writes the install space to a temporary folder. Its Python modules go to the top of the wheel,
+and everything else goes below `.data`, from where pip copies it to the environment's prefix.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class PackageFiles:
     """The files of a wheel, except `.dist-info`.
 
     Attributes:
-        entries: the files by path; `data` begins the paths of those below `.data`.
-        notes: what the wheel lacks and why, one line each.
+        entries: the files by path. The paths of files below `.data` begin with `data`.
+        notes: the parts that the wheel lacks, with the reasons, one line each.
     """
 
     entries: dict[str, ArchiveEntry] = field(default_factory=dict)
@@ -55,12 +55,11 @@ class PackageFiles:
 def read_package(
     package: SourcePackage, folder: Path, find_folder: FindFolder, projects: Mapping[str, Project], say: Say
 ) -> Project:
-    """Return what the package's `CMakeLists.txt` says, if it has one. Output is written below `folder`.
+    """Read the package's `CMakeLists.txt`, if it has one. Output is written below `folder`.
 
     Args:
-        find_folder: finds packages that are needed; those that are not found are allowed if nothing is
-            compiled.
-        projects: the packages of the same workspace that were read before.
+        find_folder: function that finds required packages. If nothing is compiled, packages may be missing.
+        projects: the packages in the same workspace that have already been read.
 
     Raises:
         PiprosError: the file or a message is invalid; the message names the file and line.
@@ -96,7 +95,7 @@ def read_package(
 
 
 def settings_of(folder: Path) -> dict[str, str]:
-    """Return the CMake variables of a build below a temporary folder."""
+    """Return the CMake variables for a build below a temporary folder."""
     return {
         "CATKIN_DEVEL_PREFIX": str(folder / "devel"),
         "CATKIN_ENABLE_TESTING": "OFF",
@@ -116,11 +115,11 @@ def package_files(
     is_strict: bool = False,
     is_whole: bool = False,
 ) -> PackageFiles:
-    """Install a package below a temporary folder, and return the files of its wheel. They are in that folder.
+    """Install a package below a temporary folder, and return the files for its wheel, which are there.
 
     Args:
         is_strict: whether compiled targets are an error.
-        is_whole: whether the package's folder is added as a whole, as if `CMakeLists.txt` installed nothing.
+        is_whole: whether to add the whole package folder, too.
 
     Raises:
         WheelRefused: the package cannot be a wheel, or has compiled targets and `is_strict` is true.
@@ -129,7 +128,7 @@ def package_files(
     result = PackageFiles()
     _note_compiled(package, project, result, is_strict=is_strict)
     for file in project.config_files:
-        cfg_file.read(Path(project.folder, file))  # reports errors during the build
+        cfg_file.read(Path(project.folder, file))  # report errors during the build
     prefix = folder / "install"
     layout = WorkspaceFolders(folder, package.folder, folder / "build", folder / "devel", prefix)
     _leave_out(project, prefix, result)
@@ -151,7 +150,7 @@ def package_files(
         copy_whole(package.folder, prefix / "share" / package.name)
         modules = package.folder / "src" / package.name
         if not project.has_python_setup and (modules / "__init__.py").is_file():
-            # pipros imports these without a build; the generated package must not hide them
+            # pipros can import these modules without a build; the generated package must not hide them
             target = prefix / PYTHON_DESTINATION / package.name
             (target / "__init__.py").unlink(missing_ok=True)
             copy_whole(modules, target)
@@ -166,13 +165,13 @@ def package_files(
 
 
 def editable_files(package: SourcePackage) -> PackageFiles:
-    """Return the one file of an editable wheel: it names the folder of the package."""
+    """Return the only file of an editable wheel, which contains the path of the package's folder."""
     pointer = ArchiveEntry(f"{package.folder.resolve()}\n".encode())
     return PackageFiles({f"data/data/share/{EDITABLE}/{package.name}": pointer})
 
 
 def _check_names(project: Project) -> None:
-    """Check that no two files define one type."""
+    """Check that no two files define the same type."""
     known: dict[tuple[str, str], str] = {}
     for interface in project.interfaces:
         other = known.setdefault((interface.kind, interface.name), interface.path)
@@ -195,7 +194,7 @@ def _note_compiled(
 
 
 def _leave_out(project: Project, prefix: Path, result: PackageFiles) -> None:
-    """Take out what a wheel cannot install: files outside of the prefix, and results of a compiler."""
+    """Drop what a wheel cannot install: files outside the prefix, and the results of compilers."""
     kept = []
     for item in project.installations:
         target = os.path.normpath(prefix / item.copy.target) if item.copy is not None else str(prefix)
@@ -219,7 +218,7 @@ def _has_more_than_messages(folder: Path) -> bool:
 
 
 def _note_missing(package: SourcePackage, prefix: Path, result: PackageFiles) -> None:
-    """Note folders that users expect in a wheel and that `CMakeLists.txt` does not install."""
+    """Add notes about folders that users expect in a wheel but that `CMakeLists.txt` does not install."""
     installed = {file.name for file in prefix.rglob("*") if not file.is_dir()}
     for name in _USUAL_FOLDERS:
         files = [file for file in (package.folder / name).rglob("*") if file.is_file()]
@@ -235,7 +234,7 @@ def _top_modules(entries: Mapping[str, ArchiveEntry]) -> set[str]:
 
 
 def _remove_second_copies(entries: dict[str, ArchiveEntry]) -> None:
-    """Remove modules from a folder that was added as a whole if the wheel also has them at its top."""
+    """Remove modules below `data` that the wheel also has at its top."""
     for path, entry in list(entries.items()):
         if path.startswith("data/") and path.endswith(".py") and not entry.is_program:
             parts = path.split("/")
@@ -250,12 +249,12 @@ def _have_same_bytes(one: ArchiveEntry, other: ArchiveEntry) -> bool:
 
 
 def _is_made(entry: ArchiveEntry) -> bool:
-    """Return whether a file is the one that the installation writes for a package with messages."""
+    """Return whether the installation generated a file, as it does for a package with messages."""
     return isinstance(entry.content, Path) and read_text(entry.content, errors="replace").startswith(MADE)
 
 
 def _remove_modules_of_others(package: str, result: PackageFiles) -> None:
-    """Remove modules that pipros or a required PyPI project has: an installation would overwrite them."""
+    """Remove modules that would overwrite those of pipros or of a required PyPI project."""
     owners = dict.fromkeys(own_modules(), "pipros itself")
     if package in ON_PYPI:
         module, project = ON_PYPI[package]

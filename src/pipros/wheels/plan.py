@@ -1,6 +1,6 @@
-"""The plan of `pipros install` and of `rosdep`: what provides each dependency of packages.
+"""Plan for `pipros install` and `rosdep` what provides each dependency of the given packages.
 
-Only `package.xml` files are read, so that `--dry-run` runs no code of the packages.
+Only `package.xml` files are read, so `--dry-run` does not run any of the packages' code.
 """
 
 from __future__ import annotations
@@ -38,9 +38,10 @@ class Provider(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PlanStep:
-    """A package or a dependency, what provides it, and how it is called there.
+    """A package or a dependency, and what provides it.
 
     Attributes:
+        target: the distribution, Debian package, requirement or folder; empty if there is none.
         needed_by: the packages whose manifests name it.
     """
 
@@ -52,12 +53,12 @@ class PlanStep:
 
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Where wheels of ROS packages are searched.
+    """The places to search for dependencies.
 
     Attributes:
-        folders: folders of wheels.
+        folders: folders with wheels.
         has_in_index: returns whether the chosen index has a distribution; None if no index was chosen.
-        keys: requirements by key of rosdep.
+        keys: requirements by rosdep key.
     """
 
     folders: Sequence[Path] = ()
@@ -68,8 +69,8 @@ class Places:
 def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[PlanStep]:
     """Return the steps for packages and their run-time dependencies, sorted by name.
 
-    A dependency is, in this order: one of the packages; a wheel in a folder or index; part of pipros; an
-    installed package; a PyPI project; a Debian package, which is only named.
+    A dependency is provided by the first of these: the given packages, a wheel in a folder, pipros, a PyPI
+    project, a wheel in the index, an installed package, or Debian, whose package is only named.
     """
     names = {package.name for package in packages}
     users: dict[str, list[str]] = {name: [] for name in names}
@@ -89,7 +90,7 @@ def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[PlanSte
 
 
 def run_dependencies(package: SourcePackage) -> set[str]:
-    """Return the names of what a package needs at run time."""
+    """Return the names of a package's run-time dependencies."""
     return package.dependencies("exec_depends", "build_export_depends")
 
 
@@ -123,9 +124,9 @@ def _wheels_in(folders: Iterable[Path]) -> set[str]:
 
 
 def debian_package(name: str) -> str:
-    """Return Debian's package for a dependency, or an empty string if apt knows none. Nothing is guessed.
+    """Return Debian's package for a dependency, or an empty string if apt does not know one.
 
-    A key of rosdep is often the name of Debian's package; apt is asked whether it has one.
+    Debian's packages are often named like the rosdep key or `ros-KEY`; apt is asked whether they exist.
     """
     table = PROGRAM_PACKAGES.get(name)
     if table is not None:

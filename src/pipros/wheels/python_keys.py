@@ -1,8 +1,8 @@
 """PyPI projects for the Python keys of rosdep that `package.xml` files use.
 
-The keys are those in the manifests of pipros's packages and of the examples, and common ones. `script/long
-keys` downloads each project once. A key for Python 2 (`python-yaml`) means the same project. An empty project
-means that Python or pipros already has the modules.
+The table contains the keys in the manifests of pipros's packages and of the examples, and other common keys.
+`script/long keys` downloads each project once. A key for Python 2 (`python-yaml`) refers to the same project
+as the key for Python 3. An empty project means that the modules come with Python or pipros.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ PYTHON_KEYS: Mapping[str, str] = _table()
 
 
 class BadPythonKeys(PiprosError):
-    """A file of keys has an entry that is not a key and a requirement."""
+    """A file with a lab's own keys contains something other than keys and requirements."""
 
 
 def read_keys(file: str | None) -> Mapping[str, str]:

@@ -1,4 +1,4 @@
-"""The declaration of wheels; see `pipros.basics.rooms`."""
+"""The declaration of the room `wheels`; see `pipros.basics.rooms`."""
 
 from pipros.basics.rooms import Room, RoomCommand
 

@@ -56,7 +56,7 @@ def read_repositories(file: Path) -> list[Repository]:
     """Return the repositories in a `.rosinstall` or `.repos` file.
 
     Raises:
-        BadSource: the file has another form, lists too many repositories, or one that is not git.
+        BadSource: the file has another format, or lists too many repositories or one that is not a git one.
         YamlError, OSError: the file cannot be read.
     """
     content = yaml.load_texts(read_file(file), str(file))
@@ -112,7 +112,7 @@ def clone(repository: Repository, folder: Path) -> Path:
     """Clone a repository below a folder, and return the path. Blocks for at most 15 minutes.
 
     Raises:
-        BadSource: git is not installed, or failed; the message has the end of its output.
+        BadSource: git is not installed, or failed; the message contains the end of its output.
     """
     target = folder / f"{len(list(folder.iterdir()))}-{repository.name}"
     _git(repository, ["clone", "--quiet", "--", repository.url, str(target)])

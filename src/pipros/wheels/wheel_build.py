@@ -35,7 +35,7 @@ class WheelOptions:
         is_strict: whether compiled targets are an error.
         is_whole: whether packages' folders are added as a whole.
         is_editable: whether the wheels only point to the packages' folders.
-        keys: requirements by key of rosdep.
+        keys: requirements by rosdep key.
     """
 
     is_strict: bool = False
@@ -46,7 +46,7 @@ class WheelOptions:
 
 @dataclass(frozen=True, slots=True)
 class BuiltWheel:
-    """A wheel, and what it lacks and why, one line each."""
+    """A wheel, with a note for each part that it lacks."""
 
     package: SourcePackage
     file: Path
@@ -54,10 +54,10 @@ class BuiltWheel:
 
 
 def source_packages(folders: Sequence[Path]) -> list[SourcePackage]:
-    """Return the packages below folders, in build order. Of a workspace, `src` is searched.
+    """Return the packages below folders, in build order. In a workspace, only `src` is searched.
 
     Raises:
-        WheelRefused: a manifest is invalid, a name is not that of a distribution, or there is no package.
+        WheelRefused: a manifest or a package name is invalid, or there is no package.
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
     """
     sources = [_source_of(folder) for folder in folders]
@@ -138,15 +138,15 @@ def metadata_of(
     """Return the metadata of a package's wheel.
 
     Args:
-        is_ros_package: returns whether a name is that of a ROS package; by default, those beside the package
-            and those installed are known.
+        is_ros_package: returns whether a ROS package has the given name; by default, packages in sibling
+            folders and installed packages are known.
     """
     known = is_ros_package or _Surroundings([package]).is_ros_package
     return metadata_text(package, project, dependencies_of(package, project, known, options.keys))
 
 
 def surroundings_of(packages: Sequence[SourcePackage]) -> FindFolder:
-    """Return the function that finds packages, their neighbours and installed packages for a build."""
+    """Return a function that finds the given packages, packages in sibling folders, and installed ones."""
     return _Surroundings(packages).folder
 
 
@@ -160,7 +160,7 @@ def _write(package: SourcePackage, files: Mapping[str, ArchiveEntry], metadata: 
 
 
 class _Surroundings:
-    """The packages that a build knows: those that it builds, those beside them, and those installed."""
+    """The packages known to a build: those to build, those in sibling folders, and installed packages."""
 
     def __init__(self, packages: Sequence[SourcePackage]) -> None:
         self._folders = {package.name: package.folder for package in packages}
@@ -181,7 +181,7 @@ class _Surroundings:
         return folder
 
     def is_ros_package(self, name: str) -> bool:
-        """Return whether a name is that of a ROS package with a wheel."""
+        """Return whether a ROS package with this name is or could be distributed as a wheel."""
         if name in self._folders or distribution_like(name) in self._named:
             return True
         return (
@@ -197,7 +197,7 @@ def _is_debians(index: PackageIndex, name: str) -> bool:
 
 
 def distribution_like(name: str) -> str:
-    """Return the distribution that a package of this name would have."""
+    """Return the distribution name that a package with this name would have."""
     return PREFIX + name.replace("_", "-").lower()
 
 

@@ -181,7 +181,7 @@ class _Build:
         self._build_natives(packages, natives, native_names, definitions)
 
     def _write_spaces(self, packages: Sequence[SourcePackage], definitions: Definitions) -> None:
-        """Write the files of the spaces that belong to no package, and install the packages if requested."""
+        """Write the files that do not belong to a single package, and install the packages if requested."""
         self._update_typings(definitions)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         if self._layout.build != self._layout.source:
@@ -202,7 +202,7 @@ class _Build:
             project = self._result.projects[name]
             if project.interfaces:
                 has_module = dict.fromkeys([name], project.has_python_setup).__getitem__
-                with suppress(DefinitionError, NotFound):  # of a file that the package does not list
+                with suppress(DefinitionError, NotFound):  # in a file that the package does not list
                     write_stubs([name], typings, definitions, has_module=has_module)
 
     def _wanted(self, packages: Sequence[SourcePackage]) -> list[SourcePackage]:
@@ -359,9 +359,9 @@ class _Build:
         self._result.errors.append(f"{package.name}: {reason}")
 
     def _is_broken(self, package: SourcePackage) -> bool:
-        """Return True if a compiled part failed: that of the package, or of one that it depends on.
+        """Return True if the compiled part of the package, or of one of its dependencies, failed.
 
-        In the latter case, report the package as skipped.
+        If a dependency failed, report the package as skipped.
         """
         if package.name in self._broken:
             return True
@@ -435,7 +435,7 @@ class _Build:
                 tools, chosen, self._layout, self._options, self._say, self._variables, components
             )
         except genuine_catkin.MissingTools as error:
-            is_said = False  # it is long, and the list of errors has it
+            is_said = False  # the reason is long, and is printed with the errors
             for package in natives:
                 reasons = self._result.projects[package.name].needs_cmake
                 target = next((reason for reason in reasons if reason.target), reasons[0])
@@ -445,13 +445,13 @@ class _Build:
                     failed[package.name] += f". Until then, these run from pipros: {', '.join(shipped)}"
         except NativeBuildFailed as error:
             failed = {package.name: str(error) for package in natives}
-            names = set(failed)  # the others are built without genuine catkin
+            names = set(failed)  # the other packages are built without genuine catkin
         for package in chosen:
             reason = failed.get(package.name)
             if reason:
                 self._fail_native(package, reason, is_said=is_said)
             elif reason is not None:
-                self._is_broken(package)  # reports it as skipped
+                self._is_broken(package)  # reports the package as skipped
             elif package.name in names:
                 write_over_genuine(self._result.projects[package.name], self._layout.devel)
                 self._result.built.append(package.name)

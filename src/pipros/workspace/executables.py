@@ -3,7 +3,7 @@
 Built programs (`devel/lib/<package>`) and those that pip installed (`lib/<package>`) take precedence over
 those in the package's folder. A name such as `talker.py` matches at any depth; a name such as
 `scripts/talker.py` must match the end of the path. If a package lacks a program, for example because its C++
-is not compiled, the package of that name shipped with pipros may have it, or Debian's (`/usr/lib/<package>`).
+code is not compiled, the program is looked up in pipros's or Debian's package of the same name.
 """
 
 from __future__ import annotations

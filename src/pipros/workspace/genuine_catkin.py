@@ -104,8 +104,8 @@ def build(
 ) -> dict[str, str]:
     """Build packages into the devel space, and install them if `options.installs` is true.
 
-    Return the packages that could not be built, each with the reason, which is empty if the package needs
-    another one in the result. The others are built. The tools use this process's standard output.
+    Return the packages that could not be built, each with the reason. The reason is empty if a dependency in
+    the result is to blame. All others are built. The tools use this process's standard output.
 
     Message packages shipped with pipros are also built if the local ROS installation lacks them. Python
     packages need no build. Blocks until the tools exit, without a time limit.
@@ -206,7 +206,7 @@ def _link_sources(
 def _add_failed(
     packages: Sequence[SourcePackage], reasons: Mapping[str, str], failed: dict[str, str]
 ) -> None:
-    """Add the packages in `reasons` to `failed`; without a reason if they need another one that failed."""
+    """Add the packages in `reasons` to `failed`, with an empty reason if one of their dependencies failed."""
     for package in packages:
         if package.name in reasons:
             is_culprit = failed.keys().isdisjoint(package.all_dependencies)

@@ -139,7 +139,7 @@ class PackageIndex:
     def duplicates(self) -> dict[str, list[Path]]:
         """Return each name that occurs more than once, with all its folders. The first folder is used.
 
-        A package that occurs only among pipros's and Debian's is left out.
+        Duplicates that only involve pipros's and Debian's folders are omitted.
         """
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():

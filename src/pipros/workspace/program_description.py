@@ -1,4 +1,4 @@
-"""Say how rosrun and roslaunch start a program, for `pipros doctor FILE`."""
+"""Describe how rosrun and roslaunch start a program, for `pipros doctor FILE`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ProgramDescription:
     Attributes:
         program: the file.
         interpreter: the interpreter; empty if the program is started without one, or not at all.
-        reason: why; the rest of a sentence that begins with the program or its interpreter.
+        reason: the reason, as the rest of a sentence that begins with the program or its interpreter.
         is_startable: whether the program can be started.
     """
 

@@ -131,7 +131,7 @@ def has_windows_line_ends(program: Path) -> bool:
 
 
 def is_left_to_env(program: Path, variables: Mapping[str, str] = os.environ) -> bool:
-    """Return whether `env`, which exists, looks for the Python of a script."""
+    """Return whether a script's first line runs Python through `env`, and `env` exists."""
     chosen = _script_interpreter(program, variables)
     return chosen is not None and chosen.has_env
 
@@ -141,7 +141,7 @@ def _script_interpreter(program: Path, variables: Mapping[str, str]) -> ScriptIn
         return None
     try:
         return interpreter_of(program, variables)
-    except OSError:  # reported when it is started
+    except OSError:  # starting the program reports the error
         return None
 
 

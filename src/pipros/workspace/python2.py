@@ -1,4 +1,4 @@
-"""Recognise scripts written for Python 2, and say how to convert them."""
+"""Detect scripts written for Python 2, and explain how to convert them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SPACES = re.compile(rb"^ ", re.MULTILINE)
 
 
 def python2_advice(file: str | os.PathLike[str]) -> str | None:
-    """Return how to convert a script for Python 2, in one line; None for other files.
+    """Return one line that says how to convert a Python 2 script; None for other files.
 
     The file is parsed, not run.
     """

@@ -1,10 +1,10 @@
 """Choose the Python interpreter of a script from its first line.
 
-`#!/usr/bin/env python3` runs the first `python3` in `PATH`, which the tools make pipros's own. A first line
-such as `#!/usr/bin/python3` names one interpreter. If that one has `rospy`, a genuine ROS is installed there,
-and the script may need other packages of it. If it has none, a node cannot run there, so pipros's own
-interpreter runs it. The module path is looked up in the file system, because starting an interpreter takes
-longer than the rest of rosrun.
+`#!/usr/bin/env python3` runs the first `python3` in `PATH`, and the tools set `PATH` so that this is pipros's
+interpreter. A first line such as `#!/usr/bin/python3` names a specific interpreter. If that interpreter has
+`rospy`, it belongs to a genuine ROS, whose other packages the script may need. If not, a node cannot run with
+it, so pipros's own interpreter runs the script. `rospy` is looked up in the file system, because starting an
+interpreter takes longer than the rest of rosrun.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ VARIABLE = "PIPROS_INTERPRETER"
 _PYTHON = re.compile(r"python(?P<major>\d)?(\.\d+)*")
 _VERSION = re.compile(r"python(\d+\.\d+)")
 _NEEDED = "rospy"
-_FIRST_LINE_BYTES = 256  # the kernel reads as many
+_FIRST_LINE_BYTES = 256  # the kernel's limit
 _PTH_FILE_BYTES = 64 * 1024
 
 
@@ -36,9 +36,9 @@ class ScriptInterpreter:
     """The interpreter that starts a Python script.
 
     Attributes:
-        words: the words to put before the script; empty if the operating system starts it by its first line.
+        words: the words to put before the script; empty if the operating system starts the script itself.
         interpreter: the path of the interpreter; None if the script cannot be started.
-        reason: why, as the rest of a sentence about the script.
+        reason: the reason for this choice, as the rest of a sentence about the script.
         has_env: whether the first line names `env`, which the operating system can start in any case.
     """
 
@@ -138,7 +138,7 @@ def _rospy_of(interpreter: str, variables: Mapping[str, str]) -> str | None:
 
 @lru_cache(maxsize=64)
 def _lookup(interpreter: str, python_path: str, home: str) -> str | None:
-    """Return the folder of an interpreter's rospy, or None if it has none.
+    """Return the folder from which an interpreter would import rospy, or None if it cannot.
 
     pipros's own rospy on `PYTHONPATH` does not count: without its import hook, it finds no messages.
     """
@@ -152,7 +152,7 @@ def _lookup(interpreter: str, python_path: str, home: str) -> str | None:
 
 
 def _module_folders(interpreter: str, python_path: str, home: str) -> Iterator[Path]:
-    """Yield the folders from which an interpreter imports modules, also those that do not exist."""
+    """Yield the folders from which an interpreter imports modules. Some may not exist."""
     yield from (Path(folder) for folder in python_path.split(os.pathsep) if folder)
     path, real = Path(os.path.abspath(interpreter)), Path(os.path.realpath(interpreter))
     named = _VERSION.match(real.name)
@@ -171,7 +171,7 @@ def _module_folders(interpreter: str, python_path: str, home: str) -> Iterator[P
         for library in sorted(parent.glob(pattern))
     ]
     if not (named and named[1].startswith("2.")):
-        libraries += [prefix / "lib" / "python3" for prefix in prefixes]  # of Debian
+        libraries += [prefix / "lib" / "python3" for prefix in prefixes]  # Debian's packages
     if not is_isolated and home:
         libraries += sorted(Path(home, ".local", "lib").glob(pattern))
     for library in libraries:
@@ -194,9 +194,9 @@ def _folders_in_path_files(folder: Path) -> Iterator[Path]:
 
 
 def _is_installed_with(program: Path, interpreter: str) -> bool:
-    """Return whether a program belongs to the distribution of the interpreter, as in `/usr/lib/PACKAGE`.
+    """Return whether a program is installed under the interpreter's prefix, as in `/usr/lib/PACKAGE`.
 
-    Its modules are installed for that interpreter, too.
+    If so, the program's modules are installed for that interpreter, too.
     """
     prefix = Path(os.path.realpath(interpreter)).parent.parent
     real = Path(os.path.realpath(program))

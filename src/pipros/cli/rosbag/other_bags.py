@@ -1,4 +1,4 @@
-"""Bags of other formats than ROS 1's, which a room can read and write for `rosbag`."""
+"""Bags in formats other than those of ROS 1, which a room can read and write for `rosbag`."""
 
 from __future__ import annotations
 
@@ -17,46 +17,46 @@ if TYPE_CHECKING:
 
 
 class OtherBags(Protocol):
-    """What a room offers under the name `bags`. `options` are the parsed options of the command."""
+    """The interface that a room offers under the name `bags`. `options` are the command's parsed options."""
 
     def add_reading_options(self, parser: OptionParser) -> None:
-        """Add the options of all commands that read bags."""
+        """Add the options shared by all commands that read bags."""
 
     def opened(self, path: str | os.PathLike[str], options: Any) -> BagReader:
-        """Open a bag, and print a warning for each topic that is left out."""
+        """Open a bag, and print a warning for each topic that cannot be read."""
         ...
 
     def add_writing_options(self, parser: OptionParser) -> None:
         """Add the options of `rosbag convert`."""
 
     def is_chosen(self, parser: OptionParser, options: Any) -> bool:
-        """Return whether the options ask for a bag of this format; report those that do not fit together."""
+        """Return whether the options request a bag in this format. Report contradictory options."""
         ...
 
     def target_name(self, source: Path) -> str:
-        """Return the name of the output for an input, in the folder given with `--output-dir`."""
+        """Return the name of an input's output in the folder given with `--output-dir`."""
         ...
 
     def written(self, target: Path, options: Any) -> AbstractContextManager[MessageSink]:
-        """Create a bag, which is complete after the block."""
+        """Context manager that creates a bag. The bag is complete after the block."""
         ...
 
 
 def other_bags() -> OtherBags | None:
-    """Return what an installed room offers, or None."""
+    """Return the interface that an installed room offers, or None if no room does."""
     found: OtherBags | None = offered("bags")
     return found
 
 
 def add_reading_options(parser: OptionParser) -> None:
-    """Add the options with which bags of other formats are read."""
+    """Add the options for reading bags in other formats."""
     others = other_bags()
     if others is not None:
         others.add_reading_options(parser)
 
 
 def opened(path: str | os.PathLike[str], options: Any) -> BagReader:
-    """Open a bag of any format that is installed.
+    """Open a bag in any supported format.
 
     Raises:
         BagError, OSError: the bag cannot be read.

@@ -88,7 +88,7 @@ class Arrow:
     """An arrow between two vertices, and the topic of its messages.
 
     Attributes:
-        wrong: the type that is sent, and the other one that the subscriber at the end wants.
+        wrong: the type that the publisher sends and the different type that the subscriber expects.
     """
 
     start: Key

@@ -67,7 +67,7 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
 def _label(vertex: Vertex) -> str:
     more = f": {len(vertex.members)}" if vertex.kind == "namespace" else ""
     name = vertex.name
-    if vertex.group and name != vertex.group:  # its box shows the namespace
+    if vertex.group and name != vertex.group:  # the surrounding box shows the namespace
         name = name.removeprefix(f"{vertex.group.rstrip('/')}/")
     return printable(name, _MAX_LABEL_CHARACTERS) + more
 
@@ -85,7 +85,7 @@ def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)
     joined = {}
     for same in pairs.values():
-        same.sort(key=lambda arrow: not arrow.wrong)  # a wrong one must be seen
+        same.sort(key=lambda arrow: not arrow.wrong)  # draw an arrow with wrong types first
         more = f" +{len(same) - 1}" if len(same) > 1 else ""
         joined[same[0]] = printable(same[0].topic, _MAX_LABEL_CHARACTERS // 2) + more
     return joined

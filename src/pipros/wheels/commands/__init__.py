@@ -1,1 +1,1 @@
-"""The commands that build, install and index wheels, and rosdep."""
+"""The commands `pipros wheel`, `pipros install` and `pipros index`, and `rosdep`."""

@@ -1,4 +1,4 @@
-"""`pipros install`: builds ROS packages and installs them, with what they need, by pip or uv."""
+"""`pipros install`: builds ROS packages, and installs them and their dependencies with pip or uv."""
 
 from __future__ import annotations
 

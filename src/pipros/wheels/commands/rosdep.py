@@ -1,4 +1,4 @@
-"""`rosdep`: answers for pip what the packages of a workspace need. A genuine rosdep takes precedence."""
+"""`rosdep`: checks and installs what a workspace needs from pip. A genuine rosdep takes precedence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _OUTPUT_LIMIT_S = 10.0
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a genuine rosdep if there is one; otherwise answer from the table of Python keys."""
+    """Run a genuine rosdep if there is one; otherwise use the table of Python keys."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     _run_genuine(arguments)
     options = _parser().parse_args(arguments)
@@ -79,7 +79,7 @@ def _parser() -> ArgumentParser:
     parser.add_argument("--from-paths", type=Path, nargs="+", default=[], metavar="DIR")
     parser.add_argument("--keys", metavar="FILE", help="YAML file that maps keys of rosdep to requirements")
     parser.add_argument("-s", "--simulate", action="store_true", help="print the command, and do nothing")
-    # Options that workspaces' scripts pass to genuine rosdep; packages in the folders are always left out.
+    # Scripts pass these options to genuine rosdep. Packages in the given folders are always omitted.
     for names in (("-i", "--ignore-src"), ("-y", "--default-yes"), ("-r",), ("-q", "--quiet")):
         parser.add_argument(*names, action="store_true", help="accepted, without effect")
     parser.add_argument("--rosdistro", metavar="NAME", help="accepted, without effect")
@@ -99,7 +99,7 @@ def _is_installed(requirement: str) -> bool:
 
 
 def _run_genuine(arguments: Sequence[str]) -> None:
-    """Replace this process by a genuine rosdep, from PyPI or Debian, if there is one."""
+    """Replace this process with a genuine rosdep, from PyPI or Debian, if there is one."""
     if importlib.util.find_spec("rosdep2") is not None:
         code = "import sys; from rosdep2.main import rosdep_main; sys.exit(rosdep_main())"
         _become([sys.executable, "-c", code, *arguments])
@@ -112,9 +112,10 @@ def _run_genuine(arguments: Sequence[str]) -> None:
 
 
 def _become(words: list[str]) -> None:
-    """Replace this process by a program; or, if `sys.stdout` is replaced, print the output there and exit.
+    """Replace this process with a program.
 
-    Completion reads the options from the help in this way.
+    If `sys.stdout` was replaced, run the program, print its output to `sys.stdout`, and exit. Completion uses
+    this to read the options from the help.
     """
     if sys.stdout is sys.__stdout__:
         os.execv(words[0], words)  # noqa: S606

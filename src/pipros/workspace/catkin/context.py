@@ -98,8 +98,8 @@ class ReadContext:
     def run(self) -> None:
         """Execute the project's `CMakeLists.txt`.
 
-        In a package with compiled code, errors of CMake's own commands are left to CMake, and the rest of the
-        file is executed: they come from missing libraries, or from variables that only CMake sets.
+        In a package with compiled code, errors in CMake's own commands are ignored, because missing libraries
+        and variables that only CMake sets can cause them. CMake itself reports the real errors.
 
         Raises:
             CMakeError: the file is invalid, or reports an error.

@@ -69,7 +69,7 @@ def _find_package(context: ReadContext, command: Command, words: list[str]) -> N
     else:
         context.components.add(name)
         if name == context.project.name and context.project.has_catkin_package:
-            # catkin_package() has just written the files that CMake finds
+            # CMake would find the configuration files that catkin_package() has just written
             context.run_extras(FoundPackage(context.version, context.project.cfg_extras))
             values[f"{name}_FOUND"] = "1"
             return
@@ -111,7 +111,7 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
         if not is_required:
             context.scope.values[f"{name}_FOUND"] = "0"
             return
-        # CMake would end here. A package that compiles nothing does not need this one to be built.
+        # CMake would stop here, but a package without compiled code can be built without the missing one.
         context.project.absent.append(
             AbsentPackage(
                 name,
@@ -127,7 +127,7 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
                 context.place(command),
             )
         )
-        context.has_foreign_packages = True  # its commands are unknown
+        context.has_foreign_packages = True  # the missing package may define commands
         context.scope.values[f"{name}_FOUND"] = "0"
         return
     context.components.add(name)
