@@ -154,7 +154,7 @@ class ApprovedActs:
 
         Args:
             values: the values that the human sees.
-            carry_out: carries out the acts, after the gate has checked them again and counted them.
+            carry_out: carries out the acts through the gate, which checks them again and counts them.
             needs_human: False for acts that only end what was approved earlier.
 
         Raises:
