@@ -138,7 +138,7 @@ class Bags:
             if left < 0:
                 raise BagError(
                     f"the table of {listed(topic)} is too large: {limit_text('table_bytes', limit)}. Read it "
-                    "in batches, or choose times or every n-th message"
+                    "in batches, or limit the times, or read every n-th message"
                 )
         return joined_tables(tables)
 

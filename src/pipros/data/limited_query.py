@@ -50,9 +50,7 @@ def run_query(bag: Path, sql: str, *, limit_s: float, limit_bytes: int) -> str:
                     check=False,
                 )
             except subprocess.TimeoutExpired:
-                raise QueryError(
-                    f"the query takes longer than {limit_s:g} s; select fewer messages"
-                ) from None
+                raise QueryError(f"the query took longer than {limit_s:g} s; select fewer messages") from None
         if ended.returncode != 0:
             reason = _beginning(errors, _ERROR_BYTES) or f"it ended with the code {ended.returncode}"
             raise QueryError(reason.strip())

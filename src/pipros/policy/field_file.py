@@ -81,7 +81,7 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> F
         raise spec.error("one_of", f"must be a list of values, got {values!r}")
     for each in values:
         if not isinstance(each, bool | int | float | str) or each != each:  # NaN
-            raise spec.error("one_of", f"must contain numbers, texts and truth values, got {each!r}")
+            raise spec.error("one_of", f"must contain only numbers, strings and booleans, got {each!r}")
     scaled = [
         each * unit.factor if unit.factor != 1.0 and not isinstance(each, str) else each for each in values
     ]

@@ -71,7 +71,7 @@ def collected(prefix: Path, source: Path) -> dict[str, ArchiveEntry]:
             raise WheelRefused(f"{source}: the files exceed {limit_bytes} bytes (wheel_bytes); install fewer")
         place = _place_of(path)
         if any(sign in place for sign in "\r\n\0\\"):
-            raise WheelRefused(f"{source}: a wheel cannot hold the file name {place!r}")
+            raise WheelRefused(f"{source}: a wheel cannot contain the file name {place!r}")
         entries[place] = ArchiveEntry(file, bool(status.st_mode & 0o111))
     return entries
 
@@ -83,7 +83,7 @@ def _files_below(folder: Path, allowed: tuple[Path, ...]) -> Iterator[Path]:
             if not real.exists() or not any(real.is_relative_to(root) for root in allowed):
                 raise WheelRefused(
                     f"{entry.name} is a link to {os.readlink(entry)}, which is not installed with it; "
-                    "a wheel holds no links: install the file itself"
+                    "wheels cannot contain links: install the file itself"
                 )
             if real.is_dir() and entry.is_relative_to(real):
                 raise WheelRefused(f"{entry.name} is a link to a folder that contains it")

@@ -67,7 +67,7 @@ def _approve() -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except OSError as error:
-        raise CommandError(f"cannot find the acts that wait: {error}") from None
+        raise CommandError(f"cannot find the acts that await approval: {error}") from None
     return 0
 
 

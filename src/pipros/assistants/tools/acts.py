@@ -48,8 +48,8 @@ class ActTools:
         self._caller = caller
 
     def read_policy(self, cursor: Cursor = 0) -> Answer:
-        """Show the policy, a YAML file of the user, line by line: what the tools that act may do, with which
-        values, how often, and what stops it. Everything else is refused."""
+        """Show the user's policy, a YAML file, line by line. It says what the tools that act may do, with
+        which values and how often, and how the robot is stopped. Everything else is refused."""
         return Answer(self._acts.policy.text.splitlines())
 
     def publish(
@@ -110,8 +110,8 @@ class ActTools:
         return self._perform("set_parameter", Act(ActKind.PARAMETER, full, value), value, carry_out)
 
     def send_goal(self, action: Name, goal: Values, wait_s: Seconds = 5.0) -> Answer:
-        """Send a goal to an action server, and wait up to `wait_s` seconds for its result. data has the id of
-        the goal, for cancel_goal, and the result if it arrived in time. A human must approve this."""
+        """Send a goal to an action server, and wait up to `wait_s` seconds for its result. data contains the
+        goal's id, for cancel_goal, and the result if it arrived in time. A human must approve this."""
         name = self._acts.system().node.resolve(action)
         rule = self._rule(ActKind.TOPIC, f"{name}/goal")
         identity = f"pipros_mcp-{secrets.token_hex(8)}"
@@ -134,7 +134,7 @@ class ActTools:
                 publisher = self._publisher(system, f"{name}/goal")
                 if not publisher.connection_count:
                     raise ToolRefused(
-                        "no action server is connected; list_actions names those that run", name
+                        "no action server is connected; list_actions names the running servers", name
                     )
                 self._acts.note_goal(identity, name)
                 publisher.publish(value)
@@ -152,7 +152,7 @@ class ActTools:
         return self._perform("send_goal", act, whole(value.goal), carry_out)
 
     def cancel_goal(self, goal_id: Name) -> Answer:
-        """Cancel a goal that send_goal has sent."""
+        """Cancel a goal that was sent with send_goal."""
         name = self._acts.goals.get(goal_id)
         if name is None:
             raise ToolRefused("send_goal has not sent a goal with this id", goal_id)

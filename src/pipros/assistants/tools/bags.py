@@ -47,7 +47,7 @@ class BagTools:
         return Answer(rows, figures={"bags": len(rows)})
 
     def describe_bag(self, bag: Bag, cursor: Cursor = 0) -> Answer:
-        """Describe a bag: begin, end, size, and its topics with their types and numbers of messages."""
+        """Describe a bag: start, end, size, and the topics with their types and numbers of messages."""
         with self._opened(bag) as reader:
             tree = info_tree(bag_info(reader, bag))
         topics = tree.pop("topics", [])
@@ -64,7 +64,7 @@ class BagTools:
         every: Annotated[int, Field(ge=1, le=1_000_000, description="take every n-th message")] = 1,
         cursor: Cursor = 0,
     ) -> Answer:
-        """Read messages of a topic in a bag, with their times in seconds after the bag's first message. Long
+        """Read messages on a topic in a bag, with their times in seconds after the bag's first message. Long
         arrays are shortened; name a part of the messages to see more of it."""
         steps = steps_of(part)
         with self._opened(bag) as reader:
@@ -84,8 +84,8 @@ class BagTools:
         end_s: Seconds = 1e9,
         cursor: Cursor = 0,
     ) -> Answer:
-        """Compute minimum, maximum, mean and deviation of each number in the messages of a topic in a bag. Of
-        many messages, every n-th is taken."""
+        """Compute the minimum, maximum, mean and standard deviation of each number in a topic's messages in a
+        bag. If there are many messages, only every n-th is used."""
         steps = steps_of(part)
         with self._opened(bag) as reader:
             chosen, every = self._thinned(reader, topic, start_s, end_s)
@@ -103,8 +103,8 @@ class BagTools:
         start_s: Seconds = 0.0,
         end_s: Seconds = 1e9,
     ) -> Answer:
-        """Plot numbers of a topic in a bag over time, as a picture. data has the colour and the range of each
-        curve."""
+        """Plot numbers from a topic in a bag over time, as a picture. data contains the colour and the range
+        of each curve."""
         steps = {part: steps_of(part) for part in parts}
         lines: dict[str, list[tuple[float, float]]] = {part: [] for part in parts}
         with self._opened(bag) as reader:
@@ -128,12 +128,12 @@ class BagTools:
         return Answer(rows, figures={"every": every}, pictures=[picture])
 
     def show_bag(self, bag: Bag, topic: Name, at_s: Seconds = 0.0) -> Answer:
-        """Show the first message of a topic in a bag from a time on as a picture: an image, a point cloud, a
+        """Show a topic's first message at or after a time in a bag as a picture: an image, a point cloud, a
         laser scan or an occupancy grid."""
         with self._opened(bag) as reader:
             found = next(self._messages(reader, topic, at_s, 1e9), None)
         if found is None:
-            raise ToolRefused("the topic has no message from this time on")
+            raise ToolRefused("the topic has no message at or after this time")
         picture, note, facts = self._robot.draw(found[1])
         return Answer([{"time_s": round(found[0], 6), **facts}], note, pictures=[picture])
 
@@ -143,9 +143,9 @@ class BagTools:
         sql: Annotated[str, Field(min_length=1, max_length=20_000, description="one SELECT")],
         cursor: Cursor = 0,
     ) -> Answer:
-        """Query a bag with SQL (DuckDB). A table is named as its topic, such as "/imu/data" or imu_data; its
+        """Query a bag with SQL (DuckDB). A table is named after its topic, as "/imu/data" or imu_data; its
         columns are the fields, such as "header.stamp", and "_time", the time of receipt in ns. Rows are lists
-        of texts; the first row has the names of the columns."""
+        of strings; the first row contains the names of the columns."""
         run_query = offered("limited_query")
         if run_query is None:
             raise ToolRefused("this installation of pipros lacks SQL over bags")

@@ -37,8 +37,8 @@ class FrameTools:
         )
 
     def find_transform(self, target: Name, source: Name, wait_s: Wait = 2.0) -> Answer:
-        """Find where the frame source is in the frame target: position in metres, quaternion x, y, z, w,
-        and how old this is."""
+        """Find the pose of the frame source in the frame target: position in metres, quaternion x, y, z, w,
+        and the age of the transform."""
         samples = self._robot.sample(TOPICS, wait_s)
         buffer = self._buffer(samples)
         try:

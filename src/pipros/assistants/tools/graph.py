@@ -67,7 +67,7 @@ class GraphTools:
         return Answer(rows, figures={"services": len(rows)})
 
     def describe_service(self, service: Name, cursor: Cursor = 0) -> Answer:
-        """Show the type and the definition of a service, line by line. The service is not called."""
+        """Show the type of a service, and its definition line by line. The service is not called."""
         from pipros.graph.services import type_of
 
         with self._robot.client() as client:
@@ -140,7 +140,7 @@ class GraphTools:
 
     def why_no_data(self, topic: Name, wait_s: Wait = 3.0, cursor: Cursor = 0) -> Answer:
         """Find out why no data arrives on a topic. Checks publisher, types, connections, addresses, messages,
-        rate, stamp, frame and queues in this order, and says what to do about the first that fails."""
+        rate, stamp, frame and queues in this order, and suggests a remedy for the first check that fails."""
         found = self._robot.check_topic(topic, wait_s).as_json()
         steps, finding = found.pop("steps"), found.pop("finding")
         note = (

@@ -1,4 +1,4 @@
-"""Tools for packages and launch files. Launch files are shown, not evaluated: that could start commands."""
+"""Tools for packages and launch files. Launch files are not evaluated, because that could run commands."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class PackageTools:
         return Answer(list(files_below(_folder(self._robot, package), LAUNCH_SUFFIXES)))
 
     def read_launch_file(self, package: Name, file: Name, cursor: Cursor = 0) -> Answer:
-        """Show a launch file of a package, line by line. It is not evaluated, and files that it includes are
-        not opened. file is a name from list_launch_files."""
+        """Show a launch file of a package, line by line. It is not evaluated, and included files are not
+        opened. file is a name from list_launch_files."""
         found = launch_file(self._robot, package, file)
         return Answer(read_text(found, LAUNCH_BYTES, errors="replace").splitlines())
 

@@ -45,8 +45,8 @@ class StateTools:
             return Answer(names_below(client.master, client.resolve(below)))
 
     def read_parameter(self, name: Name, cursor: Cursor = 0) -> Answer:
-        """Read a parameter, or all parameters of a namespace. Values of secrets, such as passwords, are
-        masked, as far as names show that they are secrets."""
+        """Read a parameter, or all parameters in a namespace. The values of secrets, such as passwords, are
+        masked if their names indicate that they are secrets."""
         from pipros.graph.params import read
 
         with self._robot.client() as client:
@@ -62,8 +62,8 @@ class StateTools:
         wait_s: Wait = 1.0,
         cursor: Cursor = 0,
     ) -> Answer:
-        """Read log messages of nodes, newest first: those since a time from the log file of this run, if the
-        master runs on this machine, and those that are published during the wait."""
+        """Read log messages of nodes, newest first: earlier messages from the log file of this run, if the
+        master runs on this machine, and messages that are published during the wait."""
         history = self._history()
         samples = self._robot.sample([_LOG_TOPIC], wait_s)
         entries = [entry[:4] for entry in history]
@@ -92,7 +92,7 @@ class StateTools:
         level: Annotated[int, Field(ge=0, le=3, description="0 OK, 1 warning, 2 error, 3 stale")] = 0,
         cursor: Cursor = 0,
     ) -> Answer:
-        """Read the diagnostics that nodes publish during the wait, worst first, at least of this level."""
+        """Read the diagnostics that nodes publish during the wait, from this level up, worst first."""
         samples = self._robot.sample(_DIAGNOSTICS, wait_s)
         found: dict[str, Any] = {}
         for _, message in decoded(samples.received):

@@ -27,7 +27,7 @@ class TopicTools:
         every: Annotated[int, Field(ge=1, le=10_000, description="take every n-th message")] = 1,
         wait_s: Wait = 5.0,
     ) -> Answer:
-        """Read the latest message of a topic, or the next few. Long arrays are shortened; name a part of the
+        """Read the latest message on a topic, or the next few. Long arrays are shortened; name a part of the
         messages to see more of it. Use show_topic for images, clouds and maps."""
         name, kind = self._robot.type_of(topic)
         steps = steps_of(part)
@@ -47,8 +47,8 @@ class TopicTools:
     def summarize_topic(
         self, topic: Name, part: Part = "", seconds: Wait = 5.0, cursor: Cursor = 0
     ) -> Answer:
-        """Measure a topic: rate, bandwidth, and minimum, maximum, mean and deviation of each number in its
-        messages during some seconds."""
+        """Measure a topic for some seconds: its rate and bandwidth, and the minimum, maximum, mean and
+        standard deviation of each number in its messages."""
         name, _ = self._robot.type_of(topic)
         steps = steps_of(part)
         samples = self._robot.sample([name], seconds)
@@ -66,8 +66,8 @@ class TopicTools:
         return Answer(rows, note, figures)
 
     def show_topic(self, topic: Name, wait_s: Wait = 5.0) -> Answer:
-        """Show the latest message of a topic as a picture: images, point clouds and laser scans from above,
-        and occupancy grids."""
+        """Show the latest message on a topic as a picture: an image, an occupancy grid, or a point cloud or
+        laser scan seen from above."""
         name, kind = self._robot.type_of(topic)
         samples = self._robot.sample([name], wait_s, bool)
         message: Any = next((message for _, message in decoded(samples.received)), None)
@@ -79,4 +79,4 @@ class TopicTools:
         if not received:
             raise ToolRefused("no message arrived during the wait; why_no_data finds the reason")
         if not known:
-            raise ToolRefused("the messages do not fit their definition, or it is not known")
+            raise ToolRefused("the messages do not match their definition, or it is unknown")

@@ -148,7 +148,7 @@ def numbers_of(
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
     fields = source.fields or USUAL_FIELDS.get(table.type, ())
     if not fields:
-        raise BadSettings(f"{source.place}: {table.type} has no usual fields. Add some of {_known(table)}")
+        raise BadSettings(f"{source.place}: {table.type} has no default fields. Name some of {_known(table)}")
     parts, found = [], []
     for field in fields:
         part = _field(table, source, field)

@@ -64,7 +64,9 @@ class DriveCommand:
         sizes = [self._size(self._target(message_class(), path)[2]) for path in self._fields]
         self._open = len(source.names) - sum(each or 0 for each in sizes)
         if sizes.count(None) > 1 or (None in sizes and self._open < 1):
-            raise BadSettings(f"{source.place}.names: {kind} needs them; only one field may have any size")
+            raise BadSettings(
+                f"{source.place}.names: {kind} needs names, and at most one field of variable size"
+            )
         first = self.message(np.zeros(sum(self._open if each is None else each for each in sizes)))
         body = b"".join(first._to_buffers())
         if len(body) > (most := process_limits().policy_stop_bytes):

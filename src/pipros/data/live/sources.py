@@ -76,9 +76,7 @@ class LiveSource:
         """
         values, self.names = numbers_of(self._table(), self.source, self.source.names)
         if np.isnan(values).any():
-            raise RobotSilent(
-                f"{self.source.place}: the last message on {self.topic} has no number for a name"
-            )
+            raise RobotSilent(f"{self.source.place}: the last message on {self.topic} lacks a named number")
         row: NDArray[np.float64] = values[0]
         return row
 
