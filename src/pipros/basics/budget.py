@@ -1,7 +1,7 @@
 """Budgets for what peers make a process keep or do, with a share for each peer.
 
-Theory of operation. A limit that all peers share without shares of their own protects the process from them,
-but not one peer from another. Therefore, budgets form a tree: the root is the server's, each client has a
+Theory of operation. A single limit on all peers together protects the process, but does not protect peers
+from each other. Therefore, budgets form a tree: the root is the server's, each client has a
 child, and a child may have children for single topics or requests. An amount is taken from a budget and from
 all its ancestors, or from none of them. Closing a client's budget returns everything that the client still
 holds, so no path through the code can forget an amount when a client leaves.
@@ -41,8 +41,8 @@ class Budget:
         Args:
             limit: maximum amount in use.
             parent: budget from which each amount is also taken.
-            part: largest part, from 0 to 1, of what the other children leave of `parent`. With 0.5, any
-                number of greedy children leave room for the next one.
+            part: maximum fraction, from 0 to 1, of the amount that the other children leave of `parent`. With
+                0.5, any number of greedy children leave room for the next one.
             own: amount that is not taken from `parent`, so that other children cannot use it up.
         """
         if limit < 0 or not 0 < part <= 1:
@@ -122,7 +122,7 @@ class Budget:
         return max(left, 0)
 
     def _shared(self, used: float) -> float:
-        """Return the part of `used` that is taken from the parent."""
+        """Return the part of `used` that has been taken from the parent."""
         return max(used - self._own, 0)
 
     def _take(self, amount: float) -> bool:

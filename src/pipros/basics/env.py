@@ -94,9 +94,9 @@ class Environment:
         )
 
     def applied_to(self, variables: Mapping[str, str]) -> dict[str, str]:
-        """Return `variables` with the master, the addresses and the ports of this environment.
+        """Return `variables`, changed to use the master, the addresses and the ports of this environment.
 
-        A program with these variables reaches the same system, in the same way.
+        A program with these variables connects to the same ROS system in the same way.
         """
         own = {
             "ROS_MASTER_URI": self.master_uri,

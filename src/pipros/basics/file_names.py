@@ -1,4 +1,4 @@
-"""Names that peers choose for files."""
+"""Check file names that peers choose."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _DEVICE = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|(com|lpt)[0-9¹²³])\s
 
 
 def is_device(name: str) -> bool:
-    """Return whether Windows takes a file of this name for a device, whatever its ending.
+    """Return whether Windows treats a file with this name as a device. The extension does not matter.
 
     >>> [is_device(name) for name in ("CON", "nul.json", "com1 .bag", "console", "com10")]
     [True, True, True, False, False]

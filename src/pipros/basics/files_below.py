@@ -1,4 +1,4 @@
-"""Files below a folder. No name and no link leads out of it."""
+"""Find files below a folder, without leaving it through `..` or symbolic links."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from pipros.basics.printable import printable
 
 
 class NotBelow(PiprosError):
-    """A name is not that of a file below the folder."""
+    """The name does not refer to a file below the folder."""
 
 
 MOST_FILES: Final = 5000
-"""Maximum number of folders and files that `files_below` looks at."""
+"""Maximum number of files that `files_below` examines."""
 
 
 def file_inside(folder: Path, name: str) -> Path:
-    """Return a file below a folder. `name` is relative to it and has no `..`. No link leads out of it.
+    """Return the real path of the file `name`, which is relative to a folder.
 
     Raises:
-        NotBelow: the file does not exist, or is outside.
+        NotBelow: the file does not exist, `name` contains `..`, or a link leads out of the folder.
     """
     parts = Path(name).parts
     is_plain = "\0" not in name and "\\" not in name and not Path(name).is_absolute() and ".." not in parts
@@ -37,9 +37,9 @@ def file_inside(folder: Path, name: str) -> Path:
 
 
 def files_below(folder: Path, suffixes: tuple[str, ...], most: int = MOST_FILES) -> Iterator[str]:
-    """Yield the names of files below a folder, sorted by folder, without hidden ones and links out.
+    """Yield the names of files with these suffixes below a folder, relative to it and in order.
 
-    Looks at `most` folders and files.
+    Hidden files and folders, and links out of the folder, are skipped. At most `most` files are examined.
     """
     root = os.path.realpath(folder)
     left = most

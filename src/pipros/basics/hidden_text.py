@@ -21,8 +21,8 @@ _INVISIBLE = re.compile(
 def safe_text(text: str, limit: int = LONGEST_TEXT) -> str:
     """Return text without characters that hide, reorder or format text.
 
-    Control and bidirectional characters, those of ANSI codes, Unicode tags, variation selectors and blank
-    letters become escapes such as `\\x1b`.
+    Control characters (including those in ANSI codes), bidirectional controls, Unicode tags, variation
+    selectors and blank letters become escapes such as `\\x1b`. Text beyond `limit` characters is cut off.
 
     >>> safe_text("a\\x1b[31mb\\u202ec\\U000e0041")
     'a\\\\x1b[31mb\\\\u202ec\\\\U000e0041'

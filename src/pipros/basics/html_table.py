@@ -1,4 +1,4 @@
-"""Tables in HTML, for the displays of notebooks."""
+"""HTML tables for display in notebooks."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ _LEFT: Final = 'style="text-align: left"'
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> str:
-    """Return a table, with the caption and the first column on the left, which notebooks place elsewhere.
+    """Return an HTML table. Its caption and first column are left-aligned, unlike notebooks' default.
 
-    All texts are escaped, and cells are cut at `CELL` characters.
+    All text is escaped, and cells are truncated to `CELL` characters.
     """
     title = f"<caption {_LEFT}>{cell(caption)}</caption>" if caption else ""
     top = _row("th", head)
@@ -28,6 +28,6 @@ def _row(kind: str, values: Sequence[Any]) -> str:
 
 
 def cell(value: object) -> str:
-    """Return a value as escaped text of at most `CELL` characters."""
+    """Return a value as escaped text, truncated to `CELL` characters."""
     text = str(value)
     return escape(text if len(text) <= CELL else f"{text[:CELL]}…")

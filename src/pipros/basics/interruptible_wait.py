@@ -87,7 +87,7 @@ def set_by_signals(over: OnceEvent) -> Iterator[None]:
 
 
 class ProgramLife:
-    """The life of a program whose main thread only waits, so that nothing delays a signal.
+    """The lifetime of a program whose main thread only waits, so that nothing delays its signal handlers.
 
     Attributes:
         over: set by SIGINT, SIGTERM, or the program itself.
@@ -99,9 +99,9 @@ class ProgramLife:
 
     @contextlib.contextmanager
     def interrupted_by(self, interrupt: Callable[[], object]) -> Iterator[None]:
-        """Call `interrupt` in another thread if the program is ended during the block.
+        """Call `interrupt` in another thread if the program is asked to end during the block.
 
-        For blocks that may wait for a peer, such as the master, and do not look at `over`.
+        For blocks that may wait for a peer, such as the master, and do not check `over`.
         """
         self._interrupts.append(interrupt)
         try:
@@ -111,7 +111,7 @@ class ProgramLife:
                 self._interrupts.remove(interrupt)
 
     def interrupt(self) -> None:
-        """Call the functions of all blocks that are running, once each."""
+        """Call the `interrupt` functions of all running blocks, once each."""
         while self._interrupts:
             interrupt = self._interrupts.pop()
             threading.Thread(target=interrupt, name="interrupts the start", daemon=True).start()
@@ -120,9 +120,9 @@ class ProgramLife:
 def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: float = 1.0) -> _Item | None:
     """Run `program` in a thread, while this thread waits for it and for signals; return its result.
 
-    The first SIGINT or SIGTERM sets `over` of the program's life; the program then has `grace_s` to return.
-    Otherwise the result is None, and the thread is left behind, as a daemon. Exceptions of the program are
-    raised here.
+    The first SIGINT or SIGTERM sets `over`; the program then has `grace_s` to return. Otherwise, the result
+    is None, and the program's daemon thread keeps running. Exceptions that the program raises are raised
+    here.
     """
     life = ProgramLife()
     results: list[_Item] = []

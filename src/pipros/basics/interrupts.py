@@ -90,7 +90,7 @@ def ended_by_termination() -> Iterator[None]:
     """
     previous: dict[signal.Signals, Any] = {}
     if threading.current_thread() is threading.main_thread():
-        for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):  # no system has all
+        for name in ("SIGTERM", "SIGHUP", "SIGBREAK"):  # no system has all of these signals
             number = getattr(signal, name, None)
             if number is not None and signal.getsignal(number) is signal.SIG_DFL:
                 previous[number] = signal.signal(number, _exit_by_signal)

@@ -3,7 +3,7 @@
 `PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
 may pass a `Limits` to `Node` and `Master`. docs/reliability.md describes what happens at each limit.
 
-Each room (`pipros.basics.rooms`) has a NamedTuple of its own limits, whose values a `Limits` carries.
+Each room (`pipros.basics.rooms`) defines its own limits in a NamedTuple, whose values `Limits.of` returns.
 """
 
 import os
@@ -25,7 +25,7 @@ class InvalidLimits(PiprosError, ValueError):
 
 
 # Every command imports this module. Importing dataclasses would take longer than a call to the master, and so
-# would string annotations, which a NamedTuple compiles one by one.
+# would string annotations, which NamedTuple compiles one by one.
 class Limits(NamedTuple):
     """The limits for one process, node or master. `limits._replace(stall_s=1.0)` returns a changed copy.
 
@@ -45,8 +45,9 @@ class Limits(NamedTuple):
             replies that clients have not read.
         request_s: the time for an XML-RPC request to arrive, and for its sender to read the response; also
             for service calls, for which it restarts after every MiB.
-        login_s: the time for a page's client to send its request, and the same time again to send the token.
-        login_bytes: the bytes that a page's client may send before it has logged in.
+        login_s: the time for a web page's client to send its request, and the same time again to send the
+            token.
+        login_bytes: the bytes that a web page's client may send before it has logged in.
         idle_s: the time that an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
         cmake_steps: commands and loop iterations that one package's `CMakeLists.txt` executes.
@@ -108,7 +109,7 @@ class Limits(NamedTuple):
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
-        launch_answer_bytes: a response from roslaunch to the page, with its nodes or one node's output.
+        launch_answer_bytes: a response from roslaunch to the web page, with its nodes or one node's output.
         message_values: values in a new message.
         empty_elements: values in one message, beyond eight for each of its bytes.
         transform_chains_bytes: the approximate size of the paths between frames that one tf buffer remembers.
@@ -121,12 +122,12 @@ class Limits(NamedTuple):
         expression_size: characters of a string, or elements of a nested list, that an expression builds.
         expression_work: the sizes of all values that an expression builds, plus a charge for steps that take
             longer than their results' sizes suggest.
-        policy_file_bytes: the file of a policy, which bounds its rules, too.
+        policy_file_bytes: the file of a policy; this also limits the number of its rules.
         policy_values: values of a message that are compared with a policy.
         policy_stop_bytes: the message or request that stops what a policy allows.
         policy_stops: pending stops of a server: topics, services, and goals.
         policy_goal_id_characters: the id of a goal with a time limit.
-        tables: limits of rooms that differ from their defaults; see `of`.
+        tables: the limits of rooms, if they differ from the defaults; see `of`.
     """
 
     header_bytes: int = 1 * _MIB
@@ -211,11 +212,11 @@ class Limits(NamedTuple):
     tables: tuple[Any, ...] = ()
 
     def of(self, table: type[_Table]) -> _Table:
-        """Return the limits of a room: those in `tables`, or its defaults."""
+        """Return the limits of a room: the values in `tables`, or else the defaults of its class."""
         return next((each for each in self.tables if type(each) is table), None) or table()
 
     def with_table(self, table: Any) -> "Limits":
-        """Return a copy with the limits of a room."""
+        """Return a copy in which these limits of a room replace the previous ones."""
         others = (each for each in self.tables if type(each) is not type(table))
         return self._replace(tables=(*others, table))
 
@@ -249,12 +250,12 @@ class Limits(NamedTuple):
 
 
 def names_in(table: Any) -> list[str]:
-    """Return the names of the limits in `Limits` or the table of a room."""
+    """Return the names of the limits in `Limits` or in a room's class."""
     return [name for name in table._fields if name != "tables"]
 
 
 def room_tables() -> list[Any]:
-    """Return the classes with the limits of all installed rooms."""
+    """Return the classes that define the limits of the installed rooms."""
     from pipros.basics.rooms import loaded, rooms
 
     return [loaded(room.limits) for room in rooms() if room.limits]

@@ -57,6 +57,6 @@ def readable(size: int) -> str:
 
 
 def oldest_first(folder: Path) -> list[Path]:
-    """Return the entries of a folder, except links, sorted by the time of their last change."""
+    """Return the entries of a folder, except links, sorted by modification time."""
     entries = [(entry.lstat().st_mtime, entry) for entry in folder.iterdir() if not entry.is_symlink()]
     return [entry for _, entry in sorted(entries)]

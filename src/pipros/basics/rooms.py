@@ -1,10 +1,10 @@
-"""Rooms: parts of pipros that can be left out of an installation, and what they add to the rest.
+"""Rooms: parts of pipros that can be left out of an installation, and how they extend the other parts.
 
-A room is a package `pipros.ROOM` with a module `room.py`, which defines `ROOM`, a `Room`. Everything else
-finds rooms only through `rooms()`, and names none. Other distributions can add rooms: each entry point of the
+A room is a package `pipros.<name>` with a module `room.py`, which defines `ROOM`, a `Room`. Other code finds
+rooms only through `rooms()`, and never by name. Other distributions can add rooms: each entry point in the
 group `pipros.rooms` names a `Room`.
 
-A declaration contains only data. What it names as `module:name` is imported when it is used.
+A declaration contains only data. An object that it names as `module:name` is imported when it is used.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ class RoomCommand(NamedTuple):
     """A program, or a subcommand of `pipros`.
 
     Attributes:
-        target: the function that runs it, as `module:function`.
-        purpose: one line for lists of commands.
-        heading: the heading above this line in `pipros --help`.
-        subcommands: its subcommands, separated by blanks, for completion.
+        target: the function that runs the command, as `module:function`.
+        purpose: a line for lists of commands.
+        heading: the heading in `pipros --help` under which the command is listed.
+        subcommands: the command's subcommands, separated by spaces, for completion.
     """
 
     target: str
@@ -38,19 +38,21 @@ class Room(NamedTuple):
     """The declaration of a room.
 
     Attributes:
-        name: the name of its package in `pipros`.
-        purpose: what it is for, in a few words.
-        needs: other rooms that it imports.
-        programs: the programs that it installs, by name.
-        subcommands: its subcommands of `pipros`, by name.
-        verbs: its subcommands of other programs, by name, for each program. Their targets take the arguments
-            and return the exit code.
-        limits: a NamedTuple of its limits, with defaults; empty if it has none.
-        check: a `pipros.health.room_check.RoomCheck` for `pipros doctor`; empty if it has none.
-        offers: what it does for other parts, by the name under which they look for it; see `offered`.
+        name: the name of the room's package in `pipros`.
+        purpose: the room's purpose, in a few words.
+        needs: other rooms that the room imports.
+        programs: the programs that the room installs, by name.
+        subcommands: the subcommands that it adds to `pipros`, by name.
+        verbs: the subcommands that it adds to other programs, by program and name. Their targets take the
+            arguments and return the exit code.
+        limits: the NamedTuple class of its limits, as `module:name`; empty if it has none.
+        check: a `pipros.health.room_check.RoomCheck` for `pipros doctor`, as `module:name`; empty if it has
+            none.
+        offers: modules and objects that other parts use if the room is installed, by the names that they
+            pass to `offered`.
         share: its ROS packages in `pipros/share`.
-        facades: its packages with Noetic's names in `facades`.
-        extras: the extras of the distribution that it uses, with their requirements.
+        facades: its packages in `facades`, which have Noetic's names.
+        extras: the distribution's extras that it uses, with their requirements.
     """
 
     name: str
@@ -70,7 +72,7 @@ class Room(NamedTuple):
 def rooms() -> Iterator[Room]:
     """Yield the installed rooms: those in `pipros` by name, then those of other distributions.
 
-    The latter are only looked for when they are reached, because the search takes longer than most commands.
+    The search for the latter is delayed until they are reached, because it takes longer than most commands.
     """
     yield from own_rooms()
     yield from _rooms_of_others()
@@ -82,26 +84,26 @@ def verbs(program: str) -> dict[str, RoomCommand]:
 
 
 def loaded(target: str) -> Any:
-    """Import and return a module, or what `module:name` names."""
+    """Import and return a module, or the object named by `module:name`."""
     module, _, name = target.partition(":")
     found = import_module(module)
     return getattr(found, name) if name else found
 
 
 def offered(name: str) -> Any:
-    """Return what an installed room offers under a name, or None if no room offers it."""
+    """Return the object that an installed room offers under a name, or None if no room offers it."""
     target = next((room.offers[name] for room in rooms() if name in room.offers), None)
     return None if target is None else loaded(target)
 
 
 def all_offered(name: str) -> list[Any]:
-    """Return what the installed rooms offer under a name."""
+    """Return the objects that all installed rooms offer under a name."""
     return [loaded(room.offers[name]) for room in rooms() if name in room.offers]
 
 
 @cache
 def own_rooms() -> tuple[Room, ...]:
-    """Return the installed rooms of pipros, by name."""
+    """Return the installed rooms that are part of pipros, sorted by name."""
     folder = os.path.dirname(os.path.dirname(__file__))
     names = sorted(name for name in os.listdir(folder) if os.path.exists(f"{folder}/{name}/room.py"))
     return tuple(loaded(f"pipros.{name}.room:ROOM") for name in names)

@@ -8,18 +8,18 @@ from typing import Any
 
 
 class Throttle:
-    """Passes on each text, before its values are inserted, at most once in each `period_s`."""
+    """Logs each format string at most once in `period_s`, whatever values are inserted into it."""
 
     def __init__(self, log: logging.Logger, period_s: float) -> None:
         self._log, self._period_s = log, period_s
         self._logged_s: dict[str, float] = {}
 
     def warning(self, text: str, *values: Any) -> None:
-        """Log a warning unless its text was logged within the period."""
+        """Log a warning, unless its format string was logged within the period."""
         self._write(logging.WARNING, text, values)
 
     def error(self, text: str, *values: Any) -> None:
-        """Log an error unless its text was logged within the period."""
+        """Log an error, unless its format string was logged within the period."""
         self._write(logging.ERROR, text, values)
 
     def _write(self, level: int, text: str, values: tuple[Any, ...]) -> None:

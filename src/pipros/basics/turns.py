@@ -1,4 +1,4 @@
-"""Queue that serves its users in turns, so that one with much to do does not delay the others."""
+"""A queue that serves its users in turn, so that a user with many items does not delay the others."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ Item = TypeVar("Item")
 
 
 class Turns(Generic[User, Item]):
-    """Items by user. `pop` takes one item of each user in turn. Each user's items keep their order.
+    """A queue of items for each user. `pop` takes one item from each user in turn, in the order of arrival.
 
-    Every method takes constant time, whatever the numbers of users and items, except `forget`, whose time is
-    that of freeing the items. Not thread-safe.
+    Every method takes constant time, regardless of the numbers of users and items, except `forget`, which
+    takes the time to free the items. Not thread-safe.
     """
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class Turns(Generic[User, Item]):
         self._count = 0
 
     def __len__(self) -> int:
-        """Number of items of all users."""
+        """The number of items of all users together."""
         return self._count
 
     def waiting(self, user: User) -> int:
@@ -30,7 +30,7 @@ class Turns(Generic[User, Item]):
         return len(self._queues.get(user, ()))
 
     def put(self, user: User, item: Item) -> None:
-        """Append an item to a user's queue. A new user's turn is the last."""
+        """Append an item to a user's queue. A user without items gets the last turn."""
         self._queues.setdefault(user, deque()).append(item)
         self._count += 1
 

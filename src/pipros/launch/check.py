@@ -54,7 +54,7 @@ def known_nodes(launch: Launch) -> list[LaunchNode]:
 
 
 def needed_packages(launch: Launch, index: PackageIndex) -> set[str]:
-    """Return the names of the packages that the nodes, tests and launch files belong to."""
+    """Return the names of the packages to which the nodes, tests and launch files belong."""
     packages = {node.package for node in known_nodes(launch)}
     for file in launch.files:
         owner = index.containing(Path(file))

@@ -149,7 +149,7 @@ class CommandMaker:
             package = package_of_programs(self._index, node.package)
         except NotFound as error:
             reason = _why_not_here(node)
-            # The error's own advice, to source a workspace, does not help with a well-known package.
+            # The error advises sourcing a workspace, which does not help with a well-known package.
             known = f"package [{node.package}] not found. {reason}"
             raise CannotLaunch(known if reason else str(error), node) from None
         found = self._find(package, node.type)

@@ -54,7 +54,7 @@ class LaunchControl:
         self._server.start()
 
     def stop(self) -> None:
-        """End the answers. May be called even if there are none."""
+        """Stop answering requests. May be called even if `start` was not called."""
         self._server.stop()
 
     def _answer(self, request: Any) -> Mapping[str, Any]:

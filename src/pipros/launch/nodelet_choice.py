@@ -1,8 +1,8 @@
 """Choose between Python and the genuine C++ program for each nodelet manager of a launch.
 
 All nodelets of a manager share its process, so they are either all in Python or all C++ plugins. Python is
-chosen if it has all of them, or if the genuine ones are not all installed; then, those that Python lacks fail
-with an error that names their package.
+chosen if pipros has all of them in Python, or if not all of the C++ plugins are installed. In the latter
+case, nodelets that pipros lacks fail with an error that names their package.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class NodeletArguments:
 
     Attributes:
         command: `load`, `standalone`, `manager` or another word.
-        plugin: what is loaded; empty for other commands.
+        plugin: the nodelet type to load; empty for commands that load none.
         manager: the full name of the manager, for `load`.
     """
 
@@ -69,12 +69,12 @@ def with_choices(
     compiled: Callable[[], Mapping[str, str]] = loadable_nodelets,
     variables: Mapping[str, str] = os.environ,
 ) -> tuple[Launch, Sequence[str]]:
-    """Return the launch, in which the nodes of managers have `PIPROS_NODELETS`, and lines for the log.
+    """Return the launch with `PIPROS_NODELETS` set for its managers and nodelets, and lines for the log.
 
-    Nodes that already have the variable keep its value. The lines name the nodelets that run in Python.
+    Nodes that already set the variable keep its value. The lines name the nodelets that run in Python.
 
     Args:
-        compiled: returns the packages of the installed C++ plugins.
+        compiled: function that returns the installed C++ plugins, and the package of each.
     """
     found = {node.full_name: each for node in launch.nodes if (each := arguments_of(node))}
     if not found:
@@ -105,10 +105,10 @@ def with_choices(
 
 
 def why_not_loadable(node: LaunchNode, variables: Mapping[str, str]) -> str | None:
-    """Return why a node's nodelet cannot be loaded, or None.
+    """Return the reason why a node's nodelet cannot be loaded, or None if it can.
 
     Args:
-        variables: the environment of the node.
+        variables: the node's environment variables.
     """
     each = arguments_of(node)
     try:

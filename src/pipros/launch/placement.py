@@ -12,7 +12,7 @@ class Placement:
     """Maps nodes to machines. The address of each machine is looked up at most once."""
 
     def __init__(self, machines: Mapping[str, Machine]) -> None:
-        """Store the launch's machines, keyed by name."""
+        """Store the launch's machines by name."""
         self._machines = machines
         self._is_local: dict[str, bool] = {}
 

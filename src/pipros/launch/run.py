@@ -374,7 +374,7 @@ class LaunchRun:
         return not self._stop_requests and not self._has_lost_required
 
     def _next_event(self, timeout_s: float | None) -> NodeProcess | _StopRequest | None:
-        """Return the next event, or None on timeout or if a restart or a check for ended processes is due."""
+        """Return the next event; None on timeout, or when a restart or a check for ended processes is due."""
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [

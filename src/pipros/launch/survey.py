@@ -1,7 +1,7 @@
-"""Survey which programs launch files name, and who provides each of them.
+"""Survey the programs that launch files name, and determine who provides each program.
 
-Files are read one by one, without the packages, files and arguments that loading them would need. Arguments
-that the file itself gives a value are substituted; `if` and `unless` are ignored.
+Each file is read by itself, without the packages, files and arguments that loading it would require.
+`$(arg …)` is substituted if the file gives the argument a value; `if` and `unless` are ignored.
 """
 
 from __future__ import annotations
@@ -44,16 +44,17 @@ class Owner(Enum):
 
     @property
     def is_missing(self) -> bool:
-        """Whether it cannot be had without a compiler."""
+        """Whether the program or package is unavailable unless it is built from source."""
         return self in (Owner.NOT_BUILT, Owner.MISSING)
 
 
 class Use(NamedTuple):
-    """The place where a launch file names a program, a nodelet or a package.
+    """A use of a program, a nodelet or a package in a launch file.
 
     Attributes:
         element: `node`, `test`, `find` (a package in `$(find …)`), or empty for a file that starts nothing.
-        nodelet: the plugin that a nodelet's node loads; `manager` for a manager.
+        nodelet: for a node that runs `nodelet`, the plugin that it loads, or its command, such as `manager`;
+            otherwise empty.
         language: `cpp`, `py`, or empty if unknown.
     """
 
@@ -72,7 +73,7 @@ class Use(NamedTuple):
 
     @property
     def provider(self) -> str:
-        """The package that has the program or the plugin."""
+        """The package that contains the program or the plugin."""
         return package_of(self.nodelet) if "/" in self.nodelet else self.package
 
 
@@ -84,7 +85,7 @@ def read_csv(path: str) -> list[Use]:
     """Read the uses from a CSV file with the columns of `COLUMNS`.
 
     Raises:
-        InvalidSurvey: the file cannot be read or is malformed; the text names the line.
+        InvalidSurvey: the file cannot be read or is malformed.
     """
     try:
         lines = csv.reader(read_text(path).splitlines(), strict=True)
@@ -173,7 +174,7 @@ def _descendants(element: Element) -> Iterator[Element]:
 
 
 def _resolved(values: Substitution, text: str) -> str:
-    """Return the text with its substitutions applied, or as written if that is impossible."""
+    """Return the text with its substitutions applied, or unchanged if one of them fails."""
     try:
         return values.resolve(text)
     except PiprosError:
@@ -185,7 +186,7 @@ def _unknown(package: str, path: str) -> str:
 
 
 class Providers:
-    """Finds out who provides what launch files name."""
+    """Determines who provides the programs, plugins and packages that launch files name."""
 
     def __init__(
         self, index: PackageIndex, *, without: Collection[str] = (), others: Collection[str] = ()
@@ -194,8 +195,8 @@ class Providers:
 
         Args:
             without: packages to treat as if pipros did not ship them.
-            others: packages of the workspace that `index` lacks, because they are on another machine. Their
-                programs in Python need no build.
+            others: workspace packages that `index` lacks, because they are on another machine. Their Python
+                programs count as available, and their C++ programs as not built.
         """
         self._index = index
         self._without = frozenset(without)
@@ -203,7 +204,7 @@ class Providers:
         self._owners: dict[Use, Owner] = {}
 
     def ships_package(self, name: str) -> bool:
-        """Return whether pipros has a package of that name, with whatever programs."""
+        """Return whether pipros ships a package with this name, even if it lacks some of its programs."""
         return name not in self._without and (SHARED_PACKAGES / name).is_dir()
 
     def owner(self, use: Use) -> Owner:
@@ -232,7 +233,7 @@ class Providers:
 
 
 def _path(package: Package, use: Use) -> Path | None:
-    """Return the path of a program, or of the package if nothing else is named; None if it has no such."""
+    """Return the path of the program, or of the package if no program is named; None if it is not found."""
     if not use.program:
         return package.path
     if "/" in use.nodelet:
@@ -248,12 +249,12 @@ def _owner(path: Path) -> Owner:
 
 
 class Figures(NamedTuple):
-    """How many launch files can be started, by the C++ programs that their `<node>` elements need.
+    """Numbers of launch files, counted by whether pipros ships the C++ programs that their `<node>`s need.
 
     Attributes:
         with_packages: files for which pipros ships all packages of these programs, complete or not.
         with_programs: files for which pipros ships all these programs and nodelets.
-        lacking: the files that lack one package only, by this package.
+        lacking: files that lack the programs of exactly one package, counted by package.
     """
 
     with_packages: int

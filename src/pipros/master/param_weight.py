@@ -45,7 +45,7 @@ def weigh(value: Any, *, elements_limit: int = sys.maxsize) -> int:
             elif kind is str:
                 weight += _text_bytes(each)
             elif kind is not float and kind is not int and kind is not bool:
-                weight += len(getattr(each, "data", ""))  # `Binary` has `data`
+                weight += len(getattr(each, "data", ""))  # `data` is the content of a `Binary`
     return weight
 
 

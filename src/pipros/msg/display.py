@@ -1,4 +1,4 @@
-"""Messages in notebooks: a table of their fields, and a picture of those that can be drawn."""
+"""Display a message in a notebook: a table of its fields and, for images and the like, a picture."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pipros.basics.html_table import html_table
 from pipros.msg.time import TVal
 
 ELEMENTS: Final = 10
-"""Number of elements of an array that are shown."""
+"""Maximum number of an array's elements that are shown."""
 ROWS: Final = 200
-"""Number of rows that are shown."""
+"""Maximum number of rows that are shown."""
 _PIXELS, _BYTES = 64 * 1024 * 1024, 1 << 20
 
 
 def message_html(message: Any) -> str:
-    """Return a display of a message. Its texts are escaped."""
+    """Return HTML that shows a message. Text in the message is escaped."""
     rows = list(islice(_rows(message, ""), ROWS + 1))
     if len(rows) > ROWS:
         rows[ROWS:] = [("…", "")]
@@ -48,7 +48,7 @@ def _rows(value: Any, path: str) -> Iterator[tuple[str, object]]:
 
 
 def _picture(message: Any) -> str:
-    """Return an image of a message, or nothing if it cannot be drawn, or Pillow is not installed."""
+    """Return an HTML image of a message; empty if it cannot be drawn or Pillow is not installed."""
     try:
         from pipros.pictures.drawn import picture_of
         from pipros.pictures.errors import PictureError

@@ -1,4 +1,4 @@
-"""Stubs of packages that follow their definitions, for `pipros stubs --watch` and `catkin_make`."""
+"""Update the stubs of packages when their definitions change (`pipros stubs --watch`, `catkin_make`)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.msg.stubs import write_stubs
 
 
 class StubFiles:
-    """Stubs of some packages, in a folder.
+    """The stubs of some packages, in a folder.
 
     Args:
         suffix: see `write_stubs`.
@@ -28,9 +28,9 @@ class StubFiles:
         self._written: dict[str, tuple[object, ...]] = {}
 
     def update(self) -> list[Path]:
-        """Write the stubs of each package with changed definitions. Return the paths of its files.
+        """Write the stubs of each package whose definitions have changed. Return the paths of its files.
 
-        A failed package is tried again only after the next change.
+        If a package fails, it is tried again only after its definitions have changed.
 
         Raises:
             NotFound: a package does not exist.
@@ -54,7 +54,7 @@ class StubFiles:
         try:
             home = installed_library().files.folder(package)
         except NotFound:
-            return ()  # the caller reports it
+            return ()  # `write_stubs` reports the missing package
         found = []
         for kind in NOUNS:
             for folder, _, names in os.walk(os.path.join(home, kind)):
@@ -63,13 +63,13 @@ class StubFiles:
                     try:
                         status = os.stat(file)
                     except OSError:
-                        continue  # it was removed in the meantime, as editors do when they save
+                        continue  # the file has just been removed; editors do this when they save
                     found.append((file, status.st_mtime_ns, status.st_size))
         return tuple(sorted(found))
 
 
 def has_python_modules(package: str) -> bool:
-    """Return whether `import PACKAGE` finds a module in a file, rather than only messages and services."""
+    """Return whether a package has Python modules in files, and not only messages and services."""
     try:
         spec = importlib.util.find_spec(package)
     except (ImportError, ValueError):

@@ -65,7 +65,8 @@ def write_stubs(
         for name, text in texts.items():
             file = folder / f"{package}{suffix}" / name
             file.parent.mkdir(parents=True, exist_ok=True)
-            if not file.is_file() or file.read_bytes() != text.encode():  # editors look at each change
+            # do not rewrite unchanged files, because editors reload files that change
+            if not file.is_file() or file.read_bytes() != text.encode():
                 file.write_bytes(text.encode())
             written.append(file)
         outdated = folder / f"{package}{suffix}" / "__init__.pyi"

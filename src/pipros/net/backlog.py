@@ -1,4 +1,4 @@
-"""The messages queued for one subscriber: the rest of a partially sent message, then whole messages."""
+"""A queue of messages for one subscriber: the rest of a partially sent message, then whole messages."""
 
 from __future__ import annotations
 

@@ -209,7 +209,7 @@ class IncomingLink:
                 self._slots.close()
             self._sock.close()
             self._on_closed(self, error)
-            error = None  # its traceback refers to this function, and to shared memory
+            error = None  # the traceback would keep this frame, and thus shared memory, alive
 
     def _receive(self) -> int:
         """Wait for the next bytes.
@@ -269,7 +269,7 @@ class IncomingLink:
         return statistics.frames - before
 
     def _receive_slot(self, data: memoryview, offset: int) -> HeldSlot | None:
-        """Apply a control frame. The statistics count the message as if it had come through the stream."""
+        """Apply a control frame. The statistics count its message like one that arrived in the stream."""
         slot = self._slots.receive(data, offset) if self._slots is not None else None
         self.statistics.bytes += (slot.size + 4 if slot is not None else 0) - FRAME_BYTES
         return slot

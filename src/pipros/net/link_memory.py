@@ -1,7 +1,4 @@
-"""One subscriber's share of a topic's shared memory.
-
-See `pipros.net.shared_memory` for how it is used.
-"""
+"""One subscriber's share of a topic's shared memory, as described in `pipros.net.shared_memory`."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from pipros.wire.slot_frames import SEGMENT, ControlFrame, Slot, encode
 
 
 class SlotGiver(Protocol):
-    """The topic whose slots a subscriber gets."""
+    """The topic's memory, which gives slots to a subscriber and takes them back."""
 
     def give(self, link: LinkMemory, placed: PlacedMessage) -> bool: ...
 
@@ -34,10 +31,10 @@ class MemorySharingLink(Protocol):
         """Close the link, and log the reason unless it is empty."""
 
     def offer_memory(self) -> None:
-        """Offer shared memory, unless this has been done."""
+        """Offer shared memory if it has not been offered yet."""
 
     def send_drop(self, frame: bytes) -> None:
-        """Send a frame that says that the subscriber's segment is no longer used."""
+        """Tell the subscriber, with the given DROP frame, that its segment is no longer used."""
 
 
 class PlacedMessage(NamedTuple):
@@ -53,15 +50,16 @@ class LinkMemory:
 
     Attributes:
         is_ready: whether the subscriber has accepted the offer of memory.
-        is_slow: whether the publisher has waited for it in vain. It gets no slot until it has returned all.
-        known: the number of the newest segment that it was given; 0 for none.
+        is_slow: whether the publisher has waited for the subscriber in vain. A slow subscriber gets no slot
+            until it has handled all waiting messages.
+        known: the number of the newest segment that was sent to the subscriber; 0 for none.
     """
 
     def __init__(self, topic: SlotGiver, owner: MemorySharingLink) -> None:
         self.owner = owner
         self.is_ready = False
         self.is_slow = False
-        self.acknowledgements = -1  # the pipe's end, opened when the subscriber gets its first segment
+        self.acknowledgements = -1  # read end of the pipe, opened when the subscriber gets its first segment
         self.known = 0
         self._pipe_to_send = -1
         self._topic = topic
@@ -91,7 +89,7 @@ class LinkMemory:
         return introduction + placed.frame, [rights]
 
     def sent(self, placed: PlacedMessage) -> None:
-        """Note that the frames from `give` were sent."""
+        """Record that the frames from `give` were sent."""
         if self.known != placed.segment.number:
             self.known = placed.segment.number
             if self._pipe_to_send >= 0:

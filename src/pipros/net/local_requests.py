@@ -30,7 +30,7 @@ class LocalFailed(PiprosError):
     """A program has ended, does not respond, or refuses a request.
 
     Attributes:
-        has_ended: whether it has ended.
+        has_ended: whether the program has ended.
     """
 
     def __init__(self, reason: str, *, has_ended: bool = False) -> None:
@@ -80,7 +80,7 @@ class LocalServer:
         while True:
             try:
                 connection, _ = server.accept()
-            except OSError:  # the socket was closed, or this process has too many open files
+            except OSError:  # the socket has been closed, or this process has too many open files
                 if self._is_closed.wait(_PAUSE_S):
                     return
                 continue

@@ -34,7 +34,7 @@ def listen(folder: CacheFolder, name: str) -> socket.socket:
         Untrusted: other users could write to the folder.
         OSError: the socket cannot be created, for example on a file system without sockets.
     """
-    if not HAS_LOCAL_SOCKETS:  # Windows cannot even enter the folder
+    if not HAS_LOCAL_SOCKETS:  # raised first, because Windows cannot open the folder either
         raise OSError(_NO_SOCKETS)
     unfinished = f".{name}.{os.urandom(6).hex()}"
     inside = folder.enter(creates=True)

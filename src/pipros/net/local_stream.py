@@ -9,9 +9,9 @@ delays of TCP.
   skip protocols that they do not know.
 - Services have no negotiation, so the name is derived from the address that the server registers.
 
-Abstract names belong to a network namespace, as ports do: another mount, PID or IPC namespace makes no
-difference, and a name in another network namespace does not exist here. Both ends check the user at the other
-end. If anything fails, TCP is used. `PIPROS_LOCAL=off` turns Unix streams off.
+Like ports, abstract names belong to a network namespace: they can be reached from other mount, PID and IPC
+namespaces, but not from other network namespaces. Both ends check the user at the other end. If anything
+fails, TCP is used. `PIPROS_LOCAL=off` turns Unix streams off.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ def transport_of(sock: socket.socket) -> str:
 
 @cache
 def machine_token() -> str | None:
-    """Return a text that is equal for all processes in this network namespace, or None if it is unknown.
+    """Return a string that all processes in this network namespace share, or None if it is unknown.
 
-    It only avoids useless attempts to connect, and proves nothing.
+    It serves only to avoid futile attempts to connect, and does not prove where a peer runs.
     """
     try:
         with open("/proc/sys/kernel/random/boot_id", "rb") as file:
@@ -134,7 +134,8 @@ def is_from_same_user(sock: socket.socket) -> bool:
 
 def _digest(data: bytes) -> str:
     try:
-        from _blake2 import blake2b  # hashlib loads OpenSSL, which takes 1 ms at the start of every node
+        # importing hashlib loads OpenSSL, which delays the start of each node by 1 ms
+        from _blake2 import blake2b
     except ImportError:
         from hashlib import blake2b
 

@@ -110,7 +110,7 @@ class MasterClient:
         return self._rpc.server_addresses
 
     def interrupt(self, limit_s: float, grace_s: float = 0.0) -> None:
-        """Make calls raise Interrupted that are still running after `grace_s`.
+        """Make calls that are still running after `grace_s` raise Interrupted.
 
         Later calls have the timeout `limit_s`.
         """

@@ -49,15 +49,15 @@ class LocalOutgoingLink(OutgoingLink):
     def send_placed(self, placed: PlacedMessage, message: WireMessage, size: int) -> None:
         """Like `send`, for a message that is also in a slot.
 
-        The subscriber gets the slot, if it has read everything so far and has room for another slot.
-        Otherwise, the message is sent through the stream.
+        The subscriber gets the slot if no earlier message is queued and the subscriber has room for another
+        slot. Otherwise, the message is sent through the stream.
         """
         with self._lock:
             if self.state is _IDLE and (given := self.memory.give(placed)) is not None:
                 frames, rights = given
                 try:
                     sent = _send(self.sock, frames, rights)
-                except OSError:  # the socket is full, or has ended, or too many descriptors are on their way
+                except OSError:  # the socket is full or closed, or too many descriptors are in flight
                     self.memory.take_back(placed)
                 else:
                     self.memory.sent(placed)
@@ -71,14 +71,14 @@ class LocalOutgoingLink(OutgoingLink):
         self.send(message, size)
 
     def offer_memory(self) -> None:
-        """Offer shared memory, unless this has been done."""
+        """Offer shared memory if it has not been offered yet."""
         if not self._is_offered:
             self._is_offered = True
             with self._lock:
                 self._send_frame(_OFFER)
 
     def send_drop(self, frame: bytes) -> None:
-        """Send a frame that says that the subscriber's segment is no longer used."""
+        """Tell the subscriber, with the given DROP frame, that its segment is no longer used."""
         with self._lock:
             self._send_frame(frame)
             self.memory.known = 0
@@ -94,7 +94,7 @@ class LocalOutgoingLink(OutgoingLink):
             return
         sent = 0
         if self.state is _IDLE or self.state is _RECOVERING:
-            with contextlib.suppress(OSError):  # if the socket has ended, the next message finds out
+            with contextlib.suppress(OSError):  # sending the next message reports a closed socket
                 sent = self.sock.send(frame)
         if sent == len(frame):
             return

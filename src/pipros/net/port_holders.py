@@ -15,7 +15,7 @@ _NAMED = 20
 
 
 def port_holders(ports: Container[int]) -> str:
-    """List the programs that listen on these ports, as `11400 python3 (pid 12)`. At most 20 ports are listed.
+    """List the programs that listen on these ports, as in `11400 python3 (pid 12)`. Lists at most 20 ports.
 
     Only root can identify other users' programs. The result is empty on systems other than Linux.
     """

@@ -1,16 +1,16 @@
-"""The publisher's side of shared memory: large messages are copied once, for all subscribers of this machine.
+"""The publisher's side of shared memory: large messages are copied once for all subscribers on this machine.
 
 Theory of operation. A subscriber on a Unix stream says in its connection header that it accepts slots
-(`pipros.wire.slot_frames`). With the first large message, it is offered them, and accepts. A later message
-of LEAST_BYTES or more is copied once into a slot of a segment (`shared_segment`), and each of these
-subscribers gets 28 bytes through its stream, which wake it and keep the order of messages. It returns the
-slot through a pipe, which the publisher reads before the next large message. (The stream would wake the
-publisher's event loop for each slot.) No memory is changed by two processes, so nothing depends on the order
-of memory accesses.
+(`pipros.wire.slot_frames`). When the first large message is published, the publisher offers slots, and the
+subscriber accepts. Each later message of LEAST_BYTES or more is copied once into a slot of a segment
+(`shared_segment`), and each of these subscribers gets 28 bytes through its stream, which wake it and keep the
+order of messages. A subscriber returns the slot through a pipe, which the publisher reads before the next
+large message. (Returning it through the stream would wake the publisher's event loop for each slot.) Only the
+publisher writes to the memory, so nothing depends on the order of memory accesses.
 
-Whatever does not fit (`slot_table`) is sent through the streams, with their queues and limits. All segments
-have a limit for each topic and node. After `LinkTimings.keep_memory_s` without large messages, their memory
-is freed.
+If no slot is available (`slot_table`), the message is sent through the streams, with their queues and limits.
+The total size of the segments is limited, for each topic and for the node. After `LinkTimings.keep_memory_s`
+without large messages, their memory is freed.
 """
 
 from __future__ import annotations
@@ -192,7 +192,7 @@ class TopicMemory:
             self._table.take_back(link, placed.slot)
 
     def close(self) -> None:
-        """Free all memory, as soon as no subscriber and no running `publish` uses it."""
+        """Free each segment as soon as no subscriber and no running `publish` uses it."""
         with self._lock:
             self._is_closed = True
             self._current = None
@@ -204,7 +204,7 @@ class TopicMemory:
         self._report(f"the system refuses shared memory ({error.strerror or error})")
 
     def close_in_child(self) -> None:
-        """Close the memory in a forked process, which would otherwise keep it from being freed."""
+        """Close the memory in a forked process, which would otherwise prevent it from being freed."""
         self._is_closed = True
         for segment in self._segments.values():
             segment.close()
@@ -228,7 +228,7 @@ class TopicMemory:
             return
         except OSError:
             data = b""
-        reason = None if data else ""  # it has ended, as its stream will show: not worth a log entry
+        reason = None if data else ""  # the subscriber has ended; no log entry is needed
         try:
             for slot, in_use in decode_acknowledgements(data):
                 self._table.acknowledge(link, slot, in_use=in_use)
@@ -325,7 +325,7 @@ _topics: weakref.WeakSet[TopicMemory] = weakref.WeakSet()
 
 
 def _close_in_children(topic: TopicMemory) -> None:
-    """Close the memory of a topic in forked processes, which would otherwise keep it from being freed."""
+    """Make forked processes close a topic's memory, which could otherwise not be freed."""
     _register()
     _topics.add(topic)
 

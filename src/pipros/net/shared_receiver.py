@@ -3,12 +3,12 @@
 See `pipros.wire.slot_frames` for the frames. A message in a slot is delivered in one of two ways:
 
 - As a view that is valid during the call. The slot is returned afterwards.
-- As a view of a numpy array (`HeldSlot.lend`). Every array derived from it keeps this one alive, so a weak
-  reference tells when nothing refers to the slot any more, from whatever thread. (A `memoryview` would not
-  do: its slices outlive its `release`, and would then show a later message.)
+- As a view of a numpy array (`HeldSlot.lend`). All arrays derived from this array keep it alive, so a weak
+  reference to it reports when nothing refers to the slot any more, in whichever thread. (A `memoryview` is
+  not suitable: its slices outlive its `release`, and would then show a later message.)
 
-A publisher may not keep to the protocol, but it cannot make a reader access memory outside of a segment. If
-it changes a message that is being read, the reader gets wrong values, as from any publisher.
+A publisher that violates the protocol cannot make a reader access memory outside a segment. If it changes a
+message that is being read, the reader gets wrong values, just as any publisher can send wrong values.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ _TRUNCATED: Final[int] = getattr(socket, "MSG_CTRUNC", 0)
 
 
 class NoSharedMemory(ProtocolError):
-    """Shared memory cannot be used with a publisher. The next link to it should do without."""
+    """Shared memory cannot be used with a publisher. The next link to it should not request shared memory."""
 
 
 class DescriptorSocket(socket.socket):
     """A Unix stream that can receive file descriptors together with bytes.
 
     Before `accept_descriptors`, it is as fast as any socket. Afterwards, the receiving methods raise
-    NoSharedMemory if descriptors arrive that no frame has taken.
+    NoSharedMemory if more descriptors arrive than a frame can announce.
     """
 
     def __init__(self, sock: socket.socket) -> None:
@@ -69,7 +69,7 @@ class DescriptorSocket(socket.socket):
 
     def accept_descriptors(self) -> None:
         """Receive descriptors from now on. May be called repeatedly."""
-        # methods of the instance hide those of the class, which need no Python code
+        # replaced only now, because the methods of `socket` are faster: they run no Python code
         vars(self).update(recv=self._recv, recv_into=self._recv_into)
 
     def _recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0, /) -> int:
@@ -100,9 +100,9 @@ class DescriptorSocket(socket.socket):
         return self._descriptors.pop(0)
 
     def close(self) -> None:
-        """Close the socket and the descriptors that no frame has taken."""
+        """Close the socket and the descriptors that `take_descriptor` has not returned."""
         super().close()
-        vars(self).pop("recv", None)  # they refer to this object
+        vars(self).pop("recv", None)  # break the reference cycles with this object
         vars(self).pop("recv_into", None)
         while self._descriptors:
             os.close(self._descriptors.pop())
@@ -118,16 +118,16 @@ class DescriptorSocket(socket.socket):
 class AcknowledgementPipe:
     """The pipe through which slots are returned. Its methods may be called from any thread, at any moment.
 
-    It is closed when nothing refers to it: not by the link, because a thread that returns a slot at the same
-    moment could then write to another file of the same number.
+    It is closed once nothing refers to it. If the link closed it, a thread that returns a slot at the same
+    moment could write to another file that has taken over the descriptor's number.
     """
 
     def __init__(self, descriptor: int) -> None:
-        """Open the pipe again, so that the publisher cannot make this end block.
+        """Reopen the pipe, so that the publisher cannot make writes to this end block.
 
         Raises:
             NoSharedMemory: the descriptor is not a pipe.
-            OSError: it cannot be opened.
+            OSError: the pipe cannot be opened.
         """
         self._descriptor = -1
         if not stat.S_ISFIFO(os.fstat(descriptor).st_mode):
@@ -143,7 +143,7 @@ class AcknowledgementPipe:
                 os.write(self._descriptor, encode_acknowledgement(slot, in_use=in_use))
 
     def lend(self, slot: Slot, lent: Any) -> None:
-        """Return a slot when the object `lent`, and everything derived from it, is gone."""
+        """Return a slot once the array `lent`, and everything derived from it, has been deleted."""
         self.acknowledge(slot, in_use=True)
         self._lent[slot] = weakref.ref(lent, partial(self._take_back, slot))
 
@@ -211,7 +211,7 @@ class SlotReceiver:
         """Apply the control frame at `offset`; return the message that it announces, if any.
 
         Raises:
-            NoSharedMemory: the publisher does not keep to the protocol, or the system refuses the memory.
+            NoSharedMemory: the publisher violates the protocol, or the system refuses the memory.
             ProtocolError: the frame is unknown.
         """
         frame = decode(data, offset)

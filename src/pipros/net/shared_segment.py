@@ -1,12 +1,12 @@
 """Segments of memory that a publisher shares with its subscribers. Linux only.
 
-A segment is a file without a name (`memfd_create`), divided into equal slots. Once the publisher has mapped
-it, seals make the kernel refuse every other way to write to it, and to shrink or extend it. A reader can
-therefore neither change a message that others read, nor die of SIGBUS because the memory has shrunk. The
-memory exists until the last process that has mapped it, or holds its descriptor, ends.
+A segment is an anonymous file (`memfd_create`), divided into equal slots. Once the publisher has mapped it,
+seals make the kernel refuse all other writable mappings, writes and changes of its size. A reader can
+therefore neither change a message that others read, nor be killed by SIGBUS because the memory has shrunk.
+The memory exists as long as any process maps it or holds its descriptor.
 
-Memory is allocated page by page at its first use. If none is left, writing would end the process with SIGBUS,
-so each slot is allocated before its first use, which fails with an error instead.
+The kernel allocates a page when it is first written to, and kills the writer with SIGBUS if no memory is
+left. Each slot is therefore allocated explicitly before its first use, which fails with an error instead.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Segment:
         """Create the memory.
 
         Raises:
-            OSError: the system has no such memory, or no descriptors or memory are left.
+            OSError: the system lacks `memfd_create`, or no descriptors or memory are left.
         """
         self.number, self.slot_bytes, self.slots = number, slot_bytes, slots
         self._memory: mmap.mmap
@@ -99,7 +99,7 @@ def map_segment(descriptor: int, slot_bytes: int, slots: int) -> mmap.mmap:
     The memory is freed when nothing refers to the result any more.
 
     Raises:
-        ProtocolError: the descriptor is not a memory of the announced size that cannot shrink.
+        ProtocolError: the memory is smaller than announced, or is not sealed against shrinking.
         OSError: the memory cannot be mapped.
     """
     if sys.platform != "linux":

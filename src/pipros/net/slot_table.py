@@ -1,10 +1,10 @@
 """Rules for the slots of a topic's shared memory: who holds which slot, and who may get another one.
 
 This module performs no I/O. A slot without holders is free. The publisher holds a slot while it writes a
-message and gives it to subscribers. A subscriber holds it until it acknowledges that the slot is free; a
-subscriber whose callbacks get arrays first says that it is in use. Each subscriber may have QUOTA slots
-waiting and QUOTA slots in use; what it cannot take is sent through its socket instead. So a subscriber that
-is stuck or keeps its arrays delays no other.
+message and gives it to subscribers. A subscriber holds the slot until it acknowledges that the slot is free;
+if its callbacks get arrays, it first acknowledges that the slot is in use. Each subscriber may have QUOTA
+slots waiting and QUOTA slots in use; further messages are sent through its socket. A subscriber that hangs or
+keeps its arrays therefore does not delay the others.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from pipros.wire.slot_frames import Slot
 SLOTS: Final = 6
 """Number of slots of a segment, unless its limit allows only fewer."""
 QUOTA: Final = 3
-"""Number of slots that a subscriber may have waiting, and again in use. It is less than SLOTS, so that other
-subscribers continue.
+"""Maximum number of a subscriber's waiting slots, and of its slots in use. It is less than SLOTS, so that
+slots remain for other subscribers.
 """
 FEWEST_SLOTS: Final = 2
 """Minimum number of slots of a segment. With a single one, no message could be written while another is read.
@@ -31,7 +31,8 @@ class SlotTable:
 
     def __init__(self) -> None:
         self._quota = QUOTA
-        self._free: dict[int, list[int]] = {}  # last in, first out: the slot that is still in the cache
+        # last in, first out, because the slot freed last may still be in the processor's cache
+        self._free: dict[int, list[int]] = {}
         self._slots: dict[int, int] = {}
         self._holders: dict[Slot, int] = {}
         self._waiting: dict[Hashable, set[Slot]] = {}
@@ -52,7 +53,7 @@ class SlotTable:
 
     @property
     def held_slots(self) -> int:
-        """The number of slots that anybody holds."""
+        """The number of slots with at least one holder."""
         return len(self._holders)
 
     def add_subscriber(self, subscriber: Hashable) -> None:

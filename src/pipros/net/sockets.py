@@ -147,7 +147,7 @@ def prepare(sock: socket.socket, *, no_delay: bool = True, timings: LinkTimings 
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
         ("TCP_KEEPIDLE", timings.keepalive_idle_s),
-        ("TCP_KEEPALIVE", timings.keepalive_idle_s),  # what macOS calls it
+        ("TCP_KEEPALIVE", timings.keepalive_idle_s),  # the name on macOS
         ("TCP_KEEPINTVL", timings.keepalive_interval_s),
         ("TCP_KEEPCNT", timings.keepalive_count),
     ):
@@ -160,7 +160,7 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
 
     Keepalive checks only idle connections, and the system takes a quarter of an hour to close a connection
     with unacknowledged data. Returns False for a live peer that does not read, because it still acknowledges
-    probes; only the second may come too soon after the first to be answered (`tcp_invalid_ratelimit`).
+    probes, except a second one that follows the first too closely (`tcp_invalid_ratelimit`).
     Always False on systems other than Linux.
     """
     if sys.platform != "linux":
@@ -210,7 +210,7 @@ def is_idle(sock: socket.socket) -> bool:
 
 
 def has_left(sock: socket.socket) -> bool:
-    """Return whether the peer has closed the connection, even if data of it is unread.
+    """Return whether the peer has closed the connection, even if its data has not all been read.
 
     Always False on systems other than Linux.
     """

@@ -66,7 +66,7 @@ class TcprosConnection(NamedTuple):
         sock: non-blocking; the receiver of this object must close it.
         fields: the peer's connection header.
         rest: bytes that arrived directly after the header.
-        peer: the IP address of the other side; that of the loopback interface for a Unix stream.
+        peer: the IP address of the other side; the loopback address for a Unix stream.
     """
 
     sock: socket.socket
@@ -81,7 +81,7 @@ class TcprosServer:
     Connections that begin with an HTTP request are passed to `on_http`, if set.
 
     As in genuine nodes, connections from peers that are silent, send malformed data or announce an oversized
-    header are closed without a reply. If too many connections are in their handshake, the oldest of them
+    header are closed without a reply. If too many connections are in their handshake, the oldest of these
     is closed to make room for a new connection, so that silent peers do not lock other peers out. The server
     uses callbacks of the event loop, not coroutines, because every service call that is not persistent opens
     a connection.

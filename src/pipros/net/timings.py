@@ -1,4 +1,4 @@
-"""Times that the links of a node use. Programs keep the defaults; tests and special networks pass others."""
+"""Delays and timeouts of links. Programs use the defaults; tests and special networks change them."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 
 class LinkTimings(NamedTuple):
-    """Times of the connections between two nodes.
+    """Delays and timeouts of the connections between two nodes.
 
     Attributes:
         keepalive_idle_s: time after which an idle connection is probed.
         keepalive_interval_s: interval between probes.
-        keepalive_count: number of probes without an answer after which the system closes the connection.
-        unanswered_s: time after which a peer that does not acknowledge data is considered lost: as long as
-            the probes of an idle connection take.
+        keepalive_count: number of unanswered probes after which the system closes the connection.
+        unanswered_s: time after which a peer that does not acknowledge data is considered lost. It equals
+            the time that the probes of an idle connection take.
         check_peer_interval_s: interval between checks for such peers.
         slow_delivery_s: after a delivery that takes longer, the socket is read again. A smaller value would
             slow down fast callbacks.

@@ -60,7 +60,7 @@ class Workers:
                 return
             self._threads += 1
         try:
-            # A thread refers to its arguments until it ends, so `_work` takes the job out of this list.
+            # A thread keeps its arguments alive until it ends, so `_work` removes the job from this list.
             first: list[Job] = [(job, args)]
             threading.Thread(target=self._work, args=(first,), name=self._name, daemon=True).start()
         except RuntimeError:

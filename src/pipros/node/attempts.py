@@ -25,7 +25,7 @@ class Attempts:
     def __init__(
         self, limit: int, *, slow_s: float = NODE_TIMINGS.slow_attempt_s, slow_factor: int = SLOW_FACTOR
     ) -> None:
-        """Allow `limit` attempts; one that takes longer than `slow_s` no longer counts as one of them."""
+        """Allow `limit` attempts at a time. An attempt that takes longer than `slow_s` no longer counts."""
         self._limit = limit
         self._slow_s = slow_s
         self._slow_limit = limit * slow_factor

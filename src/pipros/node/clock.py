@@ -93,7 +93,10 @@ class SimulatedClock:
         on_silence: Callable[[], object] = lambda: None,
         silence_s: float = NODE_TIMINGS.clock_silence_s,
     ) -> None:
-        """Call `on_silence` if no time is published for `silence_s` while a thread waits (ros_comm#2111)."""
+        """Store the arguments.
+
+        `on_silence` is called if no time is published for `silence_s` while a thread waits (ros_comm#2111).
+        """
         self._silence_s = silence_s
         self._on_silence = on_silence
         self.changed = threading.Condition()

@@ -1,7 +1,7 @@
-"""Count the messages between nodes, to know when a node has handled all that was sent to it.
+"""Count the messages between nodes, to determine when a node has handled all messages sent to it.
 
-Both ends of a link count its messages from the first one on, so a publisher's count of the messages that it
-sent over a link equals the subscriber's count once the callbacks for all of them have returned.
+Both ends count all messages of a link, so the publisher's count equals the subscriber's count once the
+callbacks for all of the messages have returned.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _POLL_S: Final = 0.0001
 
 
 class Sent(NamedTuple):
-    """How many messages a publisher has sent to a subscriber over their present link for a topic."""
+    """The number of messages that a publisher has sent to a subscriber over their current link."""
 
     topic: str
     publisher: str
@@ -26,7 +26,7 @@ class Sent(NamedTuple):
 
 
 def sent_by(node: Node) -> list[Sent]:
-    """Send what was collected for bursts, and return the counts of all links to subscribers."""
+    """Send the messages that bursts have collected, and return the counts of all links to subscribers."""
     for publication in node.endpoints.publications:
         publication.flush()
     return [
@@ -37,9 +37,10 @@ def sent_by(node: Node) -> list[Sent]:
 
 
 def wait_until_handled(node: Node, sent: Iterable[Sent], timeout_s: float) -> list[Sent]:
-    """Wait until the node's callbacks have returned for all these messages. Return what is still missing.
+    """Wait until the node's callbacks have returned for all these messages.
 
-    Entries for other subscribers are ignored, and so are links that have ended.
+    Return the entries whose messages have not all been handled in time. Entries for other subscribers, and
+    for links that have ended, are ignored.
     """
     missing = [each for each in sent if each.subscriber == node.name]
     deadline = time.monotonic() + timeout_s

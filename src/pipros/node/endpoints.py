@@ -65,10 +65,10 @@ class Endpoints:
     Attributes:
         port: the TCPROS port.
         address: the host and port at which peers reach the TCPROS port.
-        local_name: the abstract socket name at which nodes of this machine reach it by a Unix stream, or
-            None.
-        own_uri: the URI of the node's slave API if its topics hand messages over to each other; otherwise
-            None.
+        local_name: the abstract socket name through which nodes on this machine reach this node by a Unix
+            stream, or None.
+        own_uri: the URI of the node's slave API if its publications pass messages directly to its own
+            subscriptions; otherwise None.
     """
 
     def __init__(
@@ -186,9 +186,9 @@ class Endpoints:
         return Publisher(publication, self._release_publication)
 
     def _join(self, publication: Publication | None, subscription: Subscription | None) -> None:
-        """Let the node's own publication hand its messages over to its subscription.
+        """Make the node's publication pass its messages directly to the node's subscription.
 
-        If their classes differ, they are connected like those of two nodes.
+        If their message classes differ, they are connected like the topics of two nodes.
         """
         if self.own_uri is None or publication is None or subscription is None:
             return

@@ -21,12 +21,12 @@ from pipros.node.subscriber import NO_ARGS, Subscriber
 
 
 class HostedNode(Node):
-    """Names, parameters, remappings and handles of a nodelet; ports, clock and master are those of its host.
+    """A nodelet's own names, parameters, remappings and handles. Its host provides ports, clock and master.
 
     The master knows only the host, so a topic that the nodelet advertises belongs to the host. `shutdown`
-    ends the nodelet alone: it runs the hooks, and releases all handles. The end of the host does the same.
-    Messages between hosted nodes of one host are handed over as objects, so a message must not be changed
-    after it was published.
+    ends only the nodelet: it runs the hooks, and releases all handles. When the host shuts down, it does the
+    same for its nodelets. Messages between nodelets of one host are passed as objects, so a message must not
+    be changed after it was published.
 
     Attributes:
         arguments: the command-line words of the nodelet, without remappings.
@@ -41,11 +41,11 @@ class HostedNode(Node):
         arguments: Sequence[str] = (),
         log: logging.Logger | None = None,
     ) -> None:
-        """Create the node. The host must have been started.
+        """Create the node. The host must already have been started.
 
         Args:
             name: the full name, such as `/camera/debayer`.
-            remappings: global names by global name. Those of the host apply to the result.
+            remappings: maps global names to global names. The host's remappings apply to the results.
             arguments: the command-line words of the nodelet.
             log: defaults to the host's logger.
         """
@@ -124,7 +124,7 @@ class HostedNode(Node):
         queue_size: int | None = 10,
         latch: bool = False,
     ) -> Publisher[AnyMessage]:
-        """Advertise a topic; see `Node.advertise`. It ends with the nodelet."""
+        """Advertise a topic until the nodelet ends; see `Node.advertise`."""
         publisher = super().advertise(topic, message_class, queue_size=queue_size, latch=latch)
         self._keep(publisher)
         return publisher
@@ -140,7 +140,7 @@ class HostedNode(Node):
         tcp_nodelay: bool = True,
         zero_copy: bool = False,
     ) -> Subscriber[AnyMessage]:
-        """Subscribe to a topic; see `Node.subscribe`. The subscription ends with the nodelet."""
+        """Subscribe to a topic until the nodelet ends; see `Node.subscribe`."""
         subscriber = super().subscribe(
             topic,
             message_class,
@@ -160,16 +160,16 @@ class HostedNode(Node):
         handler: Callable[[Any], Any],
         on_error: Callable[[BaseException], object] | None = None,
     ) -> ServiceServer:
-        """Offer a service; see `Node.serve`. It ends with the nodelet."""
+        """Offer a service until the nodelet ends; see `Node.serve`."""
         server = super().serve(service, service_class, handler, on_error)
         self._servers.append(server)
         return server
 
     @property
     def subscribers(self) -> Sequence[Subscriber[Any]]:
-        """The handles of the topics that the nodelet receives."""
+        """The handles of the nodelet's current subscriptions."""
         return [each for each in self._handles if isinstance(each, Subscriber) and each.is_registered]
 
     def _keep(self, handle: Publisher[Any] | Subscriber[Any]) -> None:
-        # Lazy nodelets subscribe again and again, so the handles that have ended are forgotten.
+        # Lazy nodelets subscribe repeatedly, so handles that have been released are removed.
         self._handles = [*(each for each in self._handles if each.is_registered), handle]

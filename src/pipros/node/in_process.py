@@ -1,4 +1,4 @@
-"""Links between a publication and a subscription of the same node, which pass messages on as objects.
+"""Links between a publication and a subscription of the same node, which pass messages as objects.
 
 Nothing is encoded, so all subscribers and the publisher share one message, which must not be changed after it
 was published. Nodelets use these links; other nodes that subscribe to their own topics receive copies.
@@ -69,7 +69,7 @@ class InProcessLink:
         waiting = self._waiting
         waiting.put(message)
         if waiting.qsize() > (self.queue_size or LONGEST_QUEUE):
-            with contextlib.suppress(Empty):  # the link's thread may have been faster
+            with contextlib.suppress(Empty):  # the link's thread may already have taken it
                 if waiting.get_nowait() is None:
                     waiting.put(None)
                 self.statistics.dropped += 1
@@ -83,10 +83,10 @@ class InProcessLink:
             finally:
                 lock.release()
             statistics.frames += 1
-            del message  # not to keep it in memory until the next one arrives
+            del message  # so that it is not kept in memory until the next message arrives
 
     def close(self) -> None:
-        """Stop delivering, and drop the messages that wait. May be called repeatedly, from any thread."""
+        """Stop delivering, and drop all queued messages. May be called repeatedly, from any thread."""
         if not self._is_closed:
             self._is_closed = True
             self._waiting.put(None)
@@ -94,7 +94,7 @@ class InProcessLink:
 
 
 def with_octets(message: Any, *, as_arrays: bool) -> Any:
-    """Return a message whose `uint8[]` and `char[]` fields are as a subscriber expects them.
+    """Return a message whose `uint8[]` and `char[]` fields have the type that a subscriber expects.
 
     They are read-only numpy arrays if `as_arrays` is true, otherwise `bytes`. The message itself is not
     changed: if a field has another type, the result is a shallow copy. Fields of messages within arrays keep
@@ -136,7 +136,7 @@ def _has_octets(type_name: str) -> bool:
 
 @cache
 def _fields_with_octets(message_class: Any) -> Mapping[str, bool]:
-    """Return the fields with octets, and whether each is a message that contains some."""
+    """Map the names of the fields with octets to whether the field is an embedded message."""
     found = {}
     for name, kind in zip(message_class.__slots__, message_class._slot_types, strict=False):
         base, bracket, _ = kind.partition("[")

@@ -64,7 +64,7 @@ _SEVERITIES = (
 
 
 class RosLogger(logging.Logger):
-    """A logger whose records name a calling method together with its class, as in `Driver.move`."""
+    """A logger whose records name the calling method with its class, as in `Driver.move`."""
 
     def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
         """Return the file, line and function of the logging call, and the stack if requested.

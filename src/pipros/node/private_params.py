@@ -1,4 +1,4 @@
-"""Private parameters of nodes, with defaults; a node also starts if the master does not answer."""
+"""Read nodes' private parameters, with defaults that also apply if the master does not answer."""
 
 from __future__ import annotations
 

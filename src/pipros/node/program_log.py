@@ -1,4 +1,4 @@
-"""Logging of programs: to a file for tools and before a node starts, to standard error for servers."""
+"""Log programs' records: to a file for tools and for nodes that have not started, to stderr for servers."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class Publication:
         self._lock = threading.Lock()
         self._links_lock = threading.Lock()
         self._batch = MessageBatch()
-        self._memory_sharing: SharedPublication | None = None  # set for the first subscriber that accepts it
+        self._memory_sharing: SharedPublication | None = None  # set once a subscriber accepts it
         self._received = context.received
         self._received_before = 0  # the value of `_received` at the last message
         self._packet_sharing = PacketSharing(
@@ -257,7 +257,7 @@ class Publication:
             link.close()
 
     def connection_header(self) -> dict[str, str]:
-        """Return the fields that a subscriber gets."""
+        """Return the fields of the reply header for a subscriber."""
         answer = accept_topic_link(
             self.topic, self._context.node_name, self.interface, latching=self.is_latching
         )
@@ -287,7 +287,7 @@ class Publication:
 
     @property
     def memory(self) -> TopicMemory | None:
-        """The memory that the topic shares with subscribers on this machine; None if there were none yet."""
+        """The memory shared with the topic's subscribers on this machine; None before the first of them."""
         return self._memory_sharing.memory if self._memory_sharing is not None else None
 
     def _send_latched(self) -> None:

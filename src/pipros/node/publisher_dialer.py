@@ -1,4 +1,4 @@
-"""Connect to one publisher of a topic, with the fastest transport that both sides have."""
+"""Connect to a publisher of a topic over the fastest transport that both sides support."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ memory, it starts faster, because its modules are not loaded.
 
 
 class PublisherDialer:
-    """Connects to publishers of a topic: through a Unix stream, with shared memory, or through TCP.
+    """Connects to publishers of a topic: over a Unix stream, with shared memory if possible, or over TCP.
 
-    Remembers the publishers with which one of these failed, and avoids it from then on.
+    Remembers which transports failed with which publisher, and does not try them again.
     """
 
     def __init__(self, topic: str, interface: WireType, context: NodeContext) -> None:
@@ -33,7 +33,7 @@ class PublisherDialer:
         self._without_memory: set[str] = set()  # URIs of publishers whose shared memory failed
 
     def avoid_memory(self, uri: str) -> None:
-        """Request no shared memory from this publisher any more."""
+        """Stop requesting shared memory from this publisher."""
         self._remember(uri, self._without_memory)
 
     def _remember(self, uri: str, publishers: set[str]) -> None:

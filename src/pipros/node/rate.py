@@ -24,7 +24,7 @@ class Rate:
         self._reset = reset
 
     def remaining_ns(self) -> int:
-        """Return the time until the current cycle ends, in nanoseconds; negative if the cycle is over."""
+        """Return the time until the current cycle ends, in nanoseconds; negative if the cycle has ended."""
         now_ns = self._clock.now_ns()
         if self.last_ns > now_ns:  # simulated time has moved backwards: the cycle starts now
             self.last_ns = now_ns

@@ -40,8 +40,9 @@ MAX_IDLE = 8
 class ServiceClient:
     """Calls one service. Each call has its own connection, unless the client is persistent.
 
-    A call over a Unix stream leaves the connection open for the next call, which still asks the master for
-    the server first. The server closes it after some seconds (`pipros.node.service_connection`).
+    After a call over a Unix stream, the connection stays open for the next call, which still queries the
+    master for the server's URI. The server closes an unused connection after some seconds
+    (`pipros.node.service_connection`).
     """
 
     def __init__(

@@ -69,7 +69,7 @@ class ServiceLink:
 
     Attributes:
         uri: the URI of the server.
-        sock: the connection, by a Unix stream if the server is a pipros node of this machine, otherwise TCP.
+        sock: the connection: a Unix stream if the server is a pipros node on this machine, otherwise TCP.
     """
 
     def __init__(
@@ -238,7 +238,7 @@ class ServiceLink:
 
     @property
     def is_kept_by_server(self) -> bool:
-        """Whether the server keeps the connection for further calls, as at the end of a Unix stream."""
+        """Whether the server keeps the connection open for further calls, as it does with a Unix stream."""
         return local_stream.is_local(self.sock)
 
     def close(self) -> None:

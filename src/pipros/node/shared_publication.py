@@ -1,4 +1,4 @@
-"""The part of a publication that uses shared memory. Loaded with the first subscriber that accepts it."""
+"""The part of a publication that uses shared memory. Imported when a subscriber first accepts it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SharedPublication:
     """The memory of one topic, and its links to the subscribers that use it.
 
     Attributes:
-        memory: what `rosnode info` shows.
+        memory: the topic's shared memory, whose state `rosnode info` shows.
     """
 
     def __init__(self, topic: str, context: NodeContext) -> None:
@@ -56,9 +56,10 @@ class SharedPublication:
         )
 
     def send(self, links: Sequence[PublisherLink], message: WireMessage, size: int) -> bool:
-        """Send a message, to some subscribers in shared memory, if that pays; otherwise return False.
+        """Send a message to all subscribers, in shared memory where possible. Return True if it was sent.
 
-        Called by one thread at a time.
+        If the message is small or no subscriber can get it in shared memory, send nothing and return False.
+        Must be called by only one thread at a time.
         """
         if size < LEAST_BYTES:
             return False

@@ -216,7 +216,7 @@ class Signals:
 
 @contextlib.contextmanager
 def ended_by_signals(node: Node, *, insist: bool = True) -> Iterator[None]:
-    """Run a node for the length of the block. SIGINT and SIGTERM shut it down.
+    """Run a node for the duration of the block. SIGINT and SIGTERM shut it down.
 
     A signal raises nothing in the block unless the block continues after the shutdown. The shutdown ends all
     of the node's waits. If a signal ended the block, any exception that the block raises becomes

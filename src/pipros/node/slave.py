@@ -222,10 +222,10 @@ class SlaveApi:
         return [1, "", 0]
 
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
-        """Return the address for a topic, by the first protocol that this node supports.
+        """Return the address for a topic, in the first of the requested protocols that this node supports.
 
-        That is TCPROS, or for a node of this machine, a Unix stream (`pipros.net.local_stream`). Like genuine
-        nodes, skip unknown protocols.
+        It supports TCPROS and, for nodes on this machine, Unix streams (`pipros.net.local_stream`). Like
+        genuine nodes, skip unknown protocols.
         """
         del caller_id
         if not isinstance(topic, str) or not topic:

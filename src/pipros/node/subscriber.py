@@ -170,12 +170,12 @@ class Subscription:
         return lambda uris: self._context.loop.call(update, uris)
 
     def _others(self, uris: Iterable[str]) -> Iterable[str]:
-        """Omit the node itself if it hands the topic's messages over."""
+        """Return the publishers without this node, if it passes the topic's messages directly to itself."""
         own = {peer.uri for peer in self.links if isinstance(peer.link, InProcessLink)}
         return [uri for uri in uris if uri not in own] if own else uris
 
     def link_in_process(self, publication: Publication, uri: str) -> InProcessLink:
-        """Return a new link over which a publication of the same node hands its messages over."""
+        """Return a new link through which a publication of the same node passes its messages."""
         header = publication.connection_header()
         last = LastMessage() if publication.is_latching else None
 
@@ -285,7 +285,7 @@ class Subscription:
                 self._log_bad_callback(entry, error)
 
     def _deliver_object(self, header: Mapping[str, str], last: LastMessage | None, message: Any) -> None:
-        """Call the callbacks with a message of the same node."""
+        """Call the callbacks with a message that this node published."""
         message._connection_header = header
         with self._lock:
             if last is not None:
@@ -299,7 +299,7 @@ class Subscription:
     def _deliver_views(
         self, header: Mapping[str, str], last: LastMessage | None, data: memoryview | bytes
     ) -> None:
-        """Like `_deliver`, if a callback takes views. The message is also copied if others need it."""
+        """Like `_deliver`, but for topics on which a callback takes views. Other callbacks get a copy."""
         with self._lock:
             callbacks = self.callbacks
             is_copied = (

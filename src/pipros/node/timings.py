@@ -1,4 +1,4 @@
-"""Times that a node uses. Programs keep the defaults; tests and special networks pass others."""
+"""Delays and timeouts of a node. Programs use the defaults; tests and special networks change them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pipros.net.timings import LINK_TIMINGS, LinkTimings
 
 
 class NodeTimings(NamedTuple):
-    """Times of a node.
+    """Delays and timeouts of a node.
 
     Attributes:
         retry_longest_s: longest delay between attempts to reach a publisher that the master still lists.
@@ -22,7 +22,7 @@ class NodeTimings(NamedTuple):
             subscriber does not block the node's shutdown.
         unregister_s: how long a node waits, while shutting down, for a master that does not answer.
         clock_silence_s: time without a message on `/clock` after which a waiting thread causes a warning.
-        links: times of the connections.
+        links: delays and timeouts of the connections.
     """
 
     retry_longest_s: float = 5.0

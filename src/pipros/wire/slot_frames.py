@@ -1,18 +1,18 @@
-"""Control frames of shared memory, between the messages of a Unix stream between two nodes of pipros.
+"""Control frames for shared memory. They are sent between messages on a Unix stream that connects two nodes.
 
 TCPROS limits the length of a message to far below 2**31, so a length with its highest bit set announces a
-control frame instead, of 28 bytes:
+control frame of 28 bytes instead of a message:
 
-    OFFER    the publisher wants to send segments; a subscriber replies with one byte in the stream, once it
-             receives descriptors (a plain `recv` would close them, but is faster)
-    SEGMENT  a new segment of equal slots; the segment's file descriptor arrives with the frame, and with the
-             first one also the end of a pipe for acknowledgements
-    SLOT     a message of `size` bytes lies in a slot of the newest segment
+    OFFER    the publisher wants to send segments; the subscriber replies with one byte in the stream once it
+             can receive descriptors (until then it uses a plain `recv`, which is faster but closes them)
+    SEGMENT  a new segment of equal slots; the segment's file descriptor arrives with the frame. The first
+             SEGMENT also brings the write end of a pipe for acknowledgements
+    SLOT     a slot of the newest segment contains a message of `second` bytes
     DROP     the segment is no longer used
 
-A subscriber acknowledges each slot through the pipe with eight bytes: `IN_USE` before callbacks get arrays
-that refer to it, and `FREE` when nothing refers to it any more. A segment's numbers only increase, so a new
-one replaces the one before.
+A subscriber acknowledges each slot through the pipe, with eight bytes that say whether the slot is in use.
+It reports a slot as in use before callbacks get arrays that refer to the slot, and as free when nothing
+refers to it any more. Segment numbers only increase, and each new segment replaces the previous one.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import Final, NamedTuple
 from pipros.basics.errors import ProtocolError
 
 HEADER_FIELD: Final = "pipros_memory"
-"""The field of a subscriber's connection header that says that it accepts these frames."""
+"""The field in a subscriber's connection header that indicates that the subscriber accepts these frames."""
 ACCEPTED: Final = "slots"
 """The value of HEADER_FIELD."""
 
@@ -66,7 +66,7 @@ class ControlFrame(NamedTuple):
 
 
 def encode(frame: ControlFrame) -> bytes:
-    """Return a control frame as it is sent.
+    """Return a control frame in wire format.
 
     >>> len(encode(ControlFrame(DROP, 7))) == FRAME_BYTES
     True
@@ -90,13 +90,13 @@ def decode(data: bytes | memoryview, offset: int = 0) -> ControlFrame:
 
 
 def encode_acknowledgement(slot: Slot, *, in_use: bool) -> bytes:
-    """Return the acknowledgement that says whether a slot is still in use."""
+    """Return the acknowledgement for a slot that is in use, or has become free, in wire format."""
     segment, index = slot
     return _acknowledgement.pack(segment, index | _IN_USE if in_use else index)
 
 
 def decode_acknowledgements(data: bytes) -> list[tuple[Slot, bool]]:
-    """Return the slots that are acknowledged, and whether each is still in use.
+    """Return each acknowledged slot, and whether it is still in use.
 
     Raises:
         ProtocolError: the last acknowledgement is incomplete.

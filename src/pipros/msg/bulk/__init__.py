@@ -1,4 +1,5 @@
-"""Decode many serialized messages of a type at once, to columns of numpy arrays. Needs numpy.
+"""Decode many serialized messages of a type at once, into columns of numpy arrays. Requires numpy.
 
-Definitions become plans (`plans.py`), which positions in joined messages follow (`cursors.py`, `decode.py`).
+A definition is converted to a plan (`plans.py`). `decode.py` follows the plan in all messages at once, with
+one read position per message (`cursors.py`).
 """

@@ -1,7 +1,8 @@
 """Columns of a table: numpy arrays, and columns whose cells differ in size.
 
-A column of numbers is an array with one row per message, and two dimensions for fixed arrays. All others have
-offsets: cell `i` is the part of their values from `offsets[i]` to `offsets[i + 1]`.
+A column of numbers is an array with one row per message; it has two dimensions if the field is a fixed array.
+Columns of octets, strings and variable arrays have offsets: cell `i` contains the values from `offsets[i]` to
+`offsets[i + 1]`.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ Offsets: TypeAlias = "NDArray[np.int64]"
 
 
 class _Ragged:
-    """What columns with offsets share. `column[i]` is a cell, `column[a:b]` a column."""
+    """Base class of columns with offsets. `column[i]` is a cell, and `column[a:b]` is a column."""
 
     __slots__ = ("offsets",)
 
@@ -69,7 +70,7 @@ class _Ragged:
 
 
 class OctetColumn(_Ragged):
-    """A column of `uint8[]` or `char[]`. The cells are `bytes`; `data` has the bytes of all of them."""
+    """A column of `uint8[]` or `char[]`. The cells are `bytes`; `data` contains the bytes of all cells."""
 
     __slots__ = ("data",)
 
@@ -84,13 +85,13 @@ class OctetColumn(_Ragged):
         return type(self)(offsets, self.data)
 
     def take(self, index: NDArray[Any]) -> Any:
-        """Return a column of the cells with these numbers."""
+        """Return a column of the cells with these indexes."""
         sizes = self.sizes[index]
         return type(self)(offsets_of(sizes), joined_parts(self.data, self.offsets[:-1][index], sizes))
 
 
 class TextColumn(OctetColumn):
-    """A column of strings, in UTF-8. Bytes that are not UTF-8 become U+FFFD."""
+    """A column of UTF-8 strings. Invalid bytes become U+FFFD when a cell is read."""
 
     __slots__ = ()
 
@@ -98,14 +99,14 @@ class TextColumn(OctetColumn):
         return self.data[begin:end].tobytes().decode("utf-8", "replace")
 
     def valid(self) -> TextColumn:
-        """Return this column, with all invalid bytes replaced."""
+        """Return an equal column of valid UTF-8, in which U+FFFD has replaced invalid bytes."""
         try:
             self.data[self.offsets[0] : self.offsets[-1]].tobytes().decode()
         except UnicodeDecodeError:
             pass
         else:
             starts = self.offsets[:-1][self.sizes > 0]
-            if not np.any((self.data[starts] & 0xC0) == 0x80):  # a character across two cells
+            if not np.any((self.data[starts] & 0xC0) == 0x80):  # a cell that begins inside a character
                 return self
         cells = [cell.encode() for cell in self]
         sizes = np.fromiter(map(len, cells), np.int64, len(cells))
@@ -113,11 +114,11 @@ class TextColumn(OctetColumn):
 
 
 class ListColumn(_Ragged):
-    """A column of arrays. The cells are parts of `values`: arrays, or columns.
+    """A column of arrays. Each cell is a slice of `values`: a numpy array or, for other elements, a column.
 
     Args:
-        values: may also have a row for each cell, such as a view of messages with arrays of equal length. It
-            is then copied when it is used.
+        values: the elements of all cells. May be a 2-D array with a row for each cell, such as a view of
+            messages whose arrays have equal lengths; it is copied when `values` is first read.
     """
 
     __slots__ = ("_values",)
@@ -137,7 +138,7 @@ class ListColumn(_Ragged):
         """Return an array with a row for each cell. Rows of empty cells, such as gaps, are NaN.
 
         Raises:
-            ValueError: cells that are not empty differ in size, or are not numbers.
+            ValueError: nonempty cells differ in size, or the elements are not numbers.
         """
         sizes, values = self.sizes, self.values
         is_full = sizes > 0
@@ -163,14 +164,14 @@ class ListColumn(_Ragged):
         return ListColumn(offsets, self.values)
 
     def take(self, index: NDArray[Any]) -> Any:
-        """Return a column of the cells with these numbers."""
+        """Return a column of the cells with these indexes."""
         sizes, offsets = self.sizes[index], offsets_of(self.sizes[index])
         at = np.repeat(self.offsets[:-1][index] - offsets[:-1], sizes) + np.arange(offsets[-1])
         return ListColumn(offsets, taken(self.values, at))
 
 
 class RecordColumn:
-    """A column of messages. `column["x"]` is the column of a field, `column[i]` a message as a dictionary.
+    """A column of messages. `column["x"]` is the column of a field; `column[i]` is a message as a dictionary.
 
     Attributes:
         columns: the columns of the fields, by name.
@@ -198,7 +199,7 @@ class RecordColumn:
         return {name: each[number] for name, each in self.columns.items()}
 
     def take(self, index: NDArray[Any]) -> RecordColumn:
-        """Return a column of the messages with these numbers."""
+        """Return a column of the messages with these indexes."""
         return RecordColumn({name: taken(each, index) for name, each in self.columns.items()}, len(index))
 
 
@@ -206,7 +207,7 @@ Column: TypeAlias = "NDArray[Any] | TextColumn | OctetColumn | ListColumn | Reco
 
 
 def taken(column: Column, index: NDArray[Any]) -> Column:
-    """Return a column of the cells with these numbers."""
+    """Return a column of the cells with these indexes."""
     if isinstance(column, np.ndarray):
         return np.asarray(column[index])
     found: Column = column.take(index)
@@ -224,7 +225,7 @@ def blank(column: Column, count: int) -> Column:
 
 
 def without(column: Column, is_gap: NDArray[np.bool_]) -> Column:
-    """Return a column whose cells that differ in size are empty in gaps. Arrays stay as they are."""
+    """Return a column with offsets, emptied in the rows where `is_gap` is true. Return others unchanged."""
     if isinstance(column, np.ndarray | RecordColumn) or not is_gap.any():
         return column
     kept = column.take(np.flatnonzero(~is_gap))
@@ -233,7 +234,7 @@ def without(column: Column, is_gap: NDArray[np.bool_]) -> Column:
 
 
 def text_of(cell: Any) -> str:
-    """Return a short text of a cell, on one line."""
+    """Return a short description of a cell, on one line."""
     if isinstance(cell, bytes):
         return f"{len(cell)} bytes"
     if isinstance(cell, np.ndarray):
@@ -246,14 +247,14 @@ def text_of(cell: Any) -> str:
 
 
 def offsets_of(sizes: NDArray[Any]) -> Offsets:
-    """Return the offsets of cells of these sizes."""
+    """Return the offsets of cells that have these sizes."""
     offsets = np.zeros(len(sizes) + 1, np.int64)
     np.cumsum(sizes, out=offsets[1:])
     return offsets
 
 
 def joined_columns(parts: list[Column]) -> Column:
-    """Return one column with the cells of several columns of the same kind, one or more."""
+    """Concatenate one or more columns of the same kind."""
     first = parts[0]
     if len(parts) == 1:
         return first

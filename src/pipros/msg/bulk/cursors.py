@@ -1,4 +1,4 @@
-"""Positions in joined messages, one per message or array element, and reads at all of them at once."""
+"""Read joined messages at many positions at once: one position per message or array element."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _BLOCK_BYTES = 1 << 22
-"""Bytes that are gathered one by one at a time; each needs 16 bytes of indexes."""
+"""Maximum number of bytes gathered in one step by index; each byte needs 16 bytes of indexes."""
 
 _LONG_BYTES = 64
-"""Mean size above which slices are copied one by one."""
+"""Mean size of parts above which they are copied one by one, as slices."""
 _LONG_EQUAL_BYTES = 2048
-"""The same, if all have one size."""
+"""The same limit, if all parts have equal sizes."""
 
 
 class TooShort(Exception):
     """A message ends too early.
 
     Attributes:
-        position: where to read.
-        needed: the bytes that must follow.
-        end: where the message ends.
+        position: the position of the failed read.
+        needed: the number of bytes that the read requires.
+        end: the end of the message.
     """
 
     def __init__(self, position: int, needed: int, end: int) -> None:
@@ -35,12 +35,13 @@ class TooShort(Exception):
 
 
 class Cursors:
-    """Positions in `data` from which to read, and the ends of the messages in which they are.
+    """Positions in joined messages, each with the end of its message.
 
     Attributes:
         data: the joined messages.
-        at, ends: one number for each cursor.
-        stride: the distance of all neighbours, if it is equal. Values are then read without a copy.
+        at, ends: for each cursor, its position, and the end of its message.
+        stride: the distance between consecutive cursors, if it is constant; otherwise None. With a constant
+            distance, values are read without a copy.
     """
 
     __slots__ = ("at", "data", "ends", "stride")
@@ -69,25 +70,25 @@ class Cursors:
             raise TooShort(int(self.at[first]), needed, int(self.ends[first]))
 
     def read(self, dtype: np.dtype[Any]) -> NDArray[Any]:
-        """Return the value of this type at each cursor."""
+        """Return the value at each cursor, decoded as `dtype`."""
         self.need(dtype.itemsize)
         return values_at(self.data, self.at, self.stride, dtype)
 
     def moved(self, sizes: NDArray[np.int64] | int) -> Cursors:
-        """Return the cursors behind the next `sizes` bytes."""
+        """Return the cursors, each moved forward by `sizes` bytes."""
         stride = self.stride
         if stride is not None and not isinstance(sizes, int) and len(sizes) and sizes.min() != sizes.max():
             stride = None
         return Cursors(self.data, self.at + sizes, self.ends, stride)
 
     def parts(self, sizes: NDArray[np.int64]) -> NDArray[np.uint8]:
-        """Return the next `sizes` bytes of each cursor, joined."""
+        """Return the next `sizes` bytes at each cursor, joined."""
         self.need(sizes)
         return joined_parts(self.data, self.at, sizes, self.stride)
 
 
 def equal_stride(at: NDArray[np.int64]) -> int | None:
-    """Return the distance of neighbours, or None if it varies or is not positive."""
+    """Return the distance between consecutive positions, or None if it varies or is not positive."""
     if len(at) < 2:
         return 1 if len(at) else None
     step = int(at[1]) - int(at[0])
@@ -97,7 +98,7 @@ def equal_stride(at: NDArray[np.int64]) -> int | None:
 def values_at(
     data: NDArray[np.uint8], at: NDArray[np.int64], stride: int | None, dtype: np.dtype[Any]
 ) -> NDArray[Any]:
-    """Return the value of a type at each position. The caller has checked the positions."""
+    """Return the value at each position, decoded as `dtype`. The caller has checked the positions."""
     count = len(at)
     if not count:
         return np.empty(0, dtype)
@@ -115,7 +116,10 @@ def joined_parts(
     stride: int | None = None,
     out: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.uint8]:
-    """Return the parts of `data` with these positions and sizes, joined; in `out`, which has their size."""
+    """Return the parts of `data` with these positions and sizes, joined.
+
+    They are written to `out`, if given, whose size must be the sum of `sizes`.
+    """
     total = int(sizes.sum())
     joined = np.empty(total, np.uint8) if out is None else out
     if not total:

@@ -1,11 +1,11 @@
-"""Decode joined messages of one type into columns, all of them at once.
+"""Decode joined messages of one type into columns, all messages at once.
 
 A run of values is read at the cursors of all messages: as strided views if the cursors are equally far apart,
-otherwise with one copy. A part of variable size moves each cursor by its own size. The elements of arrays
-of messages get cursors of their own, which `walk.py` finds.
+otherwise with one copy. A part of variable size moves each cursor by the size of the part in that message.
+The elements of arrays of messages have separate cursors, which `walk.py` finds.
 
-Memory grows with the bytes that exist: counts are compared with the bytes that are left before anything is
-allocated.
+Memory grows with the size of the data: before anything is allocated for an array, its claimed length is
+compared with the number of bytes left.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 class MalformedMessage(Exception):
-    """A message does not match its definition. `row` is its number; the text names the rule."""
+    """A message does not match its definition. `row` is its index; the text gives the reason."""
 
     def __init__(self, row: int, reason: str) -> None:
         super().__init__(reason)
@@ -47,10 +47,11 @@ def decode(
     """Return the columns of joined messages.
 
     Args:
-        plan: how to read their type.
+        plan: the plan for their type.
         data: the messages, joined. Columns may be views of it.
-        ends: where each message ends.
-        datetimes: whether times are `datetime64[ns]` and durations `timedelta64[ns]`, instead of integers.
+        ends: the position at which each message ends.
+        datetimes: whether to return times as `datetime64[ns]` and durations as `timedelta64[ns]`, instead of
+            integers.
 
     Raises:
         MalformedMessage: a message is shorter than its definition requires.
@@ -67,7 +68,7 @@ def decode(
     try:
         columns, _ = _BulkDecoder(datetimes).columns(plan, cursors)
     except TooShort as error:
-        row = int(np.searchsorted(ends, error.end))  # no message is empty here, so ends are unique
+        row = int(np.searchsorted(ends, error.end))  # no message is empty here, so each end is unique
         raise _malformed(plan, row, int(starts[row]), error) from None
     return columns
 
@@ -85,7 +86,7 @@ class _BulkDecoder:
         self._datetimes = datetimes
 
     def columns(self, plan: MessagePlan, cursors: Cursors) -> tuple[dict[str, Column], Cursors]:
-        """Return the columns of a type, and the cursors behind its messages."""
+        """Return the columns of the messages at the cursors, and cursors at the ends of the messages."""
         found: dict[str, Column] = {}
         for step in plan.steps:
             if isinstance(step, FixedRun):
@@ -103,7 +104,7 @@ class _BulkDecoder:
         return self._times(values, field.base) if field.base in TIMES else values
 
     def _times(self, pairs: NDArray[Any], base: str) -> NDArray[Any]:
-        """Convert pairs of seconds and nanoseconds."""
+        """Convert pairs of seconds and nanoseconds to nanoseconds or datetimes."""
         nanoseconds = pairs[..., 0].astype(np.int64)
         nanoseconds *= NS_PER_S
         nanoseconds += pairs[..., 1]
@@ -142,7 +143,7 @@ class _BulkDecoder:
     def _elements(
         self, plan: MessagePlan, counts: NDArray[np.int64], cursors: Cursors
     ) -> tuple[ListColumn, Cursors]:
-        """Return the column of an array of messages or strings, and the cursors behind it."""
+        """Return the column of an array of messages or strings, and cursors at the ends of the arrays."""
         cursors.need(counts * plan.least_bytes)
         offsets = offsets_of(counts)
         starts = element_starts(plan, cursors, counts, offsets)

@@ -1,8 +1,8 @@
 """Plans for reading messages as columns, made from their definitions.
 
 A plan is a sequence of steps: runs of values at fixed offsets, and parts whose sizes the messages contain.
-Fields of embedded messages become fields of the outer one, with dotted names. Fields that take no bytes have
-no column.
+Fields of embedded messages become fields of the outer message, with dotted names. Fields that take no bytes
+have no column.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pipros.msg.language.spec import NUMBERS, TIMES, DefinitionError, FieldType,
 
 LENGTH = np.dtype("<u4")
 _MAX_BYTES = 1 << 30
-"""Maximum of the minimum size of a message; a larger one fits into no chunk of a bag."""
+"""Limit on the minimum size of a message. Larger messages do not fit into a chunk of a bag."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class FixedField:
 
 @dataclass(frozen=True, slots=True)
 class FixedRun:
-    """Fields at fixed offsets in a run of bytes; `dtype` has them by name."""
+    """Fields at fixed offsets in a run of bytes. `dtype` is a structured type with these fields."""
 
     fields: tuple[FixedField, ...]
     dtype: np.dtype[Any]
@@ -57,7 +57,7 @@ class SizedPart:
     """A part whose size the message contains, or an array of messages or strings.
 
     Attributes:
-        base: the type of a string, or of the elements.
+        base: `string`, or the type of the elements.
         is_array: whether it is an array; otherwise, it is a string.
         length: the length of a fixed array.
         element: the plan for the elements, if they are messages or strings.
@@ -71,18 +71,18 @@ class SizedPart:
 
 
 STRING = SizedPart("", "string", False)
-"""The only step of the plan for strings in arrays."""
+"""The only step of the plan for the elements of string arrays."""
 
 PlanStep: TypeAlias = "FixedRun | SizedPart"
 
 
 @dataclass(frozen=True, slots=True)
 class MessagePlan:
-    """How to read a message type.
+    """The steps for reading messages of one type.
 
     Attributes:
-        type: its name.
-        steps: its parts, in their order.
+        type: the name of the type.
+        steps: the steps, in the order of the fields.
         size: the size of a message in bytes, if all have the same size.
         least_bytes: the minimum size of a message.
     """
@@ -158,7 +158,7 @@ class _Planner:
 
 
 class _Steps:
-    """The steps of a plan that is being made."""
+    """The steps of a plan under construction."""
 
     def __init__(self) -> None:
         self._done: list[PlanStep] = []

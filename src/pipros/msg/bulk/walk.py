@@ -1,8 +1,8 @@
-"""Find where the elements of arrays begin, if their sizes vary.
+"""Find the positions of array elements whose sizes vary.
 
-The position of an element depends on the one before it in the same message, but not on other messages. So
-the first elements of all messages are skipped together, then the second ones, and so on. Once few messages
-have elements left, these are skipped one by one.
+The position of an element depends on the previous element in the same message, but not on other messages.
+Therefore, the first elements of all messages are skipped together, then the second elements, and so on. Once
+few messages have elements left, their elements are skipped one by one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _FEW = 16
-"""Number of messages from which on skipping their elements together is faster than one by one."""
+"""Minimum number of messages for which skipping elements together is faster than one by one."""
 
 _U32 = Struct("<I").unpack_from
 
@@ -29,7 +29,7 @@ _U32 = Struct("<I").unpack_from
 def element_starts(
     plan: MessagePlan, cursors: Cursors, counts: NDArray[np.int64], offsets: Offsets
 ) -> NDArray[np.int64]:
-    """Return the positions of all elements of an array, whose first elements are at the cursors.
+    """Return the positions of all elements of arrays whose first elements are at the cursors.
 
     The caller has checked that the messages have room for elements of the minimum size.
 
@@ -50,7 +50,7 @@ def _skip_elements(
     counts: NDArray[np.int64],
     noted: tuple[NDArray[np.int64], Offsets] | None = None,
 ) -> NDArray[np.int64]:
-    """Return the positions behind the elements of arrays. `noted` gets the position of each element."""
+    """Return the positions after the elements of arrays, and store each element's position in `noted`."""
     order = np.argsort(-counts, kind="stable")
     falling = -counts[order]
     at, ends = cursors.at[order], cursors.ends[order]
@@ -103,7 +103,7 @@ def _skip(plan: MessagePlan, cursors: Cursors) -> NDArray[np.int64]:
 
 
 def _skip_string(_: MessagePlan, data: memoryview, position: int, end: int) -> int:
-    """Return the position behind a string; like `_skip_one`, but faster."""
+    """Return the position after a string. Like `_skip_one`, but faster."""
     if position + 4 > end:
         raise TooShort(position, 4, end)
     after: int = position + 4 + _U32(data, position)[0]
@@ -113,7 +113,7 @@ def _skip_string(_: MessagePlan, data: memoryview, position: int, end: int) -> i
 
 
 def _skip_one(plan: MessagePlan, data: memoryview, position: int, end: int) -> int:
-    """Return the position behind one message."""
+    """Return the position after one message."""
     for step in plan.steps:
         if isinstance(step, FixedRun):
             position = _checked(position, step.dtype.itemsize, end)

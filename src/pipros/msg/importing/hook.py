@@ -4,9 +4,9 @@ Three finders work together. `PackageFinder` is last in `sys.meta_path`: it find
 no other finder knows a module of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
 `my_pkg.srv`. Without it, a folder `my_pkg/msg` with definitions below the working directory would be taken
 for a Python namespace package. Real Python packages, such as those that catkin generates in a devel space,
-take precedence, with one exception: `WorkspaceFinder`, which is second, finds a Python package of the
-workspace before a distribution with its name that pip installed, such as `xacro`, or before the module of an
-older wheel of the same ROS package.
+take precedence, with one exception: `WorkspaceFinder`, which is second, prefers a Python package in the
+workspace to a distribution of the same name that pip installed, such as `xacro`, and to an older wheel of the
+same ROS package.
 
 `modules.py` creates the modules when the first type is needed. Every interpreter start imports this module,
 so it imports very little.
@@ -177,23 +177,24 @@ class PackageFinder:
 
 
 _LEVELS = 3
-"""How deep below a folder of `ROS_PACKAGE_PATH` packages are noticed that installed ones would hide."""
+"""Depth below a folder of `ROS_PACKAGE_PATH` to which `WorkspaceFinder` looks for packages."""
 
 
 class WorkspaceFinder:
-    """Finder for Python packages of the workspace that installed distributions would hide.
+    """Finder for Python packages in the workspace that installed distributions would otherwise hide.
 
-    As every import of an installed module passes here, the packages are searched for only if a folder of the
-    workspace has the module's name. The folders are listed once for each value of `ROS_PACKAGE_PATH`.
+    Because this finder is called for every import of an installed module, it searches for packages only if a
+    folder in the workspace has the module's name. The folders are listed once for each value of
+    `ROS_PACKAGE_PATH`.
 
-    A package of the workspace also hides a wheel of the same package as a whole: modules that only the wheel
-    has cannot be imported.
+    A package in the workspace hides all modules of a wheel of the same package, even modules that the
+    workspace does not have.
 
     Args:
         find_in_workspace: function that takes the names of a module and of a ROS package, and returns the
             path of the module in that package if it is in the workspace, or None.
-        find_hiding: function that takes the name of a ROS package, and returns its folder if it is in the
-            workspace and hides the package that pip installed, or None.
+        find_hiding: function that takes the name of a ROS package, and returns the package's folder if the
+            package is in the workspace and hides the package that pip installed, or None.
     """
 
     def __init__(
@@ -232,7 +233,7 @@ class WorkspaceFinder:
         return None if found is None else _spec_of(name, found)
 
     def _instead_of_wheel(self, name: str, package: str) -> ModuleSpec | None:
-        """Return the spec of a module that a wheel of `package` has, if the workspace has `package`, too."""
+        """Return the spec of a module in a wheel of `package` if the workspace also has `package`."""
         folder = self._find_hiding(package)
         if folder is None:
             return None
@@ -252,7 +253,7 @@ class WorkspaceFinder:
 
 
 def _modules_of_wheels() -> dict[str, str]:
-    """Return the ROS package of each module that a wheel of a package installed."""
+    """Map the modules that wheels of ROS packages have installed to their packages."""
     marks = (os.path.join(entry, up, "share", "pipros") for entry in sys.path for up in ("", "../../.."))
     if not any(map(os.path.isdir, marks)):
         return {}
@@ -262,7 +263,7 @@ def _modules_of_wheels() -> dict[str, str]:
 
 
 def _folder_names(folder: str, levels: int) -> Iterator[str]:
-    """Yield the names of a folder and of those below it, but not of those inside packages."""
+    """Yield the names of a folder and the folders below it, except folders inside packages."""
     yield os.path.basename(folder.rstrip(os.sep))
     if levels == 0 or os.path.isfile(os.path.join(folder, "package.xml")):
         return
@@ -276,7 +277,7 @@ def _folder_names(folder: str, levels: int) -> Iterator[str]:
 
 
 def _is_of_another_distribution(name: str, file: str) -> bool:
-    """Return whether a module's file was installed by pip or apt, and is not one of pipros's."""
+    """Return whether a module's file was installed by pip or apt, and does not belong to pipros."""
     if not _is_in_site_folder(file):
         return False
     from pipros.packages import SHARE
