@@ -213,7 +213,7 @@ class BagReader:
         return sorted(stamp for connection in connections for stamp in found.get(connection.id, ()))
 
     def times_by_connection(self) -> dict[int, list[Stamp]]:
-        """Return the timestamps of all messages by connection number, in file order."""
+        """Return the timestamps (s, ns) of all messages by connection number, in file order."""
         return {key: [divmod(time, NS_PER_S) for time in times] for key, times in self.times_ns().items()}
 
     def times_ns(self) -> dict[int, list[int]]:

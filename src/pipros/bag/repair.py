@@ -93,7 +93,7 @@ def _entries(data: bytes) -> list[bytes]:
 
 
 def _rewritten(source: Source, found: BagLayout, chunk: ChunkInfo, limits: Limits) -> Iterator[bytes]:
-    """Yield a chunk record and its index records, in parts."""
+    """Yield the bytes of a chunk record and of its index records."""
     header = found.headers[chunk.position]
     if header.compression == NONE:
         data = source.read(header.data_position, header.data_size)

@@ -153,8 +153,7 @@ def _layout(options: Namespace) -> WorkspaceFolders:
     base = Path(options.directory).absolute()
     if not base.is_dir():
         raise WorkspaceError(f"Workspace path '{base}' does not exist.")
-    # As in Noetic, the options for the source, build, devel and install spaces are relative to the working
-    # directory.
+    # As in Noetic, paths given for the spaces are relative to the working directory.
     layout = WorkspaceFolders(
         base,
         Path(options.source).absolute() if options.source else base / "src",

@@ -1,4 +1,4 @@
-"""`roslaunch-deps`: prints the packages that launch files need, and those missing from the manifest."""
+"""`roslaunch-deps`: prints the packages that launch files need, or that the manifest does not declare."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ SUBCOMMANDS = {
 
 
 def subcommands() -> dict[str, RoomCommand]:
-    """Return all installed subcommands, by name: those of rooms come last."""
+    """Return all installed subcommands by name. Subcommands of rooms come last."""
     found = dict(SUBCOMMANDS)
     for room in rooms():
         found |= room.subcommands

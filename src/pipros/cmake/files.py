@@ -81,7 +81,7 @@ def _matching(pattern: str, *, with_folders: bool) -> list[str]:
 
 
 def _matching_below(pattern: str, *, with_folders: bool) -> Iterator[str]:
-    """Yield paths at any depth whose last component matches that of the pattern.
+    """Yield paths at any depth whose last component matches the last component of the pattern.
 
     The search starts in the folders that match the rest of the pattern.
     """

@@ -166,7 +166,7 @@ class Bags:
     ) -> Table:
         """Return the table of a topic, with columns of other topics; see `Table.asof`.
 
-        The columns of `/odom` are called `odom.…`. `options` are those of `table`.
+        The names of columns from `/odom` begin with `odom.`. `options` are passed to `table`.
         """
         found = self.table(topic, **options)
         for other in others:
@@ -176,7 +176,7 @@ class Bags:
     def with_transform(self, table: Table, target: str, source: str, **options: Any) -> Table:
         """Return the table with the pose of `source` relative to `target` at the time of each row.
 
-        The transforms are those in these bags. See `pipros.data.frames.with_transform` for the columns and
+        The transforms are read from these bags. See `pipros.data.frames.with_transform` for the columns and
         options: `on`, `gap`, `prefix`.
         """
         from pipros.data.frames import with_transform
@@ -184,7 +184,7 @@ class Bags:
         return with_transform(table, self.readers, target, source, **options)
 
     def to_parquet(self, topic: str, path: BagPath, **options: Any) -> None:
-        """Write a topic to a Parquet file, one batch at a time. `options` are those of `batches`."""
+        """Write a topic to a Parquet file, one batch at a time. `options` are passed to `batches`."""
         from pipros.data.files import write_arrow
 
         write_arrow((each.to_arrow() for each in self.batches(topic, **options)), path, "parquet")

@@ -170,7 +170,7 @@ class SystemObserver:
         Args:
             clients: clients of the nodes' APIs; defaults to new clients.
             ask: function that returns the responses to `getBusInfo` and `getBusStats` from the node at a URI.
-            ask_types: function that returns its responses to `getPublications` and `getSubscriptions`.
+            ask_types: the same for `getPublications` and `getSubscriptions`.
             now_s: the clock for rates and retries.
         """
         self._master = master

@@ -50,7 +50,7 @@ def examine(
 ) -> Examination:
     """Examine this machine and, unless `is_offline`, the running system.
 
-    The master, the addresses and the ports are those of `environment`, which defaults to that of the process.
+    `environment` determines the master, addresses and ports; it defaults to this process's environment.
     No message is sent. If a subscriber lacks a connection, its topic is advertised for up to `timeout_s` to
     test whether the subscriber can connect to this machine. If `both_ways` is true, this is done for every
     subscriber. Blocks up to `timeout_s` per peer.

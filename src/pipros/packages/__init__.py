@@ -28,8 +28,8 @@ class ImportablePackages:
     def find(self, name: str) -> str | None:
         """Return a package's folder, or None.
 
-        `ROS_PACKAGE_PATH` takes precedence over packages that pip installed, these over pipros's packages,
-        and these over Debian's.
+        The order of precedence is: `ROS_PACKAGE_PATH`, packages that pip installed, pipros's packages,
+        Debian's packages.
         """
         from pipros.packages import installed_packages
 
@@ -72,7 +72,7 @@ class ImportablePackages:
     def find_in_workspace(self, name: str, package: str) -> str | None:
         """Return the path of a Python package or module `name` of the ROS package `package`, or None.
 
-        Only packages on `ROS_PACKAGE_PATH` are considered. They are listed once for each value of it.
+        Only packages on `ROS_PACKAGE_PATH` are considered. They are listed once per value of the variable.
         """
         folder = self.find_hiding(package)
         if folder is None:
@@ -83,7 +83,7 @@ class ImportablePackages:
         return self.find_module(name, folder)
 
     def find_hiding(self, package: str) -> str | None:
-        """Return the folder of a package on `ROS_PACKAGE_PATH`, or None. It hides those elsewhere."""
+        """Return the folder of a package on `ROS_PACKAGE_PATH`, which hides packages elsewhere, or None."""
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         if not path:
             return None

@@ -33,8 +33,8 @@ _ELF = b"\x7fELF"
 def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: str) -> list[str]:
     """Return the folders to search for packages.
 
-    Those of `ROS_PACKAGE_PATH` are first, then those of packages that pip installed, pipros's own, and
-    Debian's.
+    The folders on `ROS_PACKAGE_PATH` come first, then the folders of packages that pip installed, pipros's
+    folder, and Debian's.
 
     Args:
         folders: the folders on `ROS_PACKAGE_PATH`. Debian's is moved to the end, and so is pipros's own if it
@@ -139,7 +139,7 @@ def _start(path: str | os.PathLike[str], size: int) -> bytes:
 
 
 def child_package_path(path: str, shipped: str, installed: Sequence[str] = ()) -> str:
-    """Return the `ROS_PACKAGE_PATH` for a compiled program, in which it finds Debian's packages.
+    """Return a `ROS_PACKAGE_PATH` with which a compiled program finds Debian's packages.
 
     Genuine roscpp, pluginlib and nodelet read descriptions of plugins from the manifests. pipros's packages
     lack these descriptions, so Debian's folder precedes pipros's, after the other folders.

@@ -198,7 +198,7 @@ class _PolicyReader:
             if "field" in section.values:
                 path, kind = field_path(section, section.text("field"), message_class, "field")
                 if (kind not in ORDERED and kind not in PLAIN) or EACH in path:
-                    raise section.error("field", "must name one number or text, such as buttons[4]")
+                    raise section.error("field", "must name one number or string, such as buttons[4]")
                 if kind in TIMES:
                     raise section.error("field", "must not be a time; max_age_s limits the age of messages")
                 if not given:

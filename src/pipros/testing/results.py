@@ -23,7 +23,7 @@ class Case:
         class_name: the class including its module, as in `__main__.TalkerTestCase`.
         name: the method name, or another name chosen by the test program.
         seconds: the duration.
-        outcome: the outcome.
+        outcome: how the case ended.
         kind: the type of the exception, if the case did not pass.
         text: the message and the traceback of the exception.
     """

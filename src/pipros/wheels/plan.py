@@ -1,4 +1,4 @@
-"""Plan for `pipros install` and `rosdep` what provides each dependency of the given packages.
+"""Determine what provides each dependency of packages, for `pipros install` and `rosdep`.
 
 Only `package.xml` files are read, so `--dry-run` does not run any of the packages' code.
 """

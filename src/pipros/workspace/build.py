@@ -185,8 +185,7 @@ class _Build:
         self._update_typings(definitions)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         if self._layout.build != self._layout.source:
-            # The build folder contains links to packages, so a crawl of the workspace would find these
-            # packages twice.
+            # The build folder contains links to packages, which a crawl would otherwise find twice.
             (self._layout.build / "CATKIN_IGNORE").touch()
         underlays = underlays_of_build(self._variables, self._layout.devel)
         sources = self._options.sources or (self._layout.source,)
@@ -417,7 +416,7 @@ class _Build:
     ) -> None:
         """Build packages with compiled code, and their dependencies, with genuine catkin.
 
-        Of those that fail, build the part that needs no compiler.
+        For packages that fail, build the part that needs no compiler.
         """
         natives = [package for package in natives if package.name not in self._failed]
         if not natives:

@@ -43,7 +43,7 @@ class DependencyGraph:
         return sorted(self.manifest(name).depends())
 
     def rosdeps(self, name: str, *, only_direct: bool = False) -> list[str]:
-        """Return the sorted names of all that rosdep must install for a package and its dependencies.
+        """Return the sorted rosdep keys that a package and its dependencies need.
 
         For a dry package, these are the system packages in `manifest.xml` files; for other packages, all
         dependencies in the manifests.

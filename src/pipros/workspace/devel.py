@@ -75,8 +75,7 @@ def write_devel_files(project: Project, layout: WorkspaceFolders, definitions: D
     """
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     for file in project.config_files:
-        # The module is generated on import. The file is only run to report errors during the build, as in
-        # Noetic.
+        # The module is generated on import. As in Noetic, run the file to report errors during the build.
         say(f"Generating dynamic reconfigure files from {file}")
         path = Path(project.folder, file)
         if not path.is_file():

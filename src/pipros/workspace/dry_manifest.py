@@ -96,7 +96,7 @@ class Platform:
 
 
 class Export:
-    """An export: `tag` is the package that it is meant for, `attrs` and `str` are its contents."""
+    """An export for the package named by `tag`. `attrs` and `str` are its attributes and its text."""
 
     def __init__(self, tag: str, attrs: Mapping[str, str], str: str) -> None:  # noqa: A002  # roslib's name
         self.tag = tag

@@ -177,7 +177,7 @@ def _link_sources(
     say: Callable[[str], object],
     components: Collection[str],
 ) -> Path:
-    """Create a source folder with the packages and those from pipros that they need.
+    """Create a source folder with the packages and the pipros packages that they need.
 
     Return the prefix with the configuration files of packages that need no build.
     """

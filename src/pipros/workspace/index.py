@@ -81,8 +81,8 @@ class PackageIndex:
     ) -> PackageIndex:
         """Return the index of the packages visible to a ROS process with this environment.
 
-        Packages on `ROS_PACKAGE_PATH` win over those that pip installed, these over those shipped with
-        pipros, and these over Debian's.
+        If a name occurs more than once, the order of precedence is: `ROS_PACKAGE_PATH`, packages that pip
+        installed, packages shipped with pipros, Debian's packages.
         """
         environment = environment or Environment.from_os()
         return cls(

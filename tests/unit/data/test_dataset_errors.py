@@ -28,7 +28,7 @@ def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[
     Path("full").mkdir()
     Path("full/mine.txt").write_text("keep")
     assert dataset(["run.bag", "--config", "robot.yaml", "-o", "full"]) == 1
-    assert "full holds other files" in capsys.readouterr().err
+    assert "full contains other files" in capsys.readouterr().err
     assert [path.name for path in Path("full").iterdir()] == ["mine.txt"]
 
 

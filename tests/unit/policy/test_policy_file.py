@@ -87,7 +87,7 @@ def test_a_policy_has_the_rules_of_its_file() -> None:
         ("topic: /joy", "topic: /cmd_vel", "reads /cmd_vel, which clients may publish"),
         ("max_age_s: 0.5", "max_age_s: 0", "must be a number >= 0.01, got 0"),
         (", max_age_s: 0.5", "", "conditions.dead_man.max_age_s: is missing"),
-        ('field: "buttons[4]"', "field: buttons", "must name one number or text"),
+        ('field: "buttons[4]"', "field: buttons", "must name one number or string"),
         ('field: "buttons[4]", ', "", "needs the key field"),
         ("one_of: [1], max", "one_of: [1], above: 2, max", "one_of: must not be combined with above"),
         ("type: double", "type: float", "must be one of bool, int, double, str, got 'float'"),

@@ -100,7 +100,7 @@ class GraphTools:
         cursor: Cursor = 0,
     ) -> Answer:
         """Show the definition of a message, service or action type, line by line, with embedded types. For a
-        message type that is not installed here, it is the one that a publisher sends."""
+        message type that is not installed here, the definition comes from a publisher."""
         if not _TYPE.fullmatch(type):
             raise ToolRefused("a type must have the form PACKAGE/TYPE", type)
         base = type.removesuffix("Action")

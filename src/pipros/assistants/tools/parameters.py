@@ -124,7 +124,7 @@ class StateTools:
 
 
 def is_secret(name: str) -> bool:
-    """Return whether a part of a parameter's name looks like that of a secret.
+    """Return whether a part of a parameter's name suggests that the value is secret.
 
     >>> is_secret("/wifi/password"), is_secret("/api_key"), is_secret("/keyboard/map")
     (True, True, False)

@@ -95,7 +95,7 @@ def _help(arguments: Sequence[str]) -> int:
 
 
 def _subcommands() -> str:
-    """Return the list of subcommands: those of Noetic and pipros, and those of rooms, by name."""
+    """Return a list of all subcommands, including those of rooms, sorted by name."""
     purposes = _DESCRIPTIONS | {name: each.purpose for name, each in verbs("rosbag").items()}
     lines = (f"   {name}  " + (f"\t{text}\n" if text else "\n") for name, text in sorted(purposes.items()))
     return "Available subcommands:\n" + "".join(lines)

@@ -142,7 +142,7 @@ def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Ep
         before = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
         if folder.exists() and any(folder.iterdir()):
-            raise BadSettings(f"{folder} holds other files. Choose a new folder") from None
+            raise BadSettings(f"{folder} contains other files. Choose a new folder") from None
         folder.mkdir(parents=True, exist_ok=True)
         _write(path, json.dumps(plan, indent=1) + "\n")
         return

@@ -31,7 +31,7 @@ class LiveTeleoperator:
         config = read_config(Path(path))
         for each in config.actions:
             if each.teleop in ("", each.topic):
-                raise BadSettings(f"{each.place}.teleop: must be a topic other than that of the commands")
+                raise BadSettings(f"{each.place}.teleop: must be a topic other than the action's own")
         environment = Environment(master_uri=master_uri) if master_uri else None
         self._node = Node("pipros_teleoperator", anonymous=True, environment=environment)
         self._node.start()

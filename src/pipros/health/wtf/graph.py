@@ -46,7 +46,7 @@ def actual_links(system: SystemReport) -> set[Link]:
 
 
 def topics_without_publisher(system: SystemReport) -> dict[str, list[str]]:
-    """Map subscribers to those of their topics that have no publisher."""
+    """Map each subscriber to its topics that have no publisher."""
     found: dict[str, list[str]] = {}
     for topic, subscribers in system.state.subscribers.items():
         for node in () if system.state.publishers.get(topic) else subscribers:

@@ -38,7 +38,7 @@ class Subject:
 
     Attributes:
         variables: the environment variables.
-        package: the package to check: the one that was named, or the one that contains the first launch file.
+        package: the package to check: a given package, or the package that contains the first launch file.
         packages: the names of all packages to check, including dependencies.
         launch: the contents of the launch files.
         system: the running system; None before `graph.with_running_system`.
