@@ -1,6 +1,6 @@
 """Run untrusted SQL queries over a bag, such as those of assistants, in a process with limits.
 
-The database contains only the topics that the query names, and has no access to files and networks. The time,
+The database contains only the topics that the query names, and has no access to files or networks. The time,
 memory and files of the process are limited, and its folder is removed afterwards.
 """
 

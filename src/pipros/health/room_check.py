@@ -1,4 +1,4 @@
-"""Checks that rooms add to `pipros doctor`: it calls a service of their nodes and judges the replies."""
+"""Checks that rooms add to `pipros doctor`. They judge the reply of a service that the rooms' nodes offer."""
 
 from __future__ import annotations
 

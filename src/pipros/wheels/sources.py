@@ -56,7 +56,7 @@ def read_repositories(file: Path) -> list[Repository]:
     """Return the repositories in a `.rosinstall` or `.repos` file.
 
     Raises:
-        BadSource: the file has another format, or lists too many repositories or one that is not a git one.
+        BadSource: the file has another format, too many repositories, or a repository that does not use git.
         YamlError, OSError: the file cannot be read.
     """
     content = yaml.load_texts(read_file(file), str(file))

@@ -117,7 +117,7 @@ class _Build:
         self._earlier = projects
         self._result = BuildResult()
         self._failed: dict[str, str] = {}
-        self._broken: dict[str, str] = {}  # packages whose compiled part failed, like `_failed`
+        self._broken: dict[str, str] = {}  # packages whose compiled part failed, with the culprit
         self._state_file = layout.build / "pipros" / "state.json"
         self._state = _read_state(self._state_file)
 

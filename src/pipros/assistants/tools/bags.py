@@ -180,7 +180,7 @@ class BagTools:
         """
         connections = reader.connections_of(topic)
         if not connections:
-            raise ToolRefused("the bag does not have this topic; describe_bag names those that it has", topic)
+            raise ToolRefused("the bag does not have this topic; describe_bag lists its topics", topic)
         limits = self._robot.limits
         deadline_s = time.monotonic() + limits.assistant_call_s / 2
         left = limits.assistant_sample_bytes * 4

@@ -34,7 +34,7 @@ class DatasetSource:
     """A topic of the data set."""
 
     name: str  # the name in the data set, such as observations.joints
-    place: str  # file and line, for error messages
+    place: str  # file, line and key, for error messages
     topic: str
     time: str  # the timestamp by which messages are aligned: one of TIMES
     tolerance: float  # maximum difference between the times of a message and its row (s)

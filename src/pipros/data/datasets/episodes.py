@@ -52,7 +52,7 @@ def find_episodes(bags: Bags, bag: str, config: DatasetConfig, first: int) -> li
         task = config.task or str(text)
         for time, value in tasks:
             if time <= stop:
-                task = str(value)  # the last task before the end applies
+                task = str(value)  # the last task before the episode's end applies
         found.append(Episode(first + len(found), bag, start, stop, task))
     return found
 
