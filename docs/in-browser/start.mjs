@@ -10,7 +10,7 @@ export async function start(loadPyodide, read, options) {
   const extractDir = pyodide.runPython("import site; site.getsitepackages()[0]");
   pyodide.unpackArchive(await read("pipros.whl"), "wheel", { extractDir });
   pyodide.unpackArchive(await read("libraries.zip"), "zip", { extractDir });
-  // Python reads pipros.pth only at its start, when it was not there yet.
+  // Python reads pipros.pth only when it starts; at that time the file did not exist yet.
   pyodide.runPython("import pipros.startup");
   return pyodide;
 }

@@ -146,7 +146,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "launches create its instances, each for one of their nodes",
+        "only launches create instances, one for each of their nodes",
         ("roslaunch.*LocalProcess",),
     ),
     Difference(
