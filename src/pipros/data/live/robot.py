@@ -170,7 +170,7 @@ class LiveRobot:
         return numbers
 
     def stop(self) -> None:
-        """Stop the robot as the description specifies, unless no action followed the last stop."""
+        """Stop the robot as the description specifies, if it has acted since the last stop."""
         if not self._is_acting:
             return
         self._is_acting = False

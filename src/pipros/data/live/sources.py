@@ -116,7 +116,7 @@ def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
     """Wait until each source has a complete message, and return the sources.
 
     Raises:
-        RobotSilent: a source has no complete message at the monotonic time `end_s`.
+        RobotSilent: a source has no complete message by the monotonic time `end_s`.
         BadSettings: a message does not fit the description.
     """
     for each in sources:
@@ -125,7 +125,7 @@ def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
 
 
 def wait_until(condition: Callable[[], object], end_s: float, problem: str) -> None:
-    """Wait until a condition is true. At the monotonic time `end_s`, raise `RobotSilent` with `problem`."""
+    """Wait for a condition. After the monotonic time `end_s`, raise `RobotSilent` with `problem`."""
     while not condition():
         if time.monotonic() > end_s:
             raise RobotSilent(f"{problem}. Start its node first")
