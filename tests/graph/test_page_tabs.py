@@ -383,3 +383,13 @@ def test_a_stuck_browser_does_not_delay_others_and_costs_little_memory(ros: RosS
         for _ in range(30):
             assert len(next(images)) > 999_000
         assert server.memory_info().rss < memory + 60e6
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_all_threads_of_the_server_allocate_from_one_arena(robot: RosSystem) -> None:
+    page = Page(robot)
+    with page.connect() as browser:
+        first(browser.watch("plot", field="/imu/angular_velocity/x"), lambda value: value.get("samples"))
+    # glibc reserves 64 MiB for each further arena, on a multiple of it.
+    reserved = re.findall(r"(?m)^\w+-(\w+) ---p", Path(f"/proc/{page.process.pid}/maps").read_text())
+    assert [end for end in reserved if int(end, 16) % (64 * 1024 * 1024) == 0] == []

@@ -29,7 +29,7 @@ from websockets.typing import Subprotocol
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import BridgeClient, BridgeConnection, Wakeups
-from pipros.bridges.freed_memory import FreedMemory
+from pipros.server.freed_memory import FreedMemory
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientTraffic
 from pipros.bridges.pace import ReadPace

@@ -18,7 +18,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.bridges.admission import Admission
 from pipros.bridges.bridge_server import BridgeServer, Handler
-from pipros.bridges.freed_memory import share_one_arena
+from pipros.server.freed_memory import share_one_arena
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on

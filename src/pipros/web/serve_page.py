@@ -18,6 +18,7 @@ from pipros.policy.model import Policy
 from pipros.server.access import Access
 from pipros.server.act_gate import ActGate
 from pipros.server.desktop import open_in_browser
+from pipros.server.freed_memory import share_one_arena
 from pipros.server.secret import Secret
 from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
 from pipros.server.token_file import read_tokens
@@ -86,6 +87,7 @@ def serve_page(options: PageOptions) -> int:
         BadTokenFile: the tokens cannot be read.
     """
     secret = Secret(tokens=read_tokens(options.token_file) if options.token_file is not None else ())
+    share_one_arena()
     run_until_signalled(lambda life: _serve(options, secret, life))
     return 0
 
