@@ -29,12 +29,12 @@ from websockets.typing import Subprotocol
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import BridgeClient, BridgeConnection, Wakeups
-from pipros.server.freed_memory import FreedMemory
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientTraffic
 from pipros.bridges.pace import ReadPace
 from pipros.bridges.shares import ServerShares
 from pipros.server.access import LOOPBACK_HOSTS, Access
+from pipros.server.freed_memory import FreedMemory
 from pipros.server.listener import Listener
 from pipros.server.port import ServerPort
 from pipros.server.secret import Denied, Secret

@@ -18,11 +18,11 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.bridges.admission import Admission
 from pipros.bridges.bridge_server import BridgeServer, Handler
-from pipros.server.freed_memory import share_one_arena
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on
 from pipros.policy.model import Policy
+from pipros.server.freed_memory import share_one_arena
 from pipros.server.secret import Secret
 from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
 from pipros.server.token_file import read_tokens
