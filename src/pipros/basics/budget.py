@@ -91,7 +91,7 @@ class Budget:
                 self._give_back(amount)
 
     def hold(self, before: float, after: float) -> bool:
-        """Change an amount in use, for example when something known is replaced by a larger version.
+        """Change an amount in use from `before` to `after`, for example when a stored value is replaced.
 
         Return False, and change nothing, if too little is left.
         """

@@ -21,7 +21,7 @@ def install_command(*extras: str) -> str:
 
 
 def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
-    """Return the error for an optional library that could not be imported; `what` ends with its name."""
+    """Return the error for a missing optional library. `what` says what needs it, and ends with its name."""
     return MissingExtra(f"{what}, which is not installed. Try: {install_command(extra)}", name=error.name)
 
 

@@ -15,7 +15,7 @@ LONGEST_TEXT: Final = 4000
 _INVISIBLE = re.compile(
     "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U0001d173-\U0001d17a\U000e0000-\U000e0fff]"
 )
-"""Characters that Unicode counts as printable, but that show nothing, and can therefore hide a text."""
+"""Characters that Unicode counts as printable, but that are invisible and can therefore hide text."""
 
 
 def safe_text(text: str, limit: int = LONGEST_TEXT) -> str:

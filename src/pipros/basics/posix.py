@@ -26,7 +26,7 @@ READ = os.O_RDONLY | _AT_ONCE | getattr(os, "O_BINARY", 0)
 """Flags for `os.open` to read a file that may turn out to be a pipe."""
 
 NEW_GROUP = 0x200 if sys.platform == "win32" else 0
-"""For `creationflags`, beside `start_new_session`, which Windows ignores: CREATE_NEW_PROCESS_GROUP."""
+"""CREATE_NEW_PROCESS_GROUP, for `creationflags`. Replaces `start_new_session`, which Windows ignores."""
 
 _WINDOWS_CONNECTIONS = 8192
 

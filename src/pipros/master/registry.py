@@ -154,7 +154,7 @@ class Registry:
         above = ("/".join(parts[:count]) or "/" for count in range(1, len(parts)))
         namespace = names.as_namespace(key)
         start = bisect_left(self._param_namespaces, namespace)
-        end = bisect_left(self._param_namespaces, namespace[:-1] + "0", start)  # "0" follows "/"
+        end = bisect_left(self._param_namespaces, namespace[:-1] + "0", start)  # "0" comes after "/"
         below = (found.rstrip("/") or "/" for found in self._param_namespaces[start:end])
         return [*(found for found in above if found in subscribed), *below]
 

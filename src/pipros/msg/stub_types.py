@@ -25,4 +25,6 @@ class Indexable(Protocol):
 Array: TypeAlias = Sequence[Element] | SupportsArray
 Octets: TypeAlias = bytes | bytearray | memoryview | Sequence[int] | SupportsArray
 FieldValue: TypeAlias = float | Sequence[Any] | SupportsArray | Time | Duration
-"""The only field of a message, in place of the message. Other messages are left out, to find wrong ones."""
+"""The value of a message's only field, given instead of the message. Excludes messages, so that type checkers
+report a message of the wrong type.
+"""

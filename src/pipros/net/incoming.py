@@ -339,7 +339,7 @@ class IncomingLink:
             messages += self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:
-        """Copy the queued messages out of the buffer before it is reused; slots stay as they are."""
+        """Copy queued messages out of the buffer before it is reused, except messages in slots."""
         waiting = self._waiting
         for _ in range(len(waiting)):
             message = waiting.popleft()

@@ -148,7 +148,7 @@ def _received(connection: socket.socket, limit: int, advice: str) -> bytes:
     while chunk := connection.recv(_CHUNK_BYTES):
         text += chunk
         if len(text) > limit:
-            raise ValueError(f"too long; {advice}")
+            raise ValueError(f"its response is too long; {advice}")
     return bytes(text)
 
 

@@ -49,7 +49,10 @@ few hundred small messages, where TCP holds many thousands, so a short burst wou
 
 _READ_BYTES = 4096
 
-_IDLE, _RECOVERING = LinkState.IDLE, LinkState.RECOVERING  # aliases: enum lookups per message are slow
+_IDLE, _RECOVERING = (
+    LinkState.IDLE,
+    LinkState.RECOVERING,
+)  # aliases: enum lookups per message are slow
 
 
 @dataclass(slots=True)

@@ -19,7 +19,10 @@ from pipros.net.timings import LinkTimings
 from pipros.wire.slot_frames import OFFER, ControlFrame, encode
 
 _OFFER = encode(ControlFrame(OFFER, 0))
-_IDLE, _RECOVERING = LinkState.IDLE, LinkState.RECOVERING  # aliases: enum lookups per message are slow
+_IDLE, _RECOVERING = (
+    LinkState.IDLE,
+    LinkState.RECOVERING,
+)  # aliases: enum lookups per message are slow
 
 
 class LocalOutgoingLink(OutgoingLink):

@@ -131,7 +131,7 @@ class AcknowledgementPipe:
         """
         self._descriptor = -1
         if not stat.S_ISFIFO(os.fstat(descriptor).st_mode):
-            raise NoSharedMemory("acknowledgements need a pipe")
+            raise NoSharedMemory("the descriptor for acknowledgements must be a pipe")
         path = f"/proc/self/fd/{descriptor}"
         self._descriptor = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
         self._lent: dict[Slot, weakref.ref[Any]] = {}
@@ -234,9 +234,9 @@ class SlotReceiver:
     def _find(self, frame: ControlFrame) -> HeldSlot:
         segment, memory, pipe = self._segment, self._memory, self._pipe
         if memory is None or pipe is None or frame.segment != segment.segment:
-            raise NoSharedMemory("a message is in shared memory that was not announced")
+            raise NoSharedMemory("a message refers to shared memory that was not announced")
         if frame.first >= segment.second or frame.second > min(segment.first, self._limit_bytes):
-            raise NoSharedMemory("a message lies outside of its slot")
+            raise NoSharedMemory("a message extends beyond its slot")
         start = frame.first * segment.first
         return HeldSlot(pipe, memory, (frame.segment, frame.first), start, frame.second)
 

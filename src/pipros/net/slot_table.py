@@ -74,7 +74,7 @@ class SlotTable:
         return slot
 
     def release(self, slot: Slot) -> None:
-        """Subtract one holder. The slot is free again after the last one."""
+        """Remove one holder of a slot. The slot is free once it has no holders."""
         self._holders[slot] -= 1
         if not self._holders[slot]:
             del self._holders[slot]
@@ -93,7 +93,7 @@ class SlotTable:
         return len(self._waiting.get(subscriber, ()))
 
     def is_full(self, subscriber: Hashable) -> bool:
-        """Return whether a subscriber has as many slots waiting as it may have."""
+        """Return whether a subscriber has the maximum number of waiting slots."""
         return self.waiting(subscriber) >= self._quota
 
     def has_slots(self, subscriber: Hashable) -> bool:
@@ -126,5 +126,5 @@ class SlotTable:
         elif slot in used and not in_use:
             used.remove(slot)
         else:
-            raise ProtocolError("it acknowledged a message in shared memory that it does not hold")
+            raise ProtocolError("it acknowledged a slot of shared memory that it does not hold")
         self.release(slot)

@@ -38,7 +38,7 @@ def view_decoder(message_class: type[Message]) -> Callable[[memoryview | bytes],
     """Return a decoder that creates read-only arrays over the data, for `uint8[]` and `char[]` fields.
 
     Classes with `_has_numpy_arrays` also get such arrays for other numbers. The data of a `memoryview` is
-    copied, unless it belongs to a numpy array, because a receive buffer is used again. Classes from genuine
+    copied, unless it belongs to a numpy array, because the receive buffer is reused. Classes from genuine
     generators, and `AnyMsg`, are decoded as usual.
 
     Raises:

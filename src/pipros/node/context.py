@@ -29,7 +29,7 @@ class NodeContext(NamedTuple):
         published: counter that changes with each message that the node publishes.
         received: counter that changes whenever the node has received messages on a topic.
         memory: the memory that the node shares with subscribers on this machine.
-        timings: the node's times.
+        timings: the node's delays and timeouts.
     """
 
     node_name: str

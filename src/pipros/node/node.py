@@ -286,9 +286,9 @@ class Node:
             self._shutdown_hooks.remove(hook)
 
     def hand_over_messages(self) -> None:
-        """Pass messages between the node's own topics as objects; see `pipros.node.in_process`.
+        """Pass messages from the node's publications to its own subscriptions as objects.
 
-        Applies to topics that are advertised or subscribed to afterwards.
+        Applies to topics that are advertised or subscribed to afterwards. See `pipros.node.in_process`.
         """
         self.endpoints.own_uri = self.uri
 

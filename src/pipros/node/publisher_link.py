@@ -1,4 +1,4 @@
-"""The links of a publication."""
+"""The link from a publication to one of its subscribers."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ class Registrations:
         *,
         unregister_s: float = NODE_TIMINGS.unregister_s,
     ) -> None:
-        """Store the settings. `close` waits for a master that does not answer for at most `unregister_s`."""
+        """Store the settings. `close` waits at most `unregister_s` for a master that does not answer."""
         self._master = master
         self._node_name = node_name
         self._api = api
@@ -196,7 +196,7 @@ class Registrations:
         """Unregister the entries, with one call if possible. Return False if the master does not answer."""
         try:
             master.call_together([entry.unregistration(self._api) for entry in entries])
-        except (Fault, ProtocolError, ValueError):  # no master of rospy, or XML cannot represent a name
+        except (Fault, ProtocolError, ValueError):  # no `system.multicall`, or an invalid name
             return all(self._unregister(entry, master) for entry in entries)
         except PiprosError:
             return False

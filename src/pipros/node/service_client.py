@@ -198,7 +198,7 @@ class ServiceClient:
             return self._master().lookup_service(self.service, meanwhile)
         except Refused:
             raise ServiceFailed(f"service [{self.service}] unavailable") from None
-        except ServiceFailed:  # from `meanwhile`
+        except ServiceFailed:  # `meanwhile` raised it
             raise
         except PiprosError as error:
             raise ServiceFailed(f"unable to contact master: {error}") from error
@@ -239,7 +239,7 @@ class ServiceClient:
         return self._link(uri, deadline), False
 
     def _take_idle(self, uri: str | None) -> ServiceLink | None:
-        """Return an open link to a server from an earlier call. Close the others that are found first."""
+        """Return an open link to the server at `uri`, kept from an earlier call. Close other links found."""
         while True:
             try:
                 link = self._idle.pop()

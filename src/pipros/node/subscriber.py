@@ -45,7 +45,7 @@ class SubscriberCallback:
 
     Attributes:
         args: the callback's second argument, if it has one.
-        takes_views: whether messages are arrays of shared memory or of received bytes.
+        takes_views: whether the callback gets arrays that share the memory of the received message.
         stands_for: the new callback that this one replaces until it has received the latched messages.
     """
 
@@ -94,7 +94,7 @@ class Subscription:
         self._connector = PublisherConnector(topic, context, self._link)
         self._announcements = 0  # changed only in the event loop
         self._is_closed = False
-        self._takes_views = False  # whether a callback takes views
+        self._takes_views = False  # whether any callback takes views
         self._decode_views = decoder(message_class)
 
     # -- callbacks --------------------------------------------------------------

@@ -182,7 +182,7 @@ def test_memory_that_is_smaller_than_announced_is_refused(publisher: Publisher) 
 def test_acknowledgements_go_into_pipes_only(publisher: Publisher, tmp_path: Path) -> None:
     with (tmp_path / "file").open("w+b") as file:
         publisher.introduce(pipe=file.fileno())
-    assert "need a pipe" in str(publisher.end_of_link())
+    assert "must be a pipe" in str(publisher.end_of_link())
     assert (tmp_path / "file").read_bytes() == b""
 
 

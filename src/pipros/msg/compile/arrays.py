@@ -95,7 +95,7 @@ def _memory(code: str, value: Any) -> memoryview | None:
 def _converted(code: str, value: Any) -> memoryview | None:
     """Convert a numpy array with another element type as a whole.
 
-    Return None for other objects, and if the conversion could do more than round values to a float type.
+    Return None for other objects, and if the conversion could change values (except by rounding floats).
     """
     numpy = sys.modules.get("numpy")
     if numpy is None or not isinstance(value, numpy.ndarray):
