@@ -50,10 +50,10 @@ INITIAL_POSE_S: Final = 0.5
 
 
 class AmclNode:
-    """Localises a robot. Callbacks run in several threads, under one lock, which is not held in waits."""
+    """Localises a robot. Callbacks run in several threads, under one lock, which waits release."""
 
     def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
-        """Register topics and services, get the map, and offer the changeable settings.
+        """Register topics and services, get the map, and serve the reconfigurable settings.
 
         Raises:
             InvalidParameter: the node cannot run with a parameter.
@@ -188,7 +188,7 @@ class AmclNode:
         return True
 
     def _reconfigure(self, values: Mapping[str, Any], _: int) -> None:
-        """Use changed settings. The first call, at the start, is ignored, as in amcl."""
+        """Apply changed settings. The first call, at startup, is ignored, as in amcl."""
         if not self._has_settings:
             self._has_settings = True
             return
@@ -243,7 +243,7 @@ class AmclNode:
         if not range_max > 0.0 or not math.isfinite(message.angle_min + message.angle_increment):
             self._log.warning("a scan must have range_max > 0 and finite angles: it is ignored")
             return None
-        # Two directions in the robot's frame give the sense of rotation, which an inverted laser reverses.
+        # The order of two directions in the robot's frame shows whether the laser is mounted upside down.
         first = _bearing(laser, message.angle_min)
         step = math.remainder(_bearing(laser, message.angle_min + message.angle_increment) - first, math.tau)
         bearings = first + step * np.arange(len(message.ranges))
@@ -273,7 +273,7 @@ class AmclNode:
 
 
 def _bearing(laser: Pose, angle: float) -> float:
-    """Return the yaw in the robot's frame of a beam at an angle of the laser."""
+    """Convert a beam's angle in the laser's frame to a yaw in the robot's frame."""
     return roll_pitch_yaw(composed(laser, (0.0, 0.0, 0.0, *from_roll_pitch_yaw(0.0, 0.0, angle))))[2]
 
 

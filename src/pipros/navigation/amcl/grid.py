@@ -14,7 +14,7 @@ class GridMap:
     """An occupancy grid. As in amcl, the cell (0, 0) is centred on the origin.
 
     Attributes:
-        is_free, is_occupied: shape (rows, columns); a cell with another value than 0 or 100 is neither.
+        is_free, is_occupied: shape (rows, columns); a cell with a value other than 0 or 100 is neither.
         resolution: metres per cell.
         origin: x and y of the centre of the first cell.
     """
@@ -29,12 +29,12 @@ class GridMap:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """The numbers of rows and columns."""
+        """The number of rows and of columns."""
         rows, columns = self.is_free.shape
         return rows, columns
 
     def cells(self, x: Array, y: Array) -> tuple[Cells, Cells]:
-        """Return the rows and columns of points. They may lie outside of the map."""
+        """Return the rows and columns of points. They may lie outside the map."""
         scale, (left, bottom) = 1.0 / self.resolution, self.origin
         columns = np.floor((x - left) * scale + 0.5).astype(np.int64)
         return np.floor((y - bottom) * scale + 0.5).astype(np.int64), columns

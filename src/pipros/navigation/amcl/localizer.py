@@ -1,4 +1,4 @@
-"""Localisation of a robot: decides when the particle filter moves, weighs and resamples. Performs no I/O."""
+"""Localisation of a robot: decides when to move, weight and resample the particles. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class ScanOutcome:
-    """What a scan has changed: whether the weights are new, and the new estimate, if any."""
+    """The effect of a scan: whether the weights have changed, and the new estimate, if any."""
 
     is_updated: bool
     estimate: Estimate | None = None
@@ -47,7 +47,7 @@ class Localizer:
         self.start_at(belief)
 
     def start_at(self, belief: Belief) -> None:
-        """Draw the particles anew from a normal distribution."""
+        """Redraw the particles from a normal distribution."""
         covariance = np.diag((belief.xx, belief.yy, belief.aa))
         covariance[0, 1] = covariance[1, 0] = belief.xy
         self.particles.spread_normally(np.array((belief.x, belief.y, belief.yaw)), covariance)

@@ -2,8 +2,8 @@
 
 The models are `sample_motion_model_odometry` of Probabilistic Robotics, table 5.6, for robots that turn and
 drive, and one for robots that also move sideways. The alphas are the parameters `odom_alpha1` to
-`odom_alpha5`. The models without `-corrected` use an expression as a standard deviation that the book uses as
-a variance, because the alphas of existing robots are tuned for it.
+`odom_alpha5`. The models without `-corrected` use the book's variances as
+standard deviations, because the alphas of existing robots are tuned for that.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def moved(
         turned = direction + turn2 - draw(a1 * noisy2**2 + a2 * distance**2)
         across: Any = 0.0
     else:
-        if not is_corrected:  # this model exchanges the meanings of the two
+        if not is_corrected:  # this model swaps the meanings of these two
             a1, a4 = a4, a1
         direction = yaw + bearing
         along = distance + draw(a3 * distance**2 + a4 * turn**2)
@@ -70,5 +70,5 @@ def _wrapped(angle: float) -> float:
 
 
 def _from_straight(turn: float) -> float:
-    """Return the angle to the nearer of ahead and behind, so that driving backwards adds no noise."""
+    """Return the angle to straight ahead or behind, whichever is nearer: reversing then adds no noise."""
     return min(abs(_wrapped(turn)), abs(_wrapped(turn - math.pi)))

@@ -53,7 +53,7 @@ class ParticleFilter:
         self.has_converged = False
 
     def spread_normally(self, mean: Array, covariance: Array) -> None:
-        """Draw the greatest number of particles from a normal distribution, of shapes (3,) and (3, 3)."""
+        """Draw the maximum number of particles from a normal distribution (shapes (3,) and (3, 3))."""
         variances, axes = np.linalg.eigh(covariance)
         deviations = np.sqrt(np.maximum(variances, 0.0))
         drawn = self._rng.normal(size=(self._settings.max_particles, 3)) * deviations
@@ -74,7 +74,7 @@ class ParticleFilter:
     def resample(self, random_poses: Callable[[int, np.random.Generator], Array]) -> None:
         """Draw new particles by weight, and some random ones if the measurements have become unlikely.
 
-        With `selective_resampling`, only if the effective number of particles is at most half of all.
+        With `selective_resampling`, do so only if the effective number of particles is at most half of all.
         """
         settings, count = self._settings, self._settings.max_particles
         if settings.selective_resampling and 1.0 / float((self.weights**2).sum()) > 0.5 * len(self.weights):
@@ -131,8 +131,8 @@ def kld_limits(occupied: Labels, settings: AmclSettings) -> Array:
     """Return the number of particles for each number of occupied bins, within the limits.
 
     With k bins, the error e and the quantile z, it is
-    (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³. Users set `kld_z` to 0.99, the wanted
-    confidence, which amcl uses as the quantile itself.
+    (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³. Users set `kld_z` to the desired
+    confidence, 0.99, which amcl uses as if it were the quantile.
     """
     if settings.kld_err <= 0.0:
         return np.full(len(occupied), float(settings.max_particles))
@@ -144,17 +144,17 @@ def kld_limits(occupied: Labels, settings: AmclSettings) -> Array:
 
 
 def _bins(poses: Array) -> Labels:
-    # A yaw is not wrapped: particles that have turned past pi together stay together, as in amcl.
+    # Yaws are not wrapped: particles that have turned past pi together stay together, as in amcl.
     found: Labels = np.floor(poses / BIN).astype(np.int64)
     return found
 
 
 def _connected(bins: Labels) -> Labels:
-    """Return the label of each bin (sorted distinct rows): that of the connected component in which it is."""
+    """Return the label of the connected component of each bin. Bins are sorted, distinct rows."""
     low = bins.min(axis=0) - 1
     _, width, depth = (bins.max(axis=0) + 2 - low).tolist()
     scale = np.array((width * depth, depth, 1))
-    codes = (bins - low) @ scale  # in ascending order, as the bins are
+    codes = (bins - low) @ scale  # in ascending order, like the bins
     pairs = []
     for step in _NEIGHBOURS:
         wanted = codes + np.dot(step, scale)

@@ -26,8 +26,8 @@ class Publications:
     """Publishes `amcl_pose`, `particlecloud`, the transform and `/diagnostics`. Not thread-safe.
 
     Attributes:
-        belief: the estimate that was published last.
-        correction: the pose of the odometry frame in the global frame, after the first estimate.
+        belief: the last published estimate.
+        correction: the pose of the odometry frame in the global frame; None before the first estimate.
     """
 
     def __init__(self, node: Node, settings: AmclSettings) -> None:
@@ -48,7 +48,7 @@ class Publications:
         self._clouds.publish(cloud)
 
     def publish_estimate(self, estimate: Estimate, stamp_ns: int, base: Pose) -> None:
-        """Publish an estimate for a time, and the transform that follows from the odometry pose `base`."""
+        """Publish an estimate for a time, and the transform computed from it and the odometry pose `base`."""
         message = stamped(_ESTIMATE, self.settings.global_frame_id, stamp_ns)
         (message.pose.pose,) = plane.pose_messages([estimate.pose])
         covariance: Any = np.zeros((6, 6))
@@ -60,7 +60,7 @@ class Publications:
         self.publish_transform(stamp_ns)
 
     def publish_transform(self, stamp_ns: int) -> None:
-        """Publish the last correction for a time, which `transform_tolerance` moves into the future."""
+        """Publish the last correction as a transform, with the time plus `transform_tolerance`."""
         settings = self.settings
         if self.correction is not None and settings.tf_broadcast:
             valid_ns = stamp_ns + round(settings.transform_tolerance * NS_PER_S)

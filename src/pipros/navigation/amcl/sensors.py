@@ -48,7 +48,7 @@ class Beams:
         return x + cosine * forward - sine * left, y + sine * forward + cosine * left
 
     def chosen(self, model: str, limit: int) -> Beams:
-        """Return about `limit` beams at equal distances, as the sensor model of this name chooses them."""
+        """Return about `limit` evenly spaced beams, chosen as the named sensor model does."""
         count, is_product = len(self.ranges), model == "likelihood_field_prob"
         step = max(1, -(-count // limit) if is_product else (count - 1) // (limit - 1))
         return replace(self, ranges=self.ranges[::step], bearings=self.bearings[::step])
@@ -66,7 +66,7 @@ def read_beams(
 
 
 class LikelihoodField:
-    """The model `likelihood_field`: as amcl, it adds the cubes of the probabilities of all beams.
+    """The model `likelihood_field`: like amcl, it adds the cubes of the probabilities of all beams.
 
     See Probabilistic Robotics, table 6.3. With the distance d from its end to the nearest obstacle, a beam
     has the probability `z_hit * exp(-d² / (2 sigma_hit²)) + z_rand / range_max`. It depends only on the cell
@@ -74,14 +74,14 @@ class LikelihoodField:
     """
 
     def __init__(self, grid: GridMap, settings: AmclSettings) -> None:
-        """Compute distances; those above the longest one, and those outside the map, count as it."""
+        """Compute the distances. They are limited to a maximum, which also applies outside the map."""
         self._grid, self._settings = grid, settings
         self._distances = grid.obstacle_distances(settings.laser_likelihood_max_dist)
         self._table = lru_cache(maxsize=2)(self._make_table)
 
     def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:  # noqa: ARG002
         """Return the factor for the weight of each particle: 1 + the sum of the cubes."""
-        ends = beams.only(beams.ranges < beams.range_max).end_points(particles)  # not those with NaN
+        ends = beams.only(beams.ranges < beams.range_max).end_points(particles)  # excludes NaN
         found: Array = 1.0 + self._grid.look_up(self._table(beams.range_max), *ends).sum(axis=1)
         return found
 
@@ -156,12 +156,12 @@ class BeamModel:
         return factors
 
     def _expected(self, starts: tuple[Array, Array], ends: tuple[Array, Array], longest: float) -> Array:
-        """Return the distances to the first cell on each ray that is not free; else `longest`.
+        """Return the distance to the first cell on each ray that is not free, or `longest` if all are free.
 
         Rays pass the cells of Bresenham's line. After k steps along its longer axis, of length a, a line
         whose other axis has the length b is (2kb + a) // 2a cells aside. So a ray can skip cells: if no cell
-        within a distance of k cells (of any of the eight directions) stops rays, neither does one of its next
-        k cells. A ray that leaves the map does so through the border, which stops it.
+        within a distance of k cells (in any of the eight directions) stops rays, none of its next k cells
+        does. A ray that leaves the map does so through the border, which stops it.
         """
         (row0, column0), (row1, column1) = self._grid.cells(*starts), self._grid.cells(*ends)
         shape, (height, width) = row1.shape, self._clear.shape
@@ -171,7 +171,7 @@ class BeamModel:
         is_steep = abs(rows) > abs(columns)
         long, wide = np.maximum(abs(rows), abs(columns)), np.minimum(abs(rows), abs(columns))
         down, across = np.sign(rows) * width, np.sign(columns)
-        # The quotient of whole numbers must not be rounded up to a whole number, nor the numbers themselves.
+        # Neither a quotient of whole numbers nor the numbers themselves may be rounded up to a whole number.
         real = np.float32 if long.max(initial=0) < _EXACT_CELLS else np.float64
         whole = [np.broadcast_to(first, shape).ravel(), np.where(is_steep, down, across)]
         whole += [np.where(is_steep, across, down), np.zeros_like(long)]
@@ -194,7 +194,7 @@ class BeamModel:
 
 
 def sensor_model(grid: GridMap, settings: AmclSettings) -> LikelihoodField | BeamModel:
-    """Return the model of the settings."""
+    """Return the sensor model that the settings select."""
     if settings.laser_model_type == "beam":
         return BeamModel(grid, settings)
     is_product = settings.laser_model_type == "likelihood_field_prob"

@@ -13,7 +13,7 @@ ODOMETRY_MODELS: Final = ("diff", "omni", "diff-corrected", "omni-corrected")
 
 
 def _constants(names: tuple[str, ...], purpose: str) -> str:
-    """Return the edit method of a parameter with constants."""
+    """Return the edit method (the enum) of a parameter whose values are constants."""
     usual = {"type": "str", "srcline": 0, "srcfile": "AMCL.cfg", "ctype": "std::string"}
     constants = [
         {
@@ -88,7 +88,7 @@ class AmclSettings:
     std_warn_level_x: float = 0.2
     std_warn_level_y: float = 0.2
     std_warn_level_yaw: float = 0.1
-    seed: int = -1  # of pipros alone: makes the random numbers repeatable
+    seed: int = -1  # only in pipros: makes the random numbers repeatable
 
     @property
     def alphas(self) -> tuple[float, float, float, float, float]:
@@ -96,7 +96,7 @@ class AmclSettings:
 
 
 def read_settings(parameters: PrivateParameters) -> AmclSettings:
-    """Read the parameters of the node; values of another type count as not set."""
+    """Read the parameters of the node. Values of the wrong type count as not set."""
     settings = parameters.read(AmclSettings)
     old = "beam_skip_error_threshold_"  # an older spelling
     share = parameters.number(old, settings.beam_skip_error_threshold)
@@ -104,7 +104,7 @@ def read_settings(parameters: PrivateParameters) -> AmclSettings:
 
 
 def checked(settings: AmclSettings) -> AmclSettings:
-    """Return settings that the filter can run with: known models, frames without a slash.
+    """Return the settings corrected so that the filter can run: known models, frames without a slash.
 
     Raises:
         InvalidParameter: a number of particles is not positive, or a number is not finite.
@@ -145,7 +145,7 @@ class Belief:
 
 
 def read_belief(parameters: PrivateParameters) -> tuple[Belief, list[str]]:
-    """Return the initial pose in the parameters, and the names of those that are ignored: not finite."""
+    """Return the initial pose in the parameters, and the names of ignored parameters (not finite)."""
     names = {"x": "pose_x", "y": "pose_y", "yaw": "pose_a", "xx": "cov_xx", "yy": "cov_yy", "aa": "cov_aa"}
     usual = Belief()
     found = {each: parameters.number(f"initial_{name}", getattr(usual, each)) for each, name in names.items()}

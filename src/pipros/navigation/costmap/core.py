@@ -28,11 +28,11 @@ class CostmapCore:
         given: its parameters at the start.
         global_frame, base_frame: the frames of the map and of the robot.
         layered: the costs and the layers. Hold `lock` while you read or change anything in it.
-        is_initialized: whether there was an update since the start.
+        is_initialized: whether there has been an update since the start.
     """
 
     def __init__(self, node: Node, log: logging.Logger, frames: Frames, name: str) -> None:
-        """Wait for the robot's pose, without a limit. Raises: see `Costmap`."""
+        """Wait for the robot's pose, without a time limit. Raises the same errors as `Costmap`."""
         self.node, self.log, self.frames = node, log, frames
         self.name, self.namespace = name, f"~{name}"
         self.lock = threading.RLock()
@@ -82,5 +82,5 @@ class CostmapCore:
                 self.log.warning("%s waits for %s", self.name, what)
 
     def warn(self, text: str, *values: Any) -> None:
-        """Log a warning, at most one a second with the same text, before its values are inserted."""
+        """Log a warning, at most once a second for the same text; its values are not compared."""
         self._throttle.warning(f"{self.name}: {text}", *values)

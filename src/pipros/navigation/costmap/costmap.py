@@ -44,7 +44,7 @@ class Costmap(CostmapCore):
     def __init__(
         self, node: Node, log: logging.Logger, frames: Frames, schedule: Schedule, name: str
     ) -> None:
-        """Wait for the robot's pose and for static maps, without a limit, then start the updates.
+        """Wait for the robot's pose and for static maps, without a time limit, then start the updates.
 
         Raises:
             InvalidParameter: a parameter has a value with which the costmap cannot run.
@@ -162,7 +162,7 @@ class Costmap(CostmapCore):
         self._output.publish_if_due(self.node.clock.now_ns())
 
     def update(self) -> bool:
-        """Compute the costs at the robot's pose. Return False if that is unknown."""
+        """Compute the costs at the robot's pose. Return False if the pose is unknown."""
         robot = self.robot_pose()
         if robot is None:
             return False
@@ -176,11 +176,11 @@ class Costmap(CostmapCore):
         return True
 
     def start(self) -> None:
-        """Receive sensors again, and continue the updates."""
+        """Subscribe to the sensors again, and continue the updates."""
         self._set_active(is_active=True)
 
     def stop(self) -> None:
-        """Stop the updates, and ignore sensors."""
+        """Stop the updates, and ignore the sensors."""
         self._set_active(is_active=False)
         self.is_initialized = False
 
@@ -190,7 +190,7 @@ class Costmap(CostmapCore):
             each.is_active = is_active
 
     def reset_layers(self) -> None:
-        """Discard all measurements. The costs are reset, and computed again in the next update."""
+        """Discard all measurements and reset the costs. The next update recomputes them."""
         with self.lock:
             self.grid.costs[...] = self.grid.default
             for layer in self.layered.layers:

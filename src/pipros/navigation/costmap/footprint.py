@@ -23,10 +23,10 @@ def circle(radius: float) -> Points:
 
 
 def from_parameter(value: Any, name: str) -> Points:
-    """Return the corners in a list of `[x, y]`, or in the text of one.
+    """Return the corners in a list of `[x, y]`, or in the text of such a list.
 
     Raises:
-        InvalidParameter: it has no such form, or fewer than 3 corners.
+        InvalidParameter: the value has a different form, or fewer than 3 corners.
     """
     corners = value
     if isinstance(value, str):
@@ -55,7 +55,7 @@ def padded(corners: Points, padding: float) -> Points:
 
 
 def inscribed_radius(corners: Points) -> float:
-    """Return the radius of the inscribed circle around the robot's centre; infinite without three corners."""
+    """Return the radius of the inscribed circle around the robot's centre; infinite below three corners."""
     if len(corners) <= 2:
         return math.inf
     starts = np.array(corners, float)
@@ -67,6 +67,6 @@ def inscribed_radius(corners: Points) -> float:
 
 
 def placed(corners: Points, x: float, y: float, yaw: float) -> Points:
-    """Return the corners of a robot at a pose."""
+    """Return the corners of the footprint of a robot at a pose."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     return [(x + a * cosine - b * sine, y + a * sine + b * cosine) for a, b in corners]

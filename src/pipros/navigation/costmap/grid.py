@@ -31,7 +31,7 @@ class CostGrid:
         costs: the costs by row (y) and column (x), from the lower left corner.
         resolution: metres per cell.
         origin_x, origin_y: the lower left corner of the lower left cell.
-        default: the cost of cells of which nothing is known.
+        default: the cost of cells about which nothing is known.
     """
 
     def __init__(self, default: int = FREE, kind: type = np.uint8) -> None:
@@ -39,7 +39,7 @@ class CostGrid:
         self.resize(0, 0, 1.0, 0.0, 0.0)
 
     def resize(self, width: int, height: int, resolution: float, origin_x: float, origin_y: float) -> None:
-        """Set the size in cells and the place, and all cells to the default."""
+        """Set the size in cells and the position, and set all cells to the default."""
         self.costs: Costs = np.full((height, width), self.default, self._kind)
         self.resolution, self.origin_x, self.origin_y = resolution, origin_x, origin_y
 
@@ -57,7 +57,7 @@ class CostGrid:
         return self.width, self.height, self.resolution, self.origin_x, self.origin_y
 
     def world_to_cell(self, x: float, y: float) -> tuple[int, int] | None:
-        """Return the column and row of a position, or None outside the grid."""
+        """Return the column and row of a position, or None if it is outside the grid."""
         if not (x >= self.origin_x and y >= self.origin_y):
             return None
         column, row = (x - self.origin_x) / self.resolution, (y - self.origin_y) / self.resolution
@@ -83,11 +83,11 @@ class CostGrid:
         return x, y
 
     def in_cells(self, distance: float) -> int:
-        """Return the number of cells that cover a distance."""
+        """Return the smallest number of cells that cover a distance."""
         return max(0, math.ceil(min(distance / self.resolution, _MOST_CELLS)))
 
     def center_on(self, x: float, y: float) -> None:
-        """Move the grid by whole cells, so that the position is in the middle. Keep what overlaps.
+        """Move the grid by whole cells, so that the position is in the middle. Keep the overlapping cells.
 
         As in costmap_2d, the middle is half a cell lower than the geometric one.
         """
@@ -125,7 +125,7 @@ class CostGrid:
 
 
 def _overlap(shift: int, size: int) -> tuple[slice, slice]:
-    """Return the new and the old indexes of the cells that stay when a grid moves by `shift`."""
+    """Return the new and the old indexes of the cells that remain when a grid moves by `shift`."""
     kept = max(0, size - abs(shift))
     low, high = slice(0, kept), slice(size - kept, size)
     return (low, high) if shift >= 0 else (high, low)
@@ -142,7 +142,7 @@ def line_cells(
 ) -> tuple[Numbers, Numbers]:
     """Return columns and rows of the cells on straight lines, both ends included (Bresenham 1965).
 
-    A line is cut off where it is longer than `limit` cells.
+    A line is cut off after `limit` cells.
     """
     first, last = (np.stack(np.broadcast_arrays(*ends), axis=-1) for ends in ((x0, y0), (x1, y1)))
     lengths = np.hypot(*(last - first).T)
@@ -154,8 +154,8 @@ def cells_on_lines(first: Numbers, last: Numbers, shares: Numbers) -> Numbers:
     """Return the cells of lines in any number of dimensions, shape (cells, dimensions).
 
     Args:
-        first, last: the ends of each line; there may be a single first one for all.
-        shares: the part of each line that is wanted, from its first end on.
+        first, last: the ends of each line; all lines may share a single first end.
+        shares: the fraction of each line to return, starting at its first end.
     """
     delta: Numbers = last - first
     longest = np.abs(delta).max(axis=1)
@@ -171,11 +171,11 @@ def cells_on_lines(first: Numbers, last: Numbers, shares: Numbers) -> Numbers:
 def shortened(start: Numbers, ends: Numbers, low: Numbers, high: Numbers, inside: Any) -> Numbers:
     """Return the ends of rays, shape (n, dimensions), cut off at a box that contains the start.
 
-    Rays that pass an edge of `high` end `inside` before it, in metres.
+    Rays that cross an edge of `high` end `inside` metres before it.
     """
     away = ends - start
     with np.errstate(divide="ignore", invalid="ignore"):
         to_low, to_high = (low - start) / away, (high - inside - start) / away
     parts = np.where(ends < low, to_low, np.where(ends > high, to_high, 1.0))
     found: Numbers = start + away * np.clip(parts.min(axis=1), 0.0, 1.0)[:, None]
-    return np.maximum(found, low)  # rounding errors can put an end below
+    return np.maximum(found, low)  # rounding errors can put an end below the lower edge

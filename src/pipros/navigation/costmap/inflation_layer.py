@@ -18,7 +18,7 @@ class InflationLayer(Layer):
     With d the distance in metres between the centres of a cell and of the nearest obstacle, r the inscribed
     radius of the footprint, and k the scaling factor, the cost is 253 for d <= r, otherwise
     252 exp(-k (d - r)), rounded down. The distances are exact (Felzenszwalb and Huttenlocher, "Distance
-    Transforms of Sampled Functions", in OpenCV); costmap_2d finds the nearest obstacle with a wave.
+    Transforms of Sampled Functions", in OpenCV); costmap_2d approximates them with a wave.
     """
 
     def __init__(self, name: str, costmap: LayeredCostmap) -> None:
@@ -56,7 +56,7 @@ class InflationLayer(Layer):
         self._last = now
 
     def update_costs(self, window: CellRectangle) -> None:
-        """Raise the costs around the obstacles in a part of the map, and around those near it."""
+        """Raise the costs in a part of the map around obstacles inside it and near it."""
         if not self._cells:
             return
         grid = self.costmap.grid
@@ -81,7 +81,7 @@ class InflationLayer(Layer):
         )
 
     def _costs_at(self, distances: Numbers) -> Costs:
-        """Return the costs at distances of 32 bits in cells, which are square roots of whole numbers."""
+        """Return the costs at distances (float32, in cells), which are square roots of whole numbers."""
         metres = np.sqrt(np.rint(distances.astype(np.float64) ** 2)) * self.costmap.grid.resolution
         inscribed = self.costmap.inscribed_radius
         far = (INSCRIBED - 1) * np.exp(-self._scaling * np.maximum(metres - inscribed, 0.0))

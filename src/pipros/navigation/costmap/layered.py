@@ -1,4 +1,4 @@
-"""A costmap made of layers: each widens the area to compute again, then writes its costs into it."""
+"""A costmap made of layers. Each layer enlarges the area to recompute, then writes its costs into it."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ class CellRectangle(NamedTuple):
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """The indexes of the rectangle's rows and columns."""
+        """Slices of the rectangle's rows and columns."""
         return slice(self.y0, self.yn), slice(self.x0, self.xn)
 
     def united(self, other: CellRectangle) -> CellRectangle:
-        """Return the smallest rectangle with both; an empty one adds nothing."""
+        """Return the smallest rectangle that contains both. An empty rectangle adds nothing."""
         if self.x0 >= self.xn or other.x0 >= other.xn:
             return other if self.x0 >= self.xn else self
         low = min(self.x0, other.x0), min(self.y0, other.y0)
         return CellRectangle(*low, max(self.xn, other.xn), max(self.yn, other.yn))
 
     def grown(self, cells: int, grid: CostGrid) -> CellRectangle:
-        """Return the rectangle with a border of so many cells, within the grid."""
+        """Return the rectangle extended by a border of this many cells, clipped to the grid."""
         low = max(0, self.x0 - cells), max(0, self.y0 - cells)
         return CellRectangle(*low, min(grid.width, self.xn + cells), min(grid.height, self.yn + cells))
 
@@ -82,16 +82,16 @@ class Layer:
         self.is_enabled = self.is_current = True
 
     def match_size(self) -> None:
-        """Take over the size and place of the costmap."""
+        """Adopt the size and position of the costmap."""
 
     def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
-        """Widen the bounds of what must be computed again."""
+        """Extend the bounds to include what must be recomputed."""
 
     def update_costs(self, window: CellRectangle) -> None:
         """Write the layer's costs into a part of the costmap's grid."""
 
     def footprint_changed(self) -> None:
-        """React to another footprint."""
+        """Handle a change of the footprint."""
 
     def reset(self) -> None:
         """Discard all measurements."""
@@ -105,8 +105,8 @@ class LayeredCostmap:
         is_rolling: whether the grid moves with the robot.
         is_size_locked: whether a layer has set the size, so that parameters no longer do.
         footprint: the padded outline of the robot, around its centre.
-        inscribed_radius: that of the footprint, in metres.
-        window: the cells that the last update computed; None before the first one.
+        inscribed_radius: inscribed radius of the footprint, in metres.
+        window: the cells that the last update computed; None before the first update.
     """
 
     def __init__(self, *, is_rolling: bool = False, tracks_unknown: bool = False) -> None:
@@ -120,7 +120,7 @@ class LayeredCostmap:
         self.window: CellRectangle | None = None
 
     def resize(self, *geometry: Any, lock: bool = False) -> None:
-        """Set the size and place with the arguments of `CostGrid.resize`; all layers follow."""
+        """Resize the costmap and all layers. Takes the arguments of `CostGrid.resize`."""
         self.is_size_locked |= lock
         self.grid.resize(*geometry)
         for layer in self.layers:
@@ -139,7 +139,7 @@ class LayeredCostmap:
         return all(layer.is_current for layer in self.layers if layer.is_enabled)
 
     def update(self, robot: Pose2D) -> None:
-        """Compute the costs again where they may have changed."""
+        """Recompute the costs where they may have changed."""
         grid = self.grid
         if self.is_rolling:
             grid.center_on(robot.x, robot.y)
@@ -170,9 +170,9 @@ class CellLayer(Layer):
         self.grid.resize(*self.costmap.grid.geometry)
 
     def clear_area(self, x0: int, y0: int, xn: int, yn: int, *, inside: bool = False) -> None:
-        """Set cells to unknown: those outside a rectangle of cells or, if `inside`, those in it.
+        """Set the cells outside a rectangle or, if `inside` is true, the cells in it to unknown.
 
-        The whole map is computed again in the next update.
+        The next update recomputes the whole map.
         """
         costs = self.grid.costs
         chosen = np.zeros(costs.shape, bool)
@@ -182,12 +182,12 @@ class CellLayer(Layer):
         self._extra.touch(*self.grid.cell_to_world(self.grid.width, self.grid.height))
 
     def use_extra_bounds(self, bounds: Bounds) -> None:
-        """Widen the bounds by areas that were cleared."""
+        """Extend the bounds to include areas that were cleared."""
         bounds.include(self._extra)
         self._extra = Bounds()
 
     def write(self, window: CellRectangle, *, by_maximum: bool, with_unknown: bool = False) -> None:
-        """Write the layer's costs into the combined ones; unknown cells only if `with_unknown`."""
+        """Write the layer's costs into the combined grid; unknown cells only if `with_unknown` is true."""
         mine = self.grid.costs[window.slices]
         combined: Costs = self.costmap.grid.costs[window.slices]
         if with_unknown:

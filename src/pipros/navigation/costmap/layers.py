@@ -1,4 +1,4 @@
-"""The layers of a costmap: their types and parameters, also in old forms, and their topics."""
+"""The layers of a costmap: their types, their parameters (including old forms), and their topics."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ _SHARED: Final[Mapping[str, tuple[str, ...]]] = {
 
 
 def add_layers(costmap: CostmapCore) -> list[SensorInput]:
-    """Add the layers in the parameters; static layers wait for their first map. Return their subscriptions.
+    """Add the configured layers; static layers wait for their first map. Return their subscriptions.
 
-    Without the parameter `plugins`, the layers follow from `static_map` and `map_type`, as before ROS Hydro.
+    Without the parameter `plugins`, `static_map` and `map_type` determine the layers, as before ROS Hydro.
 
     Raises:
         InvalidParameter: a layer cannot work with a parameter, or its type is unknown.
@@ -150,7 +150,7 @@ def _old_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple[st
 def _serve(
     costmap: CostmapCore, kind: str, layer: Layer, apply: Callable[[Mapping[str, Any]], object] | None = None
 ) -> None:
-    """Offer the settings of a layer."""
+    """Serve the reconfigurable settings of a layer."""
 
     def change(values: Mapping[str, Any], _: int) -> None:
         with costmap.lock:

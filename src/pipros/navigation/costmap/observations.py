@@ -1,4 +1,4 @@
-"""What one sensor saw: points in the costmap's frame, kept for some time."""
+"""The observations of one sensor: points in the costmap's frame, kept for some time."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ class ObservationSource:
     def add(
         self, points: Points3D, cloud: Pose, sensor: Pose, stamp_ns: int, now_ns: int, limit: int
     ) -> None:
-        """Add points of a frame with the pose `cloud`. Keep at most `limit` points in all observations.
+        """Add points in a frame with the pose `cloud`. Keep at most `limit` points in all observations.
 
-        Points outside the heights of the source and those that are not finite are dropped.
+        Points that are not finite or outside the source's range of heights are dropped.
         """
         placed = moved(points[np.isfinite(points).all(axis=1)], exact_matrix_of(cloud))
         height = placed[:, 2]
@@ -70,7 +70,7 @@ class ObservationSource:
         del self._kept[max(1, sum(fits)) :]
 
     def touch(self, now_ns: int) -> None:
-        """Count the time of `expected_update_rate` from now on."""
+        """Restart the interval of `expected_update_rate`."""
         self._updated_ns = now_ns
 
     def clear(self) -> None:
@@ -78,7 +78,7 @@ class ObservationSource:
         self._kept.clear()
 
     def observations(self) -> list[Observation]:
-        """Return the observations that are not older than the time to keep before the newest arrival."""
+        """Return the observations that arrived at most the persistence time before the newest one."""
         keep_ns = round(self.settings.observation_persistence * 1e9)
         if not keep_ns:
             del self._kept[1:]
@@ -94,7 +94,7 @@ class ObservationSource:
 
 
 def scan_points(message: Any, *, is_infinity_valid: bool = False) -> Points3D:
-    """Return the points of a `sensor_msgs/LaserScan` in its frame. Invalid ranges give no point.
+    """Return the points of a `sensor_msgs/LaserScan` in its frame. Invalid ranges produce no points.
 
     A range is valid if range_min <= range < range_max. With `is_infinity_valid`, an infinite one counts as
     just below range_max.
@@ -103,7 +103,7 @@ def scan_points(message: Any, *, is_infinity_valid: bool = False) -> Points3D:
     if is_infinity_valid:
         longest = np.float32(scan.range_max) - np.float32(0.0001)
         scan = scan.with_ranges(np.where(np.isposinf(scan.ranges), longest, scan.ranges))
-    with np.errstate(all="ignore"):  # angles that are not finite give no point
+    with np.errstate(all="ignore"):  # non-finite angles produce no points
         points = projected(scan, valid_beams(scan))
     finite: Points3D = points[np.isfinite(points).all(axis=1)]
     return finite
@@ -113,7 +113,7 @@ def cloud_points(cloud: Any) -> Points3D:
     """Return the points of a `sensor_msgs/PointCloud2`.
 
     Raises:
-        ValueError: x, y or z of type FLOAT32 is missing, or the data has another length than the points.
+        ValueError: x, y or z of type FLOAT32 is missing, or the length of the data does not match.
     """
     points: Points3D = positions(cloud, rows_of(cloud))
     return points

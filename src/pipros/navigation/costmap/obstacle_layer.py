@@ -17,14 +17,14 @@ _INSIDE_M = 0.001
 
 
 class ObstacleLayer(CellLayer):
-    """Costs of sensors' observations.
+    """Costs derived from the sensors' observations.
 
-    Each update sets the cells on the rays to all points of clearing sources to 0, then those of the points of
-    marking sources to 254, then those under the robot to 0.
+    Each update sets the cells on the rays of clearing sources to 0, then the cells with points of marking
+    sources to 254, then the cells under the robot to 0.
 
     Attributes:
         sources: the sensors, in the order of the parameter `observation_sources`.
-        combination: 0 overwrites earlier layers, 1 takes the maximum; with other values nothing is written.
+        combination: 0 overwrites earlier layers, 1 takes the maximum, and any other value writes nothing.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class ObstacleLayer(CellLayer):
 
 
 def touch_rays(bounds: Bounds, origin: Numbers, ends: Numbers, limit: float) -> None:
-    """Grow the bounds to include the first `limit` metres, in the plane, of rays."""
+    """Extend the bounds to include the first `limit` metres of rays, measured in the plane."""
     away = ends[:, :2] - origin[:2]
     shares = np.minimum(1.0, limit / np.maximum(np.hypot(*away.T), 1e-9))
     bounds.touch(*origin[:2])

@@ -1,4 +1,4 @@
-"""What a costmap publishes: its costs, whole or in parts, and the robot's footprint."""
+"""Publications of a costmap: its costs, whole or in parts, and the robot's footprint."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ class CostmapOutput:
         peer_publish(self._whole())
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """Do nothing."""
+        """Do nothing when a subscriber leaves."""
 
     def set_frequency(self, frequency: float) -> None:
-        """Set the publications per second; 0 for none."""
+        """Set the publishing rate in Hz; 0 disables publishing."""
         self._period_ns = round(1e9 / frequency) if frequency > 0 else 0
 
     def note(self, window: CellRectangle) -> None:
-        """Note cells that were computed. The caller holds the costmap's lock."""
+        """Record cells that were recomputed. The caller holds the costmap's lock."""
         self._window = self._window.united(window)
 
     def publish_if_due(self, now_ns: int) -> None:
-        """Publish the map, or what changed in it, if it is time and there is a subscriber."""
+        """Publish the map, or its changes, if a publication is due and there is a subscriber."""
         is_due = not 0 <= now_ns - self._last_ns < self._period_ns
         if not (self._period_ns and is_due and self._costmap.is_initialized):
             return

@@ -1,4 +1,4 @@
-"""The messages of one observation source, until their transforms are known."""
+"""Hold the messages of one observation source back until their transforms are known."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class SensorInput:
         self.process()
 
     def process(self) -> None:
-        """Add the points whose transforms are known by now."""
+        """Add the points of waiting messages whose transforms are now known."""
         with self._costmap.lock:
             for each in [each for each in self._waiting if self._add(each)]:
                 self._waiting.remove(each)

@@ -1,4 +1,4 @@
-"""The static layer: the costs of a map that was made before."""
+"""The static layer: the costs of an existing map."""
 
 from __future__ import annotations
 
@@ -56,11 +56,11 @@ class StaticLayer(CellLayer):
             super().match_size()
 
     def reset(self) -> None:
-        """Write the whole map again in the next update."""
+        """Make the next update write the whole map."""
         self._updated = CellRectangle(0, 0, self.grid.width, self.grid.height)
 
     def set_map(self, message: Any) -> None:
-        """Take over a `nav_msgs/OccupancyGrid`.
+        """Replace the map with a `nav_msgs/OccupancyGrid`.
 
         Raises:
             ValueError: its size or resolution is invalid.
@@ -82,10 +82,10 @@ class StaticLayer(CellLayer):
         self._write(message.data, CellRectangle(0, 0, info.width, info.height))
 
     def set_part(self, message: Any) -> None:
-        """Take over a `map_msgs/OccupancyGridUpdate`.
+        """Apply a `map_msgs/OccupancyGridUpdate`.
 
         Raises:
-            ValueError: it is not inside the map, or does not have a value for each of its cells.
+            ValueError: the update is not inside the map, or does not have one value per cell.
         """
         part = CellRectangle(message.x, message.y, message.x + message.width, message.y + message.height)
         is_inside = part.x0 >= 0 <= part.y0 and part.xn <= self.grid.width and part.yn <= self.grid.height
@@ -126,7 +126,7 @@ class StaticLayer(CellLayer):
             self._write_moved(window, pose)
 
     def _write_moved(self, window: CellRectangle, pose: Pose) -> None:
-        """Look up the centre of each cell in the map, whose frame may be turned and moved."""
+        """Look up the centre of each cell in the map, whose frame may be rotated and translated."""
         grid = self.costmap.grid
         columns, rows = np.arange(window.x0, window.xn)[None, :], np.arange(window.y0, window.yn)[:, None]
         x, y = grid.cell_to_world(columns, rows)

@@ -1,4 +1,4 @@
-"""The voxel layer: an obstacle layer that knows at which heights there is something."""
+"""The voxel layer: an obstacle layer that also records the heights of obstacles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class VoxelLayer(ObstacleLayer):
     """Costs of columns of up to 16 voxels, each of which is marked, free or unknown.
 
     Rays clear voxels up to two cells before their points. A column with more marked voxels than a threshold
-    costs 254; of those that rays pass, one with fewer is free, or unknown if too many voxels are unknown.
+    costs 254. Any other column that a ray passes is free, or unknown if too many of its voxels are unknown.
 
     Attributes:
         columns: bits 0 to 15 are voxels that are unknown or marked, bits 16 to 31 marked ones.
@@ -39,7 +39,7 @@ class VoxelLayer(ObstacleLayer):
         super().__init__(*arguments, **options)
 
     def configure(self, values: Mapping[str, Any]) -> None:
-        """Take over the settings; what was measured is forgotten."""
+        """Apply the settings, and discard all measurements."""
         self.origin_z, self.z_resolution = values["origin_z"], values["z_resolution"]
         self.z_voxels, self._most_marked = values["z_voxels"], values["mark_threshold"]
         self._most_unknown = values["unknown_threshold"] + _VOXELS - self.z_voxels
@@ -60,7 +60,7 @@ class VoxelLayer(ObstacleLayer):
         self.after_update()
 
     def _places(self, points: Numbers) -> tuple[Numbers, Numbers]:
-        """Return positions in cells, shape (n, 3), and which are inside."""
+        """Convert positions to cells, shape (n, 3). Also return which of them are inside the grid."""
         grid = self.grid
         low = np.array((grid.origin_x, grid.origin_y, self.origin_z))
         places: Numbers = (points - low) / (grid.resolution, grid.resolution, max(self.z_resolution, 1e-9))

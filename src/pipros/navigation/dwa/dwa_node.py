@@ -1,4 +1,4 @@
-"""The planner with its topics and parameters, as a part of a node: DWAPlannerROS of dwa_local_planner."""
+"""The planner as part of a node, with its topics and parameters: DWAPlannerROS of dwa_local_planner."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class DwaLocalPlanner:
         rates = message.twist.twist
         self._velocity = rates.linear.x, rates.linear.y, rates.angular.z
 
-    # -- what move_base asks -----------------------------------------------------
+    # -- called by move_base -----------------------------------------------------
 
     def set_plan(self, frame: str, poses: Poses) -> bool:
         """Follow another plan, of shape (n, 3). Return False if it cannot be followed."""
@@ -89,14 +89,14 @@ class DwaLocalPlanner:
         return True
 
     def is_goal_reached(self) -> bool:
-        """Return whether the robot stands at the end of the plan, in its direction."""
+        """Return whether the robot has stopped at the end of the plan, in the right direction."""
         pose, goal = self._costmap.robot_pose(), self._goal()
         if pose is None or goal is None:
             return False
         return self._rotation.has_reached(pose, self._velocity, goal)
 
     def command(self) -> Triple | None:
-        """Return the velocity to drive with now, or None if there is no legal one."""
+        """Return the velocity to command now, or None if no velocity is legal."""
         pose, goal = self._costmap.robot_pose(), self._goal()
         local = None if pose is None else self._local(pose)
         if pose is None or goal is None or local is None or not len(local):
@@ -122,7 +122,7 @@ class DwaLocalPlanner:
     # -- the plan in the costmap -------------------------------------------------
 
     def _frame(self) -> Triple | None:
-        """Return the pose of the plan's frame in the costmap's frame, the latest one."""
+        """Return the latest pose of the plan's frame in the costmap's frame."""
         target = self._costmap.global_frame
         if target == self._plan_frame:
             return STILL
@@ -140,7 +140,7 @@ class DwaLocalPlanner:
         return x, y, yaw
 
     def _local(self, pose: Triple) -> Poses | None:
-        """Return the part of the plan within the costmap, up to the first pose beyond."""
+        """Return the part of the plan within the costmap, up to the first pose outside."""
         frame = self._frame()
         if frame is None:
             return None
@@ -160,7 +160,7 @@ class DwaLocalPlanner:
             self._plan = self._plan[first:]
         return placed[first:end]
 
-    # -- what is shown -----------------------------------------------------------
+    # -- visualization -----------------------------------------------------------
 
     def _show(self, choice: Choice) -> None:
         tried, scores = choice.tried, choice.scores

@@ -1,4 +1,4 @@
-"""The end of a drive: stop at the goal's position, then turn to its direction."""
+"""The end of a drive: stop at the goal's position, then turn to the goal's direction."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class GoalRotation:
 
     Attributes:
         settings: the settings.
-        is_latching: whether the robot only turns once it has been at the goal, until there is a new plan.
+        is_latching: whether a robot that has reached the goal's position only turns until the next plan.
     """
 
     def __init__(self, settings: DwaSettings, *, is_latching: bool) -> None:
@@ -24,7 +24,7 @@ class GoalRotation:
         self._was_there = self._is_turning = False
 
     def start_plan(self) -> None:
-        """Forget that the robot has been at the goal: there is a new plan."""
+        """Reset for a new plan: forget that the robot has been at the goal."""
         self._was_there = False
 
     def is_there(self, pose: Triple, goal: Triple) -> bool:
@@ -36,7 +36,7 @@ class GoalRotation:
         return self.is_latching and self._was_there
 
     def has_reached(self, pose: Triple, velocity: Triple, goal: Triple) -> bool:
-        """Return whether the robot stands at the goal, in its direction."""
+        """Return whether the robot has stopped at the goal, in the right direction."""
         turn = abs(_difference(pose, goal))
         return (
             self.is_there(pose, goal) and turn <= self.settings.yaw_goal_tolerance and self._stands(velocity)
@@ -45,7 +45,7 @@ class GoalRotation:
     def command(
         self, pose: Triple, velocity: Triple, goal: Triple, is_legal: Callable[[Triple], bool]
     ) -> Triple | None:
-        """Return the velocity that brakes or turns to the goal's direction; None if it is not legal."""
+        """Return the velocity that brakes, or turns to the goal's direction; None if it is not legal."""
         settings, period_s = self.settings, self.settings.sim_period
         turn = _difference(pose, goal)
         if abs(turn) <= settings.yaw_goal_tolerance:

@@ -37,7 +37,7 @@ def plan_cells(grid: CostGrid, plan: Points) -> Cells:
 
 
 def _filled(points: Array, resolution: float) -> Array:
-    """Return points with others between them, so that none is further than the resolution from the next."""
+    """Insert points so that consecutive points are at most the resolution apart. Return all points."""
     apart = np.diff(points, axis=0)
     counts = np.maximum(np.ceil(np.hypot(*apart.T) / resolution), 1).astype(np.int64)
     line, ends = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts)
@@ -48,10 +48,10 @@ def _filled(points: Array, resolution: float) -> Array:
 
 
 def waves(grid: CostGrid, targets: Sequence[Cells]) -> NDArray[np.int64]:
-    """Return the distances, in cells, to each of the sets of targets, shape (sets, rows, columns).
+    """Return the distance from each cell to each set of targets, in cells; shape (sets, rows, columns).
 
     A wave over 4-neighbours counts cells from the targets outwards. Obstacles (inscribed, lethal and unknown
-    cells) stop it: they have the number of cells as their value, cells that it does not reach one more.
+    cells) stop it; their value is the number of cells, and that of unreached cells is one more.
     All waves advance together, in one array with a border around each map.
     """
     rows, columns = grid.costs.shape
@@ -81,7 +81,7 @@ def outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Ar
     """Return the greatest cost on the outline for each pose, or a negative result.
 
     The edges are drawn with Bresenham's algorithm between the cells of the corners. With fewer than three
-    corners, the cell of the centre counts alone, and an inscribed cell is a collision as well.
+    corners, only the cell of the centre counts, and an inscribed cell is also a collision.
 
     Args:
         footprint: the corners in the robot's frame.

@@ -19,7 +19,7 @@ FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
 
 
 class Oscillation:
-    """Forbids to swing to and fro: after a change of direction, the old one is banned for a while."""
+    """Prevents oscillation: after a change of direction, the old direction is banned for a while."""
 
     def __init__(self) -> None:
         self._since: Triple = (0.0, 0.0, 0.0)
@@ -31,13 +31,13 @@ class Oscillation:
         self._banned = [0, 0, 0]
 
     def forbids(self, commands: Array) -> NDArray[np.bool_]:
-        """Return which velocities, shape (n, 3), have a banned sign."""
+        """Return which of the velocities, shape (n, 3), have a component with a banned sign."""
         banned = np.array(self._banned)
         forbidden: NDArray[np.bool_] = ((np.sign(commands) == banned) & (banned != 0)).any(axis=1)
         return forbidden
 
     def note(self, command: Triple, pose: Triple, settings: DwaSettings) -> None:
-        """Note the chosen velocity: start a ban if it changed its sign, and end bans after enough motion.
+        """Record the chosen velocity: start a ban if a sign changed, and end bans after enough motion.
 
         Signs of y and of the turn only count while x is at most `min_vel_trans`.
         """
@@ -60,11 +60,11 @@ class Oscillation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Choice:
-    """The result of a cycle.
+    """The result of a planning cycle.
 
     Attributes:
         command: the chosen velocity, or None if all trajectories were discarded.
-        way: the poses of the chosen trajectory, shape (k, 3).
+        way: the poses on the chosen trajectory, shape (k, 3).
         tried: all trajectories.
         scores: their scores, shape (n,); negative if discarded.
     """
@@ -88,7 +88,7 @@ class DwaPlanner:
         self._alignment = 0.0
 
     def start_plan(self) -> None:
-        """Forget the oscillation: there is a new plan."""
+        """Reset for a new plan: end all bans."""
         self._oscillation.reset()
 
     def look_at(self, grid: CostGrid, footprint: Points, pose: Triple, plan: Points) -> None:
@@ -124,7 +124,7 @@ class DwaPlanner:
         return not len(tried) or bool(self.scores(tried)[0] >= 0)
 
     def scores(self, tried: Trajectories) -> Array:
-        """Return the scores of trajectories: the lowest is best, and a negative one discards."""
+        """Return the scores of trajectories. The lowest is best; a negative score means discarded."""
         settings, scale = self.settings, self._grid.resolution
         scores = np.where(self._oscillation.forbids(tried.commands), FORBIDDEN, 0.0)
         path, goal, nose = self.distances
@@ -166,7 +166,7 @@ class DwaPlanner:
         return scores
 
     def _obstacle_scores(self, tried: Trajectories, chosen: NDArray[np.int64]) -> Array:
-        """Return the greatest cost (or the sum) under footprint and centre along the given trajectories."""
+        """Return the greatest cost (or the sum) under the footprint and the centre along each trajectory."""
         x, y, yaw = tried.x[chosen], tried.y[chosen], tried.yaw[chosen]
         is_part = np.arange(x.shape[1]) < tried.counts[chosen, None]
         costs = np.zeros(x.shape, np.int64)
@@ -182,7 +182,7 @@ class DwaPlanner:
         return scores
 
     def _growth(self, commands: Array) -> Array:
-        """Return the factors by which the footprint grows: more at high speed."""
+        """Return the factors by which the footprint is enlarged, which increase with speed."""
         settings = self.settings
         speed = np.hypot(commands[:, 0], commands[:, 1])
         beyond = max(settings.max_vel_trans - settings.scaling_speed, 1e-9)

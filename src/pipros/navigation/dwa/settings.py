@@ -19,8 +19,8 @@ class DwaSettings:
 
     Attributes:
         sim_period: period of the controller in seconds, for the window of velocities.
-        sum_scores: whether the costs under a trajectory are added; otherwise the greatest counts.
-        cheat_factor: factor of the squared distance to the goal at which the alignment ends.
+        sum_scores: whether the costs under a trajectory are added; otherwise only the greatest counts.
+        cheat_factor: factor for the squared distance to the goal below which alignment is switched off.
     """
 
     max_vel_trans: float = tunable(0.55, "Greatest speed, m/s", 0.0)
@@ -72,7 +72,7 @@ class DwaSettings:
 
     @classmethod
     def of(cls, values: Mapping[str, Any], **fixed: Any) -> DwaSettings:
-        """Return the settings with these values.
+        """Return a copy of the settings with these values changed.
 
         Raises:
             InvalidParameter: a divisor is 0, or a cycle would need too much memory.

@@ -60,7 +60,7 @@ def window(settings: DwaSettings, pose: Triple, velocity: Triple, goal: tuple[fl
     """Return the velocities that the robot can reach, shape (n, 3): all combinations of the samples per axis.
 
     With `use_dwa`, these are the velocities that can be reached within a period of the controller, otherwise
-    within `sim_time`, and none that would pass the goal.
+    those within `sim_time` that do not overshoot the goal.
     """
     highest = [settings.max_vel_x, settings.max_vel_y, settings.max_vel_theta]
     lowest = [settings.min_vel_x, settings.min_vel_y, -settings.max_vel_theta]
@@ -80,9 +80,9 @@ def window(settings: DwaSettings, pose: Triple, velocity: Triple, goal: tuple[fl
 
 
 def simulated(settings: DwaSettings, pose: Triple, velocity: Triple, samples: Array) -> Trajectories:
-    """Return the trajectories with these velocities, except those that the limits forbid, and standstill.
+    """Return the trajectories with these velocities, except standstill and those that the limits forbid.
 
-    They consist of straight steps, in the direction at the beginning of each. Without `use_dwa`, the
+    They consist of straight steps, each in the robot's direction at its beginning. Without `use_dwa`, the
     robot accelerates towards the velocity.
     """
     speed, turning = np.hypot(samples[:, 0], samples[:, 1]), np.abs(samples[:, 2])
