@@ -92,7 +92,7 @@ class Schedule:
         )
 
     def _run(self, now_ns: int) -> int:
-        """Do what is due. Return the time at which something is due next, within a second."""
+        """Run the work that is due. Return the time at which work is next due, at most a second ahead."""
         for work in self._work:
             work.due_ns = work.due_ns or now_ns + work.period_ns
             if now_ns >= work.due_ns:

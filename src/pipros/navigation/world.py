@@ -216,7 +216,7 @@ class NavigationWorld:
         """Let some simulated time pass."""
         self._run_until(lambda: False, duration_s)
 
-    # -- what is known -----------------------------------------------------------
+    # -- state -------------------------------------------------------------------
 
     @property
     def time_s(self) -> float:
@@ -259,7 +259,7 @@ class NavigationWorld:
     def _on_result(self, message: Any) -> None:
         self._result = message.status
 
-    # -- what tests demand -------------------------------------------------------
+    # -- demands of tests --------------------------------------------------------
 
     def send_goal(self, x: float, y: float, yaw: float) -> None:
         """Send a goal on the map. Does not wait, so no simulated time passes; see `reaches`."""

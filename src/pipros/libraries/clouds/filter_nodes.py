@@ -62,7 +62,7 @@ class CloudFilterNodelet(LazyNode):
         """Return the filtered cloud. Filters override this.
 
         Raises:
-            InvalidCloud: the cloud or the settings do not allow it.
+            InvalidCloud: the cloud or the settings do not permit filtering.
         """
         raise NotImplementedError
 

@@ -29,7 +29,7 @@ class InvalidPcd(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What the header of a file says.
+    """The contents of a file's header.
 
     Attributes:
         fields: the name, numpy type and number of elements of each field.
@@ -158,7 +158,7 @@ def _from_columns(data: bytes, header: Header) -> Any:
 
 
 def _decompressed(body: memoryview, size: int) -> bytes:
-    """Decompress LZF after the two sizes. In plain Python, since no wheel of the LZF library is on PyPI."""
+    """Decompress LZF data, which follows its two sizes. PyPI has no wheel of the LZF library."""
     packed = int.from_bytes(body[:4], "little")
     if len(body) < 8 + packed or int.from_bytes(body[4:8], "little") != size:
         raise InvalidPcd(f"the compressed data must be whole, and have {size} bytes when decompressed")
@@ -198,10 +198,10 @@ def _compressed(data: bytes) -> bytes:
 
 
 def formatted(cloud: Any, mode: str = "ascii", viewpoint: Pose = IDENTITY) -> bytes:
-    """Return a cloud as the content of a file. Bytes outside of its fields are left out.
+    """Return a cloud as the content of a file. Bytes outside its fields are omitted.
 
     Raises:
-        InvalidCloud: the cloud's data does not have the size that it says.
+        InvalidCloud: the size of the data does not match the cloud's dimensions.
     """
     rows = rows_of(cloud)
     columns = []

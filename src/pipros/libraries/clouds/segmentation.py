@@ -26,12 +26,12 @@ def plane(
     The normal (a, b, c) has length 1. Random, but equal for equal points.
 
     Args:
-        points: an array of shape (n, 3); others than finite ones do not count.
+        points: an array of shape (n, 3); points that are not finite are ignored.
         threshold: maximum distance of an inlier from the plane.
         iterations: maximum number of planes to try.
-        probability: with which a plane without outliers shall have been tried; the search ends then.
+        probability: the search ends when a plane without outliers has been tried with this probability.
         optimize: whether to fit the plane to its inliers.
-        has_ended: asked between the planes; if it returns True, the best one so far is returned.
+        has_ended: called between planes; if it returns True, the best plane so far is returned.
     """
     finite = np.flatnonzero(np.isfinite(points).all(1))
     found = points[finite].astype(np.float64)
@@ -72,7 +72,7 @@ def _inliers(points: Any, coefficients: Any, threshold: float) -> Any:
 
 
 def _fitted(points: Any, before: Any) -> Any:
-    """Return the plane with the least squares of distances, with its normal on the same side as before."""
+    """Return the least-squares plane, with its normal on the same side as before."""
     center = points.mean(0)
     normal = np.linalg.eigh(np.cov((points - center).T))[1][:, 0]
     normal = normal if normal @ before[:3] >= 0 else -normal

@@ -46,7 +46,7 @@ class Driver:
 
     @property
     def is_ending(self) -> bool:
-        """Whether the node shuts down."""
+        """Whether the node is shutting down."""
         return self._node.is_ending
 
     def report_data(self) -> None:
@@ -56,7 +56,7 @@ class Driver:
             self._log.info("%s works again", self._port.name)
 
     def describe(self, text: str) -> None:
-        """Log what the device says about itself, unless it said the same before."""
+        """Log the device's information, unless it is the same as last time."""
         if text != self._description:
             self._description = text
             self._log.info("%s: %s", self._port.name, text)

@@ -40,7 +40,7 @@ class Stream:
         self._name, self._handle, self._is_serial = name, handle, is_serial
 
     def read(self) -> bytes:
-        """Return what has arrived, at most 64 KiB; after `POLL_S` without data, b"".
+        """Return the data that has arrived, at most 64 KiB, or b"" after `POLL_S` without data.
 
         Raises:
             StreamLost: the connection has ended. So do the other methods.

@@ -89,7 +89,7 @@ class UrgNode:
             raise
 
     def _configure(self, sensor: UrgSensor) -> None:
-        """Report the device, and offer the settings when the first one has told its limits."""
+        """Report the device, and offer the settings once the limits of the first device are known."""
         version = sensor.version
         self._driver.describe(", ".join(version.get(key, "?") for key in ("PROD", "SERI", "FIRM")))
         if self._settings is None:

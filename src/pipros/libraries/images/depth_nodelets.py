@@ -105,7 +105,7 @@ class PointCloudXyzrgb(LazyNode):
                     f"the frame of depths [{depth.header.frame_id}] must be that of colours "
                     f"[{rgb.header.frame_id}]; register the depths"
                 )
-            depths = array_of(depth)  # before memory is used for its size
+            depths = array_of(depth)  # check the size before allocating memory
             pixels, name, pinhole = _fitted(array_of(rgb), rgb, depth, Pinhole.of(info))
             points = empty_points(depth.height, depth.width, has_colors=True)
             set_points(points, depths, depth.encoding, pinhole)

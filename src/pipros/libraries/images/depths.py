@@ -134,7 +134,7 @@ def _nearest(rows: Any, columns: Any, depths: Any, size: tuple[int, int], name: 
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width) & (depths > 0)
     depths = depths[inside]
     places = rows[inside] * width + columns[inside]
-    order = np.argsort(-depths, kind="stable")  # the nearest are written last
+    order = np.argsort(-depths, kind="stable")  # written from far to near, so that the nearest remain
     if name == MILLIMETRES:
         result = np.zeros(height * width, np.uint16)
         result[places[order]] = np.clip(

@@ -22,14 +22,14 @@ class StoredScan:
 
 
 class Assembler:
-    """Keeps the last scans. Not for several threads at once."""
+    """Keeps the last scans. Not thread-safe."""
 
     def __init__(self, size: int, step: int = 1) -> None:
         """Store the settings.
 
         Args:
             size: maximum number of scans.
-            step: of the scans and points in an answer, every n-th one is used.
+            step: answers use only every n-th scan and point.
         """
         self._scans: deque[StoredScan] = deque(maxlen=size)
         self._step = max(step, 1)

@@ -1,4 +1,4 @@
-"""Run a single nodelet in Python as a node of its own."""
+"""Run a single Python nodelet as its own node."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ class Hosting:
     """The nodelets of one process, by name. Methods may be called from any thread."""
 
     def __init__(self, host: Node) -> None:
-        """Prepare the node, which must have been started."""
+        """Prepare the node to host nodelets. It must have been started."""
         self._host = host
         self._nodelets: dict[str, HostedNode | None] = {}  # None while it is being constructed
         self._types: dict[str, str] = {}

@@ -76,8 +76,8 @@ class Reconfigurable:
     """Serves the settings of a namespace: the service `set_parameters`, and two latched topics.
 
     The settings are read from the parameter server, clamped, and written back. Changes are applied one at a
-    time, in threads of the node. A setting `restore_defaults`, as in navigation, restores those
-    of the start.
+    time, in threads of the node. A setting `restore_defaults`, as in navigation, restores the
+    settings at startup.
 
     Attributes:
         values: the current settings by name. The mapping is replaced by each change.

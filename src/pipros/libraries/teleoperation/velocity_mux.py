@@ -82,12 +82,12 @@ class VelocityMux:
         self.locks = locks
 
     def passes(self, one: VelocitySource, now_s: float) -> bool:
-        """Note a velocity that arrives from an input now, and return whether it is passed on."""
+        """Record the arrival of a velocity from an input, and return whether it is passed on."""
         one.received_s = now_s
         return self.winner(now_s) is one
 
     def lock(self, one: VelocitySource, is_set: bool, now_s: float) -> None:
-        """Note the value of a lock that arrives now."""
+        """Record a new value of a lock."""
         one.is_set, one.received_s = is_set, now_s
 
     def is_locked(self, one: VelocitySource, now_s: float) -> bool:

@@ -53,7 +53,7 @@ class VelocitySmoother:
     def __init__(
         self, limits: VelocityLimits, period_s: float, feedback: Feedback, log: Callable[[int, str], object]
     ) -> None:
-        """Begin with a robot that stands still.
+        """Start with a robot at rest.
 
         Args:
             log: called with a level of `logging` and a text for silent inputs and for feedback that is used.
@@ -68,7 +68,7 @@ class VelocitySmoother:
         self._intervals: deque[float] = deque(maxlen=_INTERVALS)
 
     def command(self, velocity: Velocity, now_s: float) -> None:
-        """Note a command that arrives now."""
+        """Record a new command."""
         if self._arrived_s:
             self._intervals.append(now_s - self._arrived_s)
         self._arrived_s, self._is_active = now_s, True
@@ -79,7 +79,7 @@ class VelocitySmoother:
         self._target = v, w
 
     def measured(self, velocity: Velocity) -> None:
-        """Note the velocity of the robot."""
+        """Record the measured velocity of the robot."""
         self._measured = velocity
 
     def step(self, now_s: float) -> Velocity | None:

@@ -18,7 +18,7 @@ class InflationLayer(Layer):
     With d the distance in metres between the centres of a cell and of the nearest obstacle, r the inscribed
     radius of the footprint, and k the scaling factor, the cost is 253 for d <= r, otherwise
     252 exp(-k (d - r)), rounded down. The distances are exact (Felzenszwalb and Huttenlocher, "Distance
-    Transforms of Sampled Functions", in OpenCV); costmap_2d approximates them with a wave.
+    Transforms of Sampled Functions", in OpenCV); costmap_2d finds the nearest obstacle by spreading a wave.
     """
 
     def __init__(self, name: str, costmap: LayeredCostmap) -> None:

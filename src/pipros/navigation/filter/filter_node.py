@@ -190,7 +190,7 @@ class FilterNode:
         return (*place, x / norm, y / norm, z / norm, w / norm)
 
     def _is_expected(self, sensor: InputSettings, stamp_ns: int) -> bool:
-        """Return False if the input has no variables, or sent a later message before."""
+        """Return False if the input measures no variables, or has already sent a later message."""
         if not sensor.flags.any():
             return False
         if stamp_ns < self._last_stamps.get(sensor.source, 0):
@@ -256,7 +256,7 @@ def _six(twist: Any) -> Array:
 
 
 def _rotational(covariance: Any) -> Array:
-    """Return a 6 x 6 covariance with a 3 x 3 covariance of rotations, and zeros elsewhere."""
+    """Embed a 3 x 3 covariance of rotations in a 6 x 6 covariance that is zero elsewhere."""
     return np.pad(_square(covariance, 3), ((3, 0), (3, 0)))
 
 

@@ -131,7 +131,7 @@ class ExtendedKalmanFilter:
         return True
 
     def start(self, measurement: Measurement) -> None:
-        """Take the measured variables over as the first estimate."""
+        """Use the measured variables as the first estimate."""
         indices = measurement.usable()
         self.state[indices] = measurement.values[indices]
         grid = np.ix_(indices, indices)

@@ -1,4 +1,4 @@
-"""Order measurements by time, and apply them to a filter, also those that arrive late.
+"""Order measurements, including late ones, by time, and apply them to a filter.
 
 Times are seconds in floating point, as in robot_localization, so that its timestamps are reproduced.
 """
@@ -82,7 +82,7 @@ class Timeline:
         self.kalman.state, self.kalman.covariance = (part.copy() for part in self._first)
 
     def advance(self, now_s: float) -> None:
-        """Apply the measurements up to now; without any, predict if the last one is too long ago."""
+        """Apply the measurements up to now. If there are none, predict if the last one is too old."""
         predicts = self._predicts_always
         if self._queue:
             restored = self._rewind(self._queue[0][0])

@@ -1,8 +1,8 @@
 """The maps of all particles: which cells were hit by beams, and where.
 
 Theory of operation. Particles that descend from the same particle share most of their maps. So a map is a
-table of blocks of 32 x 32 cells, and all blocks are in one pool. Resampling copies the tables alone, and a
-block is copied when a particle writes to one that another particle also has. Block 0 is empty.
+table of blocks of 32 x 32 cells, and all blocks are in one pool. Resampling copies only the tables. A block
+that several particles share is copied when one of them writes to it. Block 0 is empty.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class HitMaps:
         self._pools: list[Any] = [np.zeros((64, _AREA), kind) for kind in (np.int32, float, float)]
 
     def resample(self, chosen: Cells) -> None:
-        """Replace the particles by copies of the chosen ones."""
+        """Replace the particles with copies of the chosen ones."""
         self._table = self._table[chosen]
 
     def add(self, x: Array, y: Array) -> None:

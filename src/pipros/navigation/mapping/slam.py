@@ -81,7 +81,7 @@ class GridSlam:
         return True
 
     def try_match(self, ranges: Array) -> None:
-        """Match a scan without any effect, to measure how long it takes."""
+        """Match a scan and discard the result, to measure how long matching takes."""
         self._matcher.match(self._maps, self.poses + np.array((0.1, 0.1, 0.1)), ranges)
 
     def _move(self, odometry: Triple) -> None:

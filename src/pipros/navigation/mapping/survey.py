@@ -96,7 +96,7 @@ class Survey:
         np.add.at(counts.reshape(-1), rows[inside] * width + columns[inside], sign)
 
     def _grow(self, left: float, bottom: float, right: float, top: float) -> None:
-        """Grow by whole multiples if a scan leaves the map."""
+        """Enlarge the map by multiples of `_MULTIPLE` cells if a scan leaves it."""
         (height, width), delta = self._visits.shape, self._settings.delta
         (x, y), far = self.origin, GROWTH_M
         low_x, low_y = (

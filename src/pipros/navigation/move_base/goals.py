@@ -69,7 +69,7 @@ class GoalServer:
         schedule.every(_STATUS_S, self._publish_statuses)
         self._publish_statuses()
 
-    # -- the side that executes goals --------------------------------------------
+    # -- called by the executing thread ------------------------------------------
 
     @property
     def has_new_goal(self) -> bool:

@@ -106,12 +106,12 @@ class GoalMachine:
         self._retries = 0
 
     def stop(self) -> None:
-        """Give the goal up, and stop the robot."""
+        """Abandon the goal, and stop the robot."""
         self._reset()
         self._base.drive(STILL)
 
     def planned(self, plan: Poses | None, now_s: float) -> None:
-        """Note the result of the planner, None if it found no plan. Ignore it if none is wanted any more."""
+        """Record the planner's result (None if it found no plan), unless a plan is no longer wanted."""
         if not self.wants_plan:
             return
         if plan is not None:
@@ -130,7 +130,7 @@ class GoalMachine:
         self._base.drive(STILL)
 
     def cycle(self, now_s: float) -> End | None:
-        """Do what is next. Return the end of the goal when it has one."""
+        """Perform the next step. Return the end of the goal once the goal has ended."""
         if self.is_recovering:
             self._continue_recovery(now_s)
             return None

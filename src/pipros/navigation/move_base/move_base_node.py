@@ -43,7 +43,7 @@ class MoveBase:
     """Drives to goals. The cycle runs in one thread, the planner in another, callbacks in more."""
 
     def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
-        """Wait for the transforms and the map, then create everything, and at last the action.
+        """Wait for the transforms and the map, then create everything, the action last.
 
         Raises:
             InvalidParameter: a parameter has a value with which the node cannot run.
@@ -84,7 +84,7 @@ class MoveBase:
         self._behaviours = plugins.behaviours(listed, values, tools, is_strict=self._is_strict)
         self._rest(is_resting=True)
         self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)
-        # A goal that came earlier would be lost on its way through the topic of the action.
+        # An earlier goal would be lost on the action's topic, which is not connected yet.
         own = self._forwarded
         self._global_map.wait_until(lambda: own.connection_count > 0, "its own action server")
         subscribe(node, "move_base_simple/goal", stamped, self._forward)
@@ -131,7 +131,7 @@ class MoveBase:
     # -- goals -------------------------------------------------------------------
 
     def _forward(self, message: Any) -> None:
-        """Send a goal of `move_base_simple/goal` on as one of the action, with an empty ID."""
+        """Forward a goal from `move_base_simple/goal` to the action, with an empty ID."""
         goal: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")()
         goal.header.stamp, goal.goal.target_pose = stamp(self._node.clock), message
         self._forwarded.publish(goal)
@@ -235,7 +235,7 @@ class MoveBase:
             return None
         return self._planner.make_plan(start, Pose2D(*target))
 
-    # -- what the machine asks ---------------------------------------------------
+    # -- called by the machine ---------------------------------------------------
 
     def pose(self) -> Triple | None:
         return self._global_map.robot_pose()

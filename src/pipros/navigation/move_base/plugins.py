@@ -21,7 +21,7 @@ _FACTOR: Final = 4.0
 
 
 def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, is_strict: bool) -> None:
-    """Report which planner runs if a parameter names another one: pipros has one of each kind.
+    """Warn if a parameter names a planner other than the only one of its kind in pipros.
 
     Raises:
         InvalidParameter: the parameter names another one, and `is_strict` is true.
@@ -65,12 +65,12 @@ def behaviours(given: Any, values: Mapping[str, Any], tools: Tools, *, is_strict
 
 
 def _full(name: str) -> str:
-    """Return a type with its package."""
+    """Return a type's name with its package as a prefix."""
     return next((full for full in BEHAVIOURS if name in (full, full.partition("/")[2])), name)
 
 
 def _checked(given: Any, log: logging.Logger, *, is_strict: bool) -> list[dict[str, Any]] | None:
-    """Return those of the behaviours that pipros has; None if the parameter is absent or faulty."""
+    """Return the listed behaviours that pipros has, or None if the parameter is absent or invalid."""
     if given is None:
         return None
     problem = "" if isinstance(given, list) else f"it must be a list, got {given!r}"

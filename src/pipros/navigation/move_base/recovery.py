@@ -1,4 +1,4 @@
-"""Recovery behaviours: clear what the costmaps have seen, and turn on the spot.
+"""Recovery behaviours: clear obstacles from the costmaps, and turn on the spot.
 
 A behaviour is begun and then continued, once per cycle of move_base, until it has ended.
 """
@@ -45,7 +45,7 @@ class Behaviour(Protocol):
 
 
 class ClearCostmap:
-    """Forgets obstacles outside (or inside) a square around the robot, in layers with certain names."""
+    """Clears obstacles outside (or inside) a square around the robot, in the layers with given names."""
 
     def __init__(self, tools: Tools, name: str) -> None:
         given = read_parameters(tools.node, f"~{name}")
@@ -84,7 +84,7 @@ class ClearCostmap:
 
 
 class Rotate:
-    """Turns the robot once around, to the left, so that the sensors see everything."""
+    """Turns the robot one full turn to the left, so that the sensors see everything."""
 
     def __init__(self, tools: Tools, name: str) -> None:
         given = read_parameters(tools.node, f"~{name}")

@@ -20,7 +20,7 @@ _LEAST_SHARE = 0.95
 
 
 class Descent:
-    """The descent of a field to its zero, half a cell per step. Positions are columns and rows."""
+    """Descends a potential field to its zero, half a cell per step. Positions are columns and rows."""
 
     def __init__(self, field: Potential) -> None:
         self._field = field
@@ -76,7 +76,7 @@ class Descent:
         )
 
     def _gradient(self, column: int, row: int) -> Point:
-        """Return the direction down, with length 1; out of cells that have no potential."""
+        """Return the unit vector of steepest descent. It points out of cells that have no potential."""
         found = self._gradients.get((column, row))
         if found is None:
             found = self._gradients[column, row] = self._compute_gradient(column, row)
@@ -183,7 +183,7 @@ def _region(start: Cell, goal: Cell, whole: CellRectangle) -> CellRectangle:
 
 
 def _way_outside(start: Cell, goal: Cell, window: CellRectangle, whole: CellRectangle) -> float:
-    """Return the least potential of a way that touches an edge of the region that is not one of the map."""
+    """Return the least potential of a path via an edge of the region that is not an edge of the map."""
     across, along = abs(start[0] - goal[0]), abs(start[1] - goal[1])
     edges = (
         (window.x0 > whole.x0, start[0] + goal[0] - 2 * window.x0, along),

@@ -98,7 +98,7 @@ class NavsatNode:
         schedule.every(1.0 / settings.frequency, self._cycle)
 
     def _renamed(self, given: PrivateParameters) -> PrivateParameters:
-        """Return the parameters with the new names of those that had another one before."""
+        """Return the parameters, with deprecated names replaced by the current ones."""
         values = dict(given.values)
         for ending in ("", "_as_parent_frame"):
             old, new = (f"broadcast_{kind}_transform{ending}" for kind in ("utm", "cartesian"))

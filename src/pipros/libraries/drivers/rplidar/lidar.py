@@ -71,7 +71,7 @@ def request(command: LidarCommand, payload: bytes = b"") -> bytes:
 
 
 class DeviceInfo(NamedTuple):
-    """What a device says about itself. The high half of `model` is the series."""
+    """Information about a device. The high half of `model` is the series."""
 
     model: int
     firmware: tuple[int, int]
@@ -93,7 +93,7 @@ class Lidar:
     """A device on a stream that has just been opened. It must not be shared by threads."""
 
     def __init__(self, stream: Stream, name: str, is_ending: Callable[[], bool]) -> None:
-        """Stop a running scan, and ask for the information.
+        """Stop a running scan, and request the information.
 
         Args:
             name: names the device in errors.
@@ -154,7 +154,7 @@ class Lidar:
         return modes, self._config(ConfigurationItem.TYPICAL_MODE, "<H")[0]
 
     def start(self, mode: Mode) -> Decoder:
-        """Start a scan, and return the decoder for what `read` returns."""
+        """Start a scan, and return the decoder for the data that `read` returns."""
         decoder: Decoder | None = decoder_of(mode.answer, mode.sample_us)
         if decoder is None:
             raise DeviceError(
@@ -169,12 +169,12 @@ class Lidar:
         return decoder
 
     def read(self) -> bytes:
-        """Return what has arrived, waiting for at most a fraction of a second."""
+        """Return the data that has arrived, waiting for at most a fraction of a second."""
         data, self._received = self._received, b""
         return data or self._stream.read()
 
     def stop(self) -> None:
-        """Stop the scan, and drop what still arrives."""
+        """Stop the scan, and drop data that still arrives."""
         self._stream.write(request(LidarCommand.STOP))
         end_s = time.monotonic() + STOP_S
         while time.monotonic() < end_s:

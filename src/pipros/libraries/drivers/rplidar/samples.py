@@ -91,7 +91,7 @@ class CapsuleFormat:
 
 
 class Capsules:
-    """Decodes each capsule when the next one has arrived, whose angle is the end of the first one."""
+    """Decodes each capsule when the next one has arrived, because it starts where the first one ends."""
 
     def __init__(self, form: CapsuleFormat, sample_us: float) -> None:
         self._form = form
@@ -120,7 +120,7 @@ class Capsules:
         form, (word,) = self._form, struct.unpack_from("<H", capsule, self._form.start_at)
         following = (word & 0x7FFF) % _TURN, capsule[form.start_at + 2 :]
         previous, self._previous = self._previous, following
-        if previous is None or word & 0x8000:  # the device has begun anew
+        if previous is None or word & 0x8000:  # the device has restarted its scan
             return
         start, turned = previous[0], (following[0] - previous[0]) % _TURN
         if turned > self._largest:

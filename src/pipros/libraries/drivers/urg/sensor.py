@@ -21,7 +21,7 @@ CALIBRATION_SCANS: Final = 10
 
 @dataclass(frozen=True, slots=True)
 class DeviceParameters:
-    """Parameters of a device: steps of a turn, the first, the last and that at the front; distances."""
+    """Parameters of a device: steps per turn; the first, last and front step; and distances."""
 
     turn: int
     first: int
@@ -62,13 +62,13 @@ class UrgSensor:
     """A device on a stream that has just been opened. It must not be shared by threads.
 
     Attributes:
-        parameters, version, state: what the device says about itself, the latter two by the keys of SCIP.
+        parameters, version, state: information from the device; the latter two are keyed as in SCIP.
     """
 
     def __init__(
         self, stream: Stream, name: str, is_ending: Callable[[], bool], now_ns: Callable[[], int]
     ) -> None:
-        """Stop a running stream, and ask for the parameters.
+        """Stop a running stream, and request the parameters.
 
         Args:
             name: names the device in errors.
@@ -80,7 +80,7 @@ class UrgSensor:
         self._stream, self.name, self._is_ending, self._now_ns = stream, name, is_ending, now_ns
         self._replies = Replies()
         if self.ask("QT").status != "00":
-            for command in ("SCIP2.0", "TM2"):  # it speaks SCIP 1, or is in the mode for its time
+            for command in ("SCIP2.0", "TM2"):  # it speaks SCIP 1, or is in time adjustment mode
                 self.ask(command)
             self._ask_well("QT")
         self.parameters = self._parameters(texts(self._ask_well("PP").lines))

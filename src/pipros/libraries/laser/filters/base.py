@@ -20,7 +20,7 @@ class FilterFailed(PiprosError):
 
 
 class FilterHost:
-    """Where a filter runs: what it needs of its node, or nothing in tests of filters without transforms."""
+    """The environment of a filter: what it needs of its node. Empty in tests without transforms."""
 
     def __init__(self, listener: TransformListener | None = None) -> None:
         self._listener = listener
@@ -30,7 +30,7 @@ class FilterHost:
         """The transforms of the node.
 
         Raises:
-            FilterFailed: there are none.
+            FilterFailed: the node has no transforms.
         """
         if self._listener is None:
             raise FilterFailed("this filter needs a node with transforms")

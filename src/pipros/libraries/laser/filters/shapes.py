@@ -96,7 +96,7 @@ class PolygonFilter(ShapeFilter):
         except InvalidFilter:
             if not hasattr(self, "polygon"):
                 raise
-            return  # a client sent an invalid polygon: the last one stays
+            return  # a client sent an invalid polygon: keep the last valid one
         padding = np.float32(self.values["polygon_padding"])
         self.polygon = corners + np.sign(corners) * padding
 
