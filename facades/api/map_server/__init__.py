@@ -103,7 +103,7 @@ def main() -> int:
 
 
 def _old_description(image: str, text: str) -> MapDescription:
-    """Return what the old form has instead of a YAML file: a resolution and private parameters."""
+    """Return the values that the old command line gives instead of a YAML file: resolution and parameters."""
     try:
         resolution = float(text)
     except ValueError:

@@ -84,7 +84,7 @@ def _is_in_notebook() -> bool:
 def _end_previous(session: Session) -> None:
     """Shut down the previous node, if `rospy.client._init_node_args` was set to None while it ran.
 
-    In a notebook, a cell that is run again does so, too, and also begins again after a shutdown.
+    In a notebook, running a cell again also does this, and starts a new node after a shutdown.
 
     Raises:
         ROSInitException: shutdown was requested.

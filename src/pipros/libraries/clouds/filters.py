@@ -111,7 +111,7 @@ def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
 
 
 def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
-    """Return a cloud without points, as PCL returns it; its steps are 0 unless `keeps_sizes`."""
+    """Return a cloud without points, like PCL's; its steps are 0 unless `keeps_sizes` is true."""
     made = type(cloud)(header=cloud.header, fields=cloud.fields, is_bigendian=cloud.is_bigendian)
     if keeps_sizes:
         made.point_step, made.row_step, made.is_dense = cloud.point_step, cloud.row_step, True
@@ -195,7 +195,7 @@ def leaf_sizes(values: Values) -> Any:
     """Return the sizes of a cell in float32. A negative `leaf_size_x` means `leaf_size`.
 
     Raises:
-        InvalidCloud: one is not greater than 0.
+        InvalidCloud: a size is not greater than 0.
     """
     general = values["leaf_size"]
     own = [values.get(f"leaf_size_{axis}", -1.0) for axis in POSITION]

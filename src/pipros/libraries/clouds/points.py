@@ -179,7 +179,7 @@ def exact_matrix_of(pose: Pose) -> Any:
 
 
 def moved(points: Any, matrix: Any) -> Any:
-    """Return points of shape (n, 3) after a movement, in the type of the matrix, summed as Eigen does."""
+    """Transform points of shape (n, 3). Results have the matrix's type, and are summed as in Eigen."""
     x, y, z = (points[:, axis, np.newaxis].astype(matrix.dtype) for axis in range(3))
     with np.errstate(all="ignore"):
         return x * matrix[:, 0] + y * matrix[:, 1] + z * matrix[:, 2] + matrix[:, 3]

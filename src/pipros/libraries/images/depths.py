@@ -78,7 +78,7 @@ def registered(
     *,
     fills_holes: bool = False,
 ) -> Any:
-    """Return a depth image as another camera would see it, with the same encoding.
+    """Return a depth image as seen by another camera, with the same encoding.
 
     Args:
         camera, target: the cameras of the image and of the result.

@@ -74,7 +74,7 @@ def check_size(height: int, width: int) -> None:
 
 
 def key_of(info: Any) -> tuple[Any, ...]:
-    """Return everything in the message but its header, to recognize a calibration that has changed."""
+    """Return all fields of the message except its header, to detect a changed calibration."""
     roi = info.roi
     return (
         (info.width, info.height, info.distortion_model, *binning(info)),

@@ -26,7 +26,7 @@ _RATE_HZ = 20.0
 
 
 class SmootherNode:
-    """Publishes `~smooth_cmd_vel` periodically while `~raw_cmd_vel` asks the robot to move."""
+    """Publishes `~smooth_cmd_vel` periodically while `~raw_cmd_vel` commands motion."""
 
     def __init__(self, node: Node) -> None:
         self._clock = node.clock

@@ -115,7 +115,7 @@ class ParticleFilter:
         return found
 
     def heaviest_cluster(self) -> tuple[float, Triple]:
-        """Return the weight and the mean pose of the heaviest cluster: of particles in touching bins."""
+        """Return the weight and mean pose of the heaviest cluster of particles in touching bins."""
         bins, member = np.unique(_bins(self.poses), axis=0, return_inverse=True)
         label = _connected(bins)[member.ravel()]
         totals = np.bincount(label, self.weights)

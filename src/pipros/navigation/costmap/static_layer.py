@@ -28,7 +28,7 @@ class StaticSettings:
 
 
 class StaticLayer(CellLayer):
-    """Costs of an occupancy grid. Its first map sets the size of the costmap, unless that is rolling."""
+    """Costs of an occupancy grid. The first map sets the costmap's size unless it is rolling."""
 
     def __init__(
         self,

@@ -106,7 +106,7 @@ class VoxelLayer(ObstacleLayer):
         self.grid.costs.reshape(-1)[passed[is_free]] = costs
 
     def _shortened(self, origin: Numbers, points: Numbers) -> Numbers:
-        """Return the ends of rays to points: two cells before them, and within the map and its heights."""
+        """Return the ends of rays: two cells before the points, and clipped to the map and its heights."""
         grid, away = self.grid, points - origin
         lengths = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
         ends: Numbers = np.maximum(0.0, (lengths - 2 * grid.resolution) / lengths)[:, None] * away + origin

@@ -149,7 +149,7 @@ class DwaPlanner:
     def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
         """Return the distance at the end of each trajectory, or at a point ahead of it.
 
-        Ways that leave the grid are discarded; if the point is not ahead, also those through obstacles.
+        Trajectories leaving the grid are discarded; if the point is not ahead, also those through obstacles.
         """
         x, y = tried.x, tried.y
         if ahead:

@@ -43,7 +43,7 @@ class Trajectories:
 
 
 def sampled(low: float, high: float, count: int) -> list[float]:
-    """Return at least two evenly spaced values with both ends, and 0 if it is between; one if low is high."""
+    """Return evenly spaced values including both ends, and 0 if in between; one value if low equals high."""
     if low == high:
         return [low]
     count = max(count, 2)

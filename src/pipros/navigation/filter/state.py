@@ -106,7 +106,7 @@ def transition(angles: Array, delta_s: float) -> Array:
 def jacobian(state: Array, matrix: Array, delta_s: float) -> Array:
     """Return the derivative of the predicted state; `matrix` is the `transition` of the state.
 
-    A turn about an axis moves the end of a way by the cross product of the two: roll is about the robot's x
+    A turn about an axis moves a vector's end by the cross product of the two: roll is about the robot's x
     axis, yaw about the world's z axis, and pitch about the world's y axis turned by the yaw.
     """
     cr, sr, cp, sp, cy, sy = _functions(*state[ANGLES])

@@ -2,7 +2,7 @@
 
 Source: SLAMTEC, "RPLIDAR Interface Protocol and Application Notes". All numbers are little endian.
 
-A decoder yields segments: whether the first of its points is the first of a turn, and points. Angles are in
+A decoder yields segments: a flag that the first point begins a turn, and the points. Angles are in
 degrees from 0 to 360, clockwise; distances in mm, 0 if nothing was measured; qualities have 6 bits. Angles
 of capsules are computed in whole units of 1/(64 N) degrees, N being the number of their points, so that every
 turn has exactly one beginning.
@@ -40,7 +40,7 @@ class Decoder(Protocol):
     """Turns the bytes of one format into segments. Invalid bytes are skipped."""
 
     def feed(self, data: bytes) -> Iterator[Segment]:
-        """Yield the segments that are complete with `data`."""
+        """Yield the segments that `data` completes."""
         ...
 
 
@@ -53,7 +53,7 @@ class StandardNodes:
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[Segment]:
-        """Yield the segments that are complete with `data`."""
+        """Yield the segments that `data` completes."""
         data = self._rest + data
         at, is_start = 0, False
         points: list[Point] = []
@@ -102,7 +102,7 @@ class Capsules:
         """The angle at which the last points ended: where the next ones begin, unless some were lost."""
 
     def feed(self, data: bytes) -> Iterator[Segment]:
-        """Yield the segments that are complete with `data`."""
+        """Yield the segments that `data` completes."""
         buffer, at, length = self._buffer + data, 0, self._form.length
         while len(buffer) - at >= length:
             first, second = buffer[at], buffer[at + 1]

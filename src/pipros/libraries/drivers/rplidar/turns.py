@@ -93,7 +93,7 @@ def _in_cells(points: Sequence[Point], per_degree: float) -> list[tuple[float, f
 
 
 def _sorted(turn: Sequence[Point], first: int) -> list[Point]:
-    """Sort points by angle, the invalid ones as if they were distributed evenly over the turn."""
+    """Sort points by angle. Invalid points are placed as if distributed evenly over the turn."""
     step = 360 / len(turn)
     front = turn[first].angle - first * step
     return sorted(

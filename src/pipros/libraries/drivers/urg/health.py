@@ -34,8 +34,8 @@ class LidarHealth:
         """Advertise. Blocks until the master answers.
 
         Args:
-            place: where the device is, as keys and values.
-            output: what is counted.
+            place: the address of the device, as keys and values.
+            output: name of the counted output.
         """
         self._node, self._place, self._output = node, place, output
         self._name = node.name.removeprefix("/")

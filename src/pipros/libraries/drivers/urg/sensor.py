@@ -42,7 +42,7 @@ class DeviceParameters:
 
 @dataclass(frozen=True, slots=True)
 class ScanRequest:
-    """What a scan contains: steps, of which `cluster` are merged into one. `skip` scans are left out then."""
+    """Contents of a scan: steps, merged in groups of `cluster`. `skip` scans are omitted after each one."""
 
     first: int
     last: int

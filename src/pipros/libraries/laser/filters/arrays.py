@@ -16,7 +16,7 @@ OBSERVATIONS_LIMIT: Final = 10_000
 
 
 def _median(rows: Any) -> Any:
-    """Return the lower median of each column. NaN moves through Wirth's selection as in the original."""
+    """Return the lower median of each column. NaN is treated by Wirth's selection as in the original."""
     found = np.sort(rows, axis=0)[(len(rows) - 1) // 2]
     for column in np.flatnonzero(np.isnan(rows).any(0)):
         found[column] = _selected(rows[:, column].tolist(), (len(rows) - 1) // 2)
