@@ -45,7 +45,7 @@ class Frames(TransformListener):
     def awaited(self, target: str, source: str, stamp_ns: int, timeout_s: float) -> Pose | None:
         """Return the pose of `source` in `target` at a time, or None with a warning if it is not known.
 
-        Wait up to `timeout_s` of the node's time, but not for a time that is older than the known ones.
+        Wait up to `timeout_s` of the node's time, but not for a time older than the known transforms.
         """
 
         def reason() -> str | None:

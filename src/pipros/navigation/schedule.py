@@ -51,7 +51,7 @@ class Schedule:
     def every(self, period_s: float, do: Callable[[], object]) -> Callable[[float], None]:
         """Call `do` once per period of the node's time. Return a function that changes the period.
 
-        In lockstep, missed calls are left out.
+        In lockstep, missed calls are skipped.
         """
         work = _Work(do, round(period_s * 1e9))
         if self.in_lockstep:

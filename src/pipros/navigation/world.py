@@ -60,7 +60,7 @@ class NavigationWorld:
     Attributes:
         node: the node `/world` of the test, a member of the lockstep.
         simulation: the simulator's robots; read it while the time stands still.
-        errors: how wrong the localisation was, in metres and radians, five times a second while time passes.
+        errors: errors of the localisation in metres and radians, recorded five times per simulated second.
     """
 
     def __init__(

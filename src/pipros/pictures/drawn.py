@@ -57,7 +57,7 @@ def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
         limit_bytes: the size of the picture.
 
     Raises:
-        PictureError: its type cannot be drawn, or it is malformed or too large.
+        PictureError: the message's type cannot be drawn, or the message is malformed or too large.
     """
     drawers = {
         "sensor_msgs/Image": _image,

@@ -36,7 +36,7 @@ class Settings:
         """Parse a file.
 
         Raises:
-            YamlError: it is not YAML.
+            YamlError: the file is not YAML.
             BadSettings: it is not a mapping, or a mapping has a key twice.
         """
         values = load(text, file, angles=False)
@@ -58,7 +58,7 @@ class Settings:
         return BadSettings(f"{self.place(key)}: {reason}")
 
     def only(self, known: Collection[str]) -> None:
-        """Raise `BadSettings` if there is another key than the known ones."""
+        """Raise `BadSettings` if there is an unknown key."""
         for key in self.values:
             if key not in known:
                 hint = similar_names(str(key), known) or f"The keys are {', '.join(sorted(known))}"

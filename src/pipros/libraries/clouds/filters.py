@@ -48,7 +48,7 @@ def pass_through(cloud: Any, values: Values) -> Any:
 
 
 def _within(field: Any, values: Values) -> Any:
-    """Return which values of a field are finite and within the limits; if they are negative, not between."""
+    """Return which values of a field are finite and within the limits (or outside, if negative)."""
     low, high = values["filter_limit_min"], values["filter_limit_max"]
     with np.errstate(invalid="ignore"):
         if values["filter_limit_negative"]:

@@ -1,4 +1,4 @@
-"""The inputs that all nodelets of pcl_ros share: clouds, and optionally the indices of their points."""
+"""The inputs that all nodelets of pcl_ros share: clouds, and optionally indices of their points."""
 
 from __future__ import annotations
 

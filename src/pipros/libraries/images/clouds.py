@@ -1,4 +1,4 @@
-"""Organised point clouds: one point per pixel, with colours if there are some."""
+"""Organised point clouds: one point per pixel, optionally with colours."""
 
 from __future__ import annotations
 

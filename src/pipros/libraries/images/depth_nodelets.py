@@ -144,7 +144,7 @@ def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, s
 
 
 class Register:
-    """Publishes the depths of one camera as another one, `rgb`, would see them, while they are wanted."""
+    """Publishes the depths of one camera as seen by another, `rgb`, while there are subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, 2.0)

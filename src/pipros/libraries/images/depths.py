@@ -25,7 +25,7 @@ def checked(encoding_name: str) -> str:
     """Return the encoding of a depth image.
 
     Raises:
-        BadImage: it is neither 16UC1, mono16 nor 32FC1.
+        BadImage: the encoding is not 16UC1, mono16 or 32FC1.
     """
     name = MILLIMETRES if encoding_name == "mono16" else encoding_name
     if name not in ENCODINGS:
@@ -43,7 +43,7 @@ def converted_metric(image: Any, encoding_name: str) -> tuple[Any, str]:
 
 
 def _with_nan(image: Any, encoding_name: str) -> Any:
-    """Return the depths in their unit, as float32 with NaN for unknown ones."""
+    """Return the depths in their unit, as float32 with NaN for unknown depths."""
     if encoding_name == MILLIMETRES:
         depths = image.astype(np.float32)
         depths[image == 0] = np.nan

@@ -40,7 +40,7 @@ CAMERA_INFO: Final = "sensor_msgs/CameraInfo"
 
 
 class Disparity(LazyNode):
-    """Publishes `disparity` from the images and calibrations of `left` and `right`, while it is wanted."""
+    """Publishes `disparity` from the images and calibrations of `left` and `right`, while subscribed to."""
 
     def __init__(self, node: Node) -> None:
         self._cv2 = opencv("stereo matching")

@@ -67,7 +67,7 @@ def check_size(height: int, width: int) -> None:
     """Check the size of an image.
 
     Raises:
-        Uncalibrated: it has no pixels, or more than `MOST_PIXELS`.
+        Uncalibrated: the image has no pixels, or more than `MOST_PIXELS`.
     """
     if not 0 < height * width <= MOST_PIXELS:
         raise Uncalibrated(f"a calibration must have 1 to {MOST_PIXELS} pixels, got {width} x {height}")

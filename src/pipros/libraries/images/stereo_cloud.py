@@ -71,7 +71,7 @@ class StereoCloud(LazyNode):
 
 
 def positions(disparities: Any, left: Pinhole, right: Pinhole) -> Any:
-    """Return the points of a disparity image, in metres; NaN where the disparity is the smallest one.
+    """Return the points of a disparity image, in metres; NaN where the disparity is the smallest value.
 
     Raises:
         BadImage: the cameras have no baseline.

@@ -42,7 +42,7 @@ class CloudToScan:
         """Return the number of beams, computed with the float32 values of the message.
 
         Raises:
-            InvalidScanSettings: it is not a number from 0 to `BEAMS_LIMIT`.
+            InvalidScanSettings: the result is not a number from 0 to `BEAMS_LIMIT`.
         """
         low, high, step = self._angles()
         with np.errstate(all="ignore"):

@@ -50,7 +50,7 @@ def poses_of_scan(
     If `moves` is false, both are those of the first beam.
 
     Raises:
-        TransformException: they are not known.
+        TransformException: the poses are not known.
     """
     end_ns = scan.beam_stamp_ns(max(len(scan.ranges) - 1, 0) if moves else 0)
     target, frame = target.removeprefix("/"), scan.frame.removeprefix("/")

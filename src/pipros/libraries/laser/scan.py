@@ -100,5 +100,5 @@ class Scan:
 
 
 def _in_ns(seconds: float) -> int:
-    """Return a time in nanoseconds; 0 for what cannot be the duration of a scan."""
+    """Return a time in nanoseconds, or 0 if it cannot be the duration of a scan."""
     return round(seconds * NS_PER_S) if abs(seconds) < _LONGEST_SCAN_S else 0

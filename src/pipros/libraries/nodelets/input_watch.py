@@ -78,7 +78,7 @@ class InputWatch:
             # From the last sample without the topic, or from the oldest one.
             since = next((each for each in reversed(before) if key not in each.totals), before[0])
             old_received, old_dropped = since.totals.get(key, (0, 0))
-            if received < old_received:  # it was subscribed to again
+            if received < old_received:  # the nodelet has subscribed again
                 old_received = old_dropped = 0
             count = received - old_received
             rate_hz = count / max(now.time_s - since.time_s, 1e-3)

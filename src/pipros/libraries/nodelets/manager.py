@@ -59,7 +59,7 @@ class Manager:
         with self._lock:
             bond = self._bonds.get(name)
             if bond is None or bond.bond_id != bond_id:
-                return  # it was unloaded, or loaded again by another loader
+                return  # the nodelet was unloaded, or loaded again by another loader
             del self._bonds[name]
         self._log.info("the bond of nodelet %s is broken, so it is unloaded", name)
         self._hosting.unload(name)

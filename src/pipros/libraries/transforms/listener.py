@@ -1,4 +1,4 @@
-"""Receive the transforms of a node's topics, look them up, and hold messages back until theirs are known."""
+"""Receive transforms, look them up, and hold messages back until their transforms are known."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class TransformListener:
         """Return the pose of `source` in `target` at a time; 0 is the latest. Wait up to `timeout_s`.
 
         Raises:
-            TransformException: it is not known.
-            Interrupted: the node was shut down meanwhile.
+            TransformException: the transform is not known.
+            Interrupted: the node was shut down while waiting.
         """
 
         def ask() -> tuple[int, str]:

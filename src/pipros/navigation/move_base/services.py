@@ -23,7 +23,7 @@ from pipros.node.service_server import CallFailed
 
 
 class PlanService:
-    """Serves plans to other nodes, and clears the costmaps at their request."""
+    """Serves plans to other nodes, and clears the costmaps on request."""
 
     def __init__(
         self,
@@ -40,7 +40,7 @@ class PlanService:
 
         Args:
             maps: the global and the local one.
-            clearing_radius: half the side of the square that is freed around the robot, in metres.
+            clearing_radius: half the side of the square set to free around the robot, in metres.
             locate: returns a PoseStamped in the global frame, or None.
             is_active: returns whether move_base has a goal.
             settings: returns the parameters of move_base.

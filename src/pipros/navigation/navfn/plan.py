@@ -154,8 +154,8 @@ def find_field(
 ) -> PotentialField:
     """Return potentials from which the cheapest path to the goal follows.
 
-    The region between start and goal is searched first. If every path out of it is longer than the path that
-    was found there, this is the cheapest of all. Otherwise the whole map is searched.
+    The region between start and goal is searched first. If every path that leaves it costs more than the path
+    found there, that path is the cheapest of all. Otherwise the whole map is searched.
     """
     height, width = costs.shape
     whole = CellRectangle(0, 0, width, height)

@@ -51,7 +51,7 @@ def crossing_costs(costs: Costs, *, allow_unknown: bool) -> Potential:
 
 
 def spread(crossing: Potential, start: Cell, goal: Cell, *, use_astar: bool = False) -> Potential:
-    """Return the potentials of the cells around `start`, until the wave reaches `goal` or all that it can.
+    """Return the potentials around `start`. The wave stops at `goal`, or when no more cells can be reached.
 
     Args:
         crossing: costs by row and column; the cells of the border must not be crossed.
@@ -101,7 +101,7 @@ def spread(crossing: Potential, start: Cell, goal: Cell, *, use_astar: bool = Fa
 def _improve(
     field: Potential, cost: Potential, cells: npt.NDArray[np.int64], width: int
 ) -> npt.NDArray[np.int64]:
-    """Compute the potentials of cells. Return the cells that are better now."""
+    """Compute the potentials of cells. Return the cells whose potential has decreased."""
     in_x = np.minimum(field[cells - 1], field[cells + 1])
     in_y = np.minimum(field[cells - width], field[cells + width])
     crossing = cost[cells]
@@ -116,7 +116,7 @@ def _improve(
 
 
 def _unique(cells: npt.NDArray[np.int64], order: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
-    """Return each cell once. `order` is memory for a number per cell of the map: sorting takes longer."""
+    """Remove duplicate cells. `order` is scratch memory, one number per map cell; sorting takes longer."""
     numbers = np.arange(len(cells), dtype=np.int32)
     order[cells] = numbers
     is_last: npt.NDArray[np.bool_] = order[cells] == numbers

@@ -29,7 +29,7 @@ class Alignment:
 
     Attributes:
         is_local: use the local plane rather than the grid.
-        turn: added to the yaw of orientations: magnetic declination and offset, in radians.
+        turn: angle added to the yaw of orientations (magnetic declination and offset), in radians.
         zone, is_north: of the grid.
         is_zone_fixed: whether the zone was set by a user.
         start: position of the antenna in the plane, when the first fix was taken.
@@ -54,7 +54,7 @@ class Alignment:
         """Use a fix as the start; its zone becomes that of all positions, unless a zone was set.
 
         Raises:
-            OutOfRange: it has no coordinates.
+            OutOfRange: the fix has no coordinates.
         """
         if self.is_local:
             self._plane = LocalPlane(latitude, longitude)

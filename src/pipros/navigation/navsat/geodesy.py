@@ -77,7 +77,7 @@ def zone_of_name(name: str) -> tuple[int, bool]:
     """Return the zone and hemisphere of a grid zone such as `31U`; a longer MGRS coordinate is accepted.
 
     Raises:
-        OutOfRange: it is not the name of a zone.
+        OutOfRange: the text is not the name of a zone.
     """
     digits = len(name) - len(name.lstrip("0123456789"))
     band = name[digits : digits + 1].upper()

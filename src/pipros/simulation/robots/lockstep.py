@@ -151,7 +151,7 @@ class Lockstep:
             client.close()
 
     def report(self) -> None:
-        """Print the ratio of simulated time to real time, since all members were there."""
+        """Print the ratio of simulated time to real time since all members were present."""
         taken_s = time.monotonic() - self._began_s
         if self._simulated_s and taken_s:
             factor = self._simulated_s / taken_s

@@ -97,13 +97,13 @@ def clock_ms(text: bytes) -> int:
 
 
 def scan_of(data: bytes, *, has_intensities: bool) -> tuple[list[int], list[int]]:
-    """Return the distance at each step in mm, 0 for none, and the intensities; none if the data has none."""
+    """Return the distance at each step in mm (0 for none), and the intensities, if the data has any."""
     values = numbers(data)
     return (values[0::2], values[1::2]) if has_intensities else (values, [])
 
 
 def echoes_of(data: bytes, *, has_intensities: bool) -> list[list[tuple[int, int]]]:
-    """Return the echoes at each step: distances in mm and intensities. `&` precedes each further one."""
+    """Return the echoes at each step: distances in mm and intensities. `&` precedes each further echo."""
     steps: list[list[tuple[int, int]]] = []
     size, at = 6 if has_intensities else 3, 0
     while at < len(data):

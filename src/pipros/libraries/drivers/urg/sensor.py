@@ -42,7 +42,7 @@ class DeviceParameters:
 
 @dataclass(frozen=True, slots=True)
 class ScanRequest:
-    """Contents of a scan: steps, merged in groups of `cluster`. `skip` scans are omitted after each one."""
+    """Contents of a scan: steps, merged in groups of `cluster`. `skip` scans are omitted after each scan."""
 
     first: int
     last: int
@@ -116,7 +116,7 @@ class UrgSensor:
             yield reply
 
     def latency_s(self, request: ScanRequest) -> float:
-        """Return the median time from a measurement to its arrival, negative, by the clock of the device."""
+        """Return the negated median time from a measurement to its arrival, by the device's clock."""
         self._ask_well("TM0")
         offsets = []
         for _ in range(CALIBRATION_SCANS):

@@ -59,7 +59,7 @@ class ArrayChain:
         """Read the description: a list of maps with `name`, `type` and `params`.
 
         Raises:
-            InvalidFilter: it is invalid.
+            InvalidFilter: the description is invalid.
         """
         if not isinstance(description, list):
             raise InvalidFilter(f"filter {owner}: a chain must be a list, got {description!r}")

@@ -59,7 +59,7 @@ class ScanFilter:
         """Read the parameters.
 
         Raises:
-            InvalidFilter: one is missing or invalid.
+            InvalidFilter: a parameter is missing or invalid.
         """
         self.name, self.place = name, place
         self.values: Mapping[str, Any] = {
