@@ -95,7 +95,7 @@ def tunable(
 ) -> Any:
     """Declare a field of a dataclass as a parameter that clients of dynamic_reconfigure can change.
 
-    See `Setting`; `offered` is the default for clients, if it is another one.
+    See `Setting`; `offered` is the default for clients if it differs.
     """
     declared = default if offered is None else offered, low, high, text, 0, edit_method
     return field(default=default, metadata={"setting": declared})
@@ -111,7 +111,7 @@ def is_number(value: Any) -> TypeGuard[int | float]:
 
 
 def read_parameters(node: Node, namespace: str = "~") -> PrivateParameters:
-    """Read the parameters in a namespace of a node: the private ones, or those of a part, as `~costmap`."""
+    """Read the parameters in a namespace of a node: the private ones, or those of a part (`~costmap`)."""
     try:
         values = node.params.get(namespace)
     except NotFound:
@@ -120,7 +120,7 @@ def read_parameters(node: Node, namespace: str = "~") -> PrivateParameters:
 
 
 def search_upwards(node: Node, namespace: str, name: str) -> Any:
-    """Return a parameter of a namespace or, if it is not set, of the nearest one above; None without any."""
+    """Return a parameter of a namespace, or of the nearest parent that sets it; None if none does."""
     place = node.resolve(namespace)
     while True:
         try:

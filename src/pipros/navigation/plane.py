@@ -21,12 +21,12 @@ Poses = NDArray[np.float64]
 
 
 def flat(pose: Pose) -> Triple:
-    """Return the part of a pose in the plane."""
+    """Return the part of a pose that lies in the plane."""
     return pose[0], pose[1], roll_pitch_yaw(pose)[2]
 
 
 def flat_message(pose: Any) -> Triple:
-    """Return the part in the plane of a geometry_msgs/Pose."""
+    """Return the part of a geometry_msgs/Pose that lies in the plane."""
     return flat(pose_of(pose.position, pose.orientation))
 
 

@@ -1,4 +1,4 @@
-"""Topics and services of a node by the names of their types, and the messages and times that they carry."""
+"""Create topics, services and messages of a node from the names of their types."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from pipros.node import Node
 
 
 def advertise(node: Node, topic: str, kind: str, queue_size: int | None = 1, *, latch: bool = False) -> Any:
-    """Advertise a topic of the type of this name."""
+    """Advertise a topic whose type has this name."""
     return node.advertise(topic, load_message_class(kind), queue_size=queue_size, latch=latch)
 
 
 def subscribe(node: Node, topic: str, kind: str, take: Callable[[Any], object], queue_size: int = 1) -> Any:
-    """Subscribe to a topic of the type of this name."""
+    """Subscribe to a topic whose type has this name."""
     return node.subscribe(topic, load_message_class(kind), take, queue_size=queue_size)
 
 

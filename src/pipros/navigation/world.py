@@ -51,7 +51,7 @@ STATUSES: Final = ("pending", "active", "preempted", "succeeded", "aborted", "re
 
 
 class WorldFailure(AssertionError):
-    """The robot has not done what the test demands."""
+    """The robot did not do what the test demands."""
 
 
 class NavigationWorld:
@@ -79,9 +79,9 @@ class NavigationWorld:
         Args:
             map_file: the YAML file of the map.
             start: the robot's first pose: x, y, yaw.
-            seed: of all noise, also that of amcl.
+            seed: seed of all noise, including amcl's.
             robot: defaults to a robot with noisy odometry.
-            parameters: changes of `PARAMETERS`: parameters by node.
+            parameters: changes to `PARAMETERS`, as parameters by node.
         """
         self._grid = read_map(map_file)
         settings = robot or RobotSettings(odometry_noise=0.05, max_angular=2.0)
@@ -187,7 +187,7 @@ class NavigationWorld:
             return not self._is_running()
 
     def _observe(self) -> None:
-        """Note how close the robot has come. Called by the simulator after each step."""
+        """Record how close the robot has come to obstacles. Called by the simulator after each step."""
         self._closest_m = min(self._closest_m, self.clearance_m)
 
     def _is_running(self) -> bool:
@@ -196,7 +196,7 @@ class NavigationWorld:
         return self._wanted is not None
 
     def _run_until(self, wanted: Callable[[], bool], within_s: float, real_s: float = STEP_S) -> bool:
-        """Let the time pass until a condition is met; return False if it is not within a simulated time."""
+        """Let the time pass until a condition is met, or for a simulated time. Return whether it was met."""
         began_s = time.monotonic()
         with self._changed:
             self._wanted, self._deadline_s = wanted, self.time_s + within_s
@@ -303,7 +303,7 @@ class NavigationWorld:
         """Check in each step within the context that the robot keeps a distance to walls and obstacles.
 
         Raises:
-            WorldFailure: it came closer.
+            WorldFailure: the robot came closer.
         """
         with self._changed:
             self._closest_m = self.clearance_m
@@ -314,7 +314,7 @@ class NavigationWorld:
             )
 
     def kidnap(self, x: float, y: float, yaw: float) -> None:
-        """Carry the robot to another place. Neither odometry nor localisation notice it."""
+        """Carry the robot to another place. Neither odometry nor localisation notices this."""
         with self._robots.lock:
             self.simulation.place(self.robot.settings.name, Pose(x, y, yaw))
 

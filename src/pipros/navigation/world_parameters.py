@@ -1,4 +1,4 @@
-"""The parameters of the nodes of a `NavigationWorld`: those of a small, fast robot with a laser."""
+"""Parameters for the nodes of a `NavigationWorld`, suited to a small, fast robot with a laser."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ PARAMETERS: Final[Mapping[str, Any]] = {
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return nested parameters with changes."""
+    """Return nested parameters with changes applied."""
     result = dict(base)
     for name, value in changes.items():
         before = result.get(name)

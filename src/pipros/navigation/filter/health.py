@@ -76,7 +76,7 @@ class Health:
 
 
 def problems(settings: FilterSettings) -> dict[str, tuple[LinkLevel, str]]:
-    """Return the problems of the settings: level and text, by variable or input."""
+    """Return the level and text of each problem in the settings, by variable or input."""
     used = [topic for topic in settings.topics if topic.is_used]
     absolute, moving = np.zeros(6, int), np.zeros(6, int)
     for topic in used:

@@ -1,7 +1,7 @@
 """Make measurements from poses, twists and accelerations of ROS messages, in any frame.
 
 Poses are converted to the world frame, twists and accelerations to the robot's frame. Flags and covariances
-are rotated along: a variable counts as measured if any measured one contributes to it.
+are rotated with them: a variable counts as measured if any measured one contributes to it.
 """
 
 from __future__ import annotations

@@ -141,7 +141,7 @@ class GmappingNode:
         return GridSlam(settings, angles, odometry, self._rng)
 
     def _judge_speed(self, slam: GridSlam, ranges: Array, message: Any) -> None:
-        """Warn if matching a scan takes longer than the time between two processed scans."""
+        """Warn if matching a scan takes longer than the interval between two processed scans."""
         self._has_measured = True
         settings, before = self._settings, time.process_time()
         slam.try_match(ranges)

@@ -92,7 +92,7 @@ class HitMaps:
             self._row, self._column = self._row - below, self._column - left
 
     def _make_own(self, codes: Cells) -> None:
-        """Give places in the tables (flat indexes) blocks that no other particle has."""
+        """Give entries of the tables (flat indexes) their own blocks, not shared with other particles."""
         table = self._table.reshape(-1)
         users = np.bincount(table, minlength=len(self._pools[0]))
         codes = codes[(table[codes] == 0) | (users[table[codes]] > 1)]
@@ -110,7 +110,7 @@ class HitMaps:
         self._table = table.reshape(self._table.shape)
 
     def window(self, particles: Cells, low: Array, high: Array) -> DenseWindow:
-        """Return the part between two corners (x, y in metres) of the maps of some particles.
+        """Return the part of some particles' maps between two corners (x, y in metres).
 
         It is at most as large as the maps, with a border of empty blocks.
         """

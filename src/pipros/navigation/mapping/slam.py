@@ -28,7 +28,7 @@ class GridSlam:
     def __init__(
         self, settings: MappingSettings, angles: Array, start: Triple, rng: np.random.Generator
     ) -> None:
-        """Start all particles at a pose, the laser's pose in the odometry frame."""
+        """Start all particles at the laser's pose in the odometry frame."""
         count = settings.particles
         self._settings, self._angles, self._rng = settings, angles, rng
         self._matcher = ScanMatcher(settings, angles)

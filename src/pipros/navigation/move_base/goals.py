@@ -1,7 +1,7 @@
 """A simple action server on a `Node`: one goal at a time, which a new goal replaces.
 
-The texts of the statuses are those of actionlib. `accept` and the ends are called by the thread that
-executes goals, while messages arrive in others.
+The status texts are those of actionlib. The thread that executes goals calls `accept` and the methods that
+end a goal; messages arrive in other threads.
 """
 
 from __future__ import annotations

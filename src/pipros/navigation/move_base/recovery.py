@@ -122,7 +122,7 @@ class Rotate:
         return False
 
     def _is_free(self, pose: Triple, turn: float) -> bool:
-        """Return whether the footprint is free of obstacles in all directions of the rest of the turn."""
+        """Return whether the footprint stays free of obstacles during the rest of the turn."""
         yaw = pose[2] + np.arange(0.0, turn, self._step)
         costmap = self._tools.local_map
         with costmap.lock:

@@ -32,10 +32,10 @@ class Alignment:
         turn: angle added to the yaw of orientations (magnetic declination and offset), in radians.
         zone, is_north: of the grid.
         is_zone_fixed: whether the zone was set by a user.
-        start: position of the antenna in the plane, when the first fix was taken.
+        start: position of the antenna in the plane when the first fix was taken.
         odometry: pose of the robot in the world frame.
         attitude: orientation of the robot; a yaw of 0 is east.
-        to_world: pose of the plane's frame in the world frame, when it is known.
+        to_world: pose of the plane's frame in the world frame, once it is known.
     """
 
     is_local: bool

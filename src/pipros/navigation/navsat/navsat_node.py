@@ -251,7 +251,7 @@ class NavsatNode:
         self._static.publish(message)
 
     def _publish_position(self) -> None:
-        """Publish the robot's position in the world frame, from the antenna's."""
+        """Publish the robot's position in the world frame, computed from the antenna's."""
         alignment = self._alignment
         if self._fix is None or alignment.to_world is None:
             return
