@@ -255,7 +255,7 @@ def _own_ip(machine: MachineReport, ip: str, *, is_master_here: bool) -> Finding
             f"export ROS_IP={good or 'ADDRESS'}, or unset it.",
             "ROS_IP",
         )
-    elif good and not is_master_here and not is_loopback(ip) and ip != good:
+    elif good and not is_loopback(good) and not is_master_here and not is_loopback(ip) and ip != good:
         yield warning(
             "ip-of-another-network",
             f"ROS_IP [{ip}] is an address of this machine, but this machine reaches the master from "

@@ -137,6 +137,13 @@ def test_the_cure_names_the_address_that_others_can_reach() -> None:
     assert has_errors(check_machine(FAULTS["ip-of-another"]))
 
 
+def test_a_machine_without_a_route_to_the_master_is_not_advised_to_advertise_loopback() -> None:
+    unplugged = machine(
+        {"ROS_IP": "10.0.0.2"}, address_towards_master="127.0.0.1", master_error="Network is unreachable"
+    )
+    assert [finding.rule for finding in check_machine(unplugged)] == ["no-master"]
+
+
 def test_a_zip_file_may_be_in_the_python_path() -> None:
     assert check_machine(machine({"PYTHONPATH": "/x.zip"}, paths={"/x.zip": PathKind.FILE})) == []
 
