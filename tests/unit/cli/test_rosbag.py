@@ -130,6 +130,26 @@ def test_a_signal_that_is_ignored_stays_ignored(bag: Path, monkeypatch: pytest.M
         signal.signal(signal.SIGTERM, before)
 
 
+@pytest.mark.parametrize(("name", "module"), [("record", "recording"), ("play", "playing")])
+def test_a_background_job_of_a_script_ends_on_sigint(
+    name: str, module: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Shells start such jobs with SIGINT ignored; genuine rosbag handles it nevertheless."""
+    found: list[object] = []
+
+    def run(_: object) -> int:
+        found.append(signal.getsignal(signal.SIGINT))
+        return 0
+
+    monkeypatch.setattr(f"pipros.cli.rosbag.{module}.{name}", run)
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        assert main([name, "run.bag"]) == 0
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert found == [signal.default_int_handler]
+
+
 def test_a_backup_is_not_overwritten_unless_forced(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("run.orig.bag").write_bytes(b"precious")
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
 
-from pipros.basics.interrupts import ended_by_termination
+from pipros.basics.interrupts import accept_ctrl_c, ended_by_termination
 from pipros.basics.rooms import loaded, verbs
 from pipros.cli.entry_point import OutputFailed, command
 from pipros.cli.runner import CommandError, Subcommand, run
@@ -44,7 +44,9 @@ _HOMES = {
     "record": "recording",
 }
 _NODES = ("play", "record")
-"""Subcommands that handle signals themselves."""
+"""Subcommands that run a node: they handle signals themselves, and end on SIGINT even if SIGINT was ignored
+when they were started.
+"""
 
 _USAGE = """\
 Usage: rosbag <subcommand> [options] [args]
@@ -71,6 +73,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             return NOT_INSTALLED
         print(f"Unknown command: '{name}'\n{_subcommands()}", file=sys.stderr)
         return 0
+    if name in _NODES:
+        accept_ctrl_c()
     return run(partial(_run, name, arguments[1:]))
 
 
