@@ -89,7 +89,10 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
             layout.damage.append(f"{where}: the chunk is damaged after byte {contents.size} of its content")
         layout.end = after
     elif op == Op.MESSAGE:
-        raise BagFormatError(f"{where}: a message must be in a chunk")
+        is_cut = after > source.size  # in a chunk that was not finished
+        raise BagFormatError(
+            f"{where}: the last message is cut off" if is_cut else f"{where}: a message must be in a chunk"
+        )
     elif op == Op.CONNECTION:
         connection = parse_connection(fields, source.data(data_position, data_size), where)
         layout.connections.setdefault(connection.id, connection)

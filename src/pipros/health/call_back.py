@@ -22,42 +22,44 @@ def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
     """Return a URI that was registered with the master but that the master did not call within a second.
 
     The result is empty if the master called the URI, or if the test is not possible because no port is free
-    or the master does not answer. A subscriber and a publisher of a new topic are registered briefly, because
-    the master notifies a subscriber of a new publisher.
+    or the master does not answer. A parameter is set briefly, because the master notifies other nodes that
+    subscribe to it. (A topic would be noticed by recorders of all topics.)
     """
     name = f"/{names.anonymous('pipros_doctor')}"
     called = threading.Event()
 
-    def publisher_update(*_: Any) -> list[Any]:
+    def param_update(*_: Any) -> list[Any]:
         called.set()
         return [1, "", 0]
 
     table = {
-        "publisherUpdate": publisher_update,
+        "paramUpdate": param_update,
         "getPid": lambda *_: [1, "", 0],
         "shutdown": lambda *_: [1, "", 0],
     }
     loop = BackgroundLoop("call from the master")
     master = MasterClient(environment.master_uri, name, timeout_s=timeout_s)
+    setter = MasterClient(environment.master_uri, f"{name}_setter", timeout_s=timeout_s)
     loop.start()
     try:
         advertised = address.advertised_address(environment)
         server = RpcServer(table, host=address.bind_host(environment), port=environment.port_range or 0)
         loop.run(server.start())
         uri = address.uri(*advertised.outside(server.port))
-        topic = f"{name}/called"
+        key = f"{name}/called"
         until = time.monotonic() + WAIT_S
         try:
-            master.register_subscriber(topic, "std_msgs/Empty", uri)
-            master.register_publisher(topic, "std_msgs/Empty", uri)
+            master.subscribe_param(uri, key)
+            setter.set_param(key, True)
             return "" if called.wait(max(until - time.monotonic(), WAIT_S / 2)) else uri
         finally:
             with suppress(PiprosError):
-                master.unregister_publisher(topic, uri)
-                master.unregister_subscriber(topic, uri)
+                master.call("unsubscribeParam", uri, key)
+                setter.delete_param(key)
             loop.run(server.stop())
     except (OSError, PiprosError):
         return ""
     finally:
+        setter.close()
         master.close()
         loop.stop()
