@@ -78,7 +78,7 @@ class ObservationSource:
         self._kept.clear()
 
     def observations(self) -> list[Observation]:
-        """Return the observations that arrived at most the persistence time before the newest one."""
+        """Return the observations stamped at most `observation_persistence` before the last arrival."""
         keep_ns = round(self.settings.observation_persistence * 1e9)
         if not keep_ns:
             del self._kept[1:]

@@ -72,7 +72,7 @@ class DwaSettings:
 
     @classmethod
     def of(cls, values: Mapping[str, Any], **fixed: Any) -> DwaSettings:
-        """Return a copy of the settings with these values changed.
+        """Return the settings with these values.
 
         Raises:
             InvalidParameter: a divisor is 0, or a cycle would need too much memory.
