@@ -303,7 +303,7 @@ def test_commands_are_read_from_a_joystick(
         (
             "scale: 10, stop",
             "scale: 10, fields: [position, effort], stop",
-            "only one field may have any size",
+            "at most one field of variable size",
         ),
         ("unit: deg, scale: 10}", "unit: rad}", "stop: hold needs an observation with the same name, unit"),
         ("max: [0.5, 1]", "max: [0.5, 1, 2]", "must be one number or 2"),

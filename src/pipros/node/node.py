@@ -51,6 +51,9 @@ if TYPE_CHECKING:
 MASTER_RETRY_S = 0.2
 """Interval at which a node that found no master tries again."""
 
+REPLACED = "new node registered with same name"
+"""The end of the reason with which masters end a node whose name another one has taken."""
+
 
 class Node:
     """A node: its names, its registrations with the master, and its publications, subscriptions and services.
@@ -88,7 +91,7 @@ class Node:
             environment: defaults to `os.environ`.
             log: defaults to a logger named after the node.
             on_shutdown_request: called with the reason when a peer requests the node's shutdown, or another
-                node has taken its name; defaults to a warning in the log and `shutdown`.
+                node has taken its name; defaults to `shutdown`, with a warning in the log in the second case.
             rpc_port: the port for the slave API; 0 selects a free port.
             tcpros_port: the port for topics and services; 0 selects a free port.
             ports: a range such as `11400-11420`, from which one free port is selected for both. It cannot be
@@ -298,7 +301,8 @@ class Node:
         threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
 
     def _end_by_request(self, reason: str) -> None:
-        self.log.warning("%s shuts down on request: %s", self.name, reason)
+        if reason.endswith(REPLACED):
+            self.log.warning("%s shuts down on request: %s", self.name, reason)
         self.shutdown(reason)
 
     def shutdown(self, reason: str = "") -> None:
