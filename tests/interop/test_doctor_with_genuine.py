@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from typing import Any
+from xmlrpc.client import ServerProxy
 
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -34,7 +35,10 @@ def test_a_healthy_genuine_system_is_found_healthy_and_its_faults_are_named(ros:
     ros.genuine.start_node("composiv_tryouts", "composiv_talker.py")
     ros.wait_for_subscriber("/battery_topic")
     ros.wait_for_subscriber("/chatter")
-    wait_until(lambda: findings(ros) == [], 60.0, "no findings")
+    with ServerProxy(ros.master_uri) as master:
+        before = master.getParam("/test", "/")
+        wait_until(lambda: findings(ros) == [], 60.0, "no findings")
+        assert master.getParam("/test", "/") == before
 
     wrong = ros.genuine.start(
         "rostopic", "pub", "-r", "5", "/chatter", "std_msgs/Int32", "1", "__name:=wrong"

@@ -46,7 +46,7 @@ def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
         server = RpcServer(table, host=address.bind_host(environment), port=environment.port_range or 0)
         loop.run(server.start())
         uri = address.uri(*advertised.outside(server.port))
-        key = f"{name}/called"
+        key = f"{name}_called"  # not in a namespace, which genuine masters would keep
         until = time.monotonic() + WAIT_S
         try:
             master.subscribe_param(uri, key)

@@ -20,7 +20,6 @@ from pipros.master.unused_types import UnusedTypes
 
 ANY_TYPE = "*"
 MASTER_ID = "/master"
-REPLACED = "new node registered with same name"
 REGISTRATION_BYTES: Final = 256
 """The weight of a registration, in addition to its text."""
 
@@ -287,7 +286,7 @@ class Registry:
             return notices
         entry = self.nodes.get(node)
         if entry and entry.api != api:
-            reason = f"[{node}] Reason: {REPLACED}"
+            reason = f"[{node}] Reason: {names.REPLACED}"
             notices.append(Notice(node, entry.api, "shutdown", (MASTER_ID, reason)))
             self.replaced.add((node, entry.api))
             notices += self.remove_node(node)

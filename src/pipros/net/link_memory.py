@@ -34,7 +34,7 @@ class MemorySharingLink(Protocol):
         """Offer shared memory if it has not been offered yet."""
 
     def send_drop(self, frame: bytes) -> None:
-        """Tell the subscriber, with the given DROP frame, that its segment is no longer used."""
+        """Send a DROP frame, which says that the subscriber's segment is no longer used."""
 
 
 class PlacedMessage(NamedTuple):

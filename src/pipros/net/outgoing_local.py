@@ -81,7 +81,7 @@ class LocalOutgoingLink(OutgoingLink):
                 self._send_frame(_OFFER)
 
     def send_drop(self, frame: bytes) -> None:
-        """Tell the subscriber, with the given DROP frame, that its segment is no longer used."""
+        """Send a DROP frame, which says that the subscriber's segment is no longer used."""
         with self._lock:
             self._send_frame(frame)
             self.memory.known = 0

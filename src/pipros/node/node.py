@@ -16,6 +16,7 @@ from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics import names
 from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
@@ -50,9 +51,6 @@ if TYPE_CHECKING:
 
 MASTER_RETRY_S = 0.2
 """Interval at which a node that found no master tries again."""
-
-REPLACED = "new node registered with same name"
-"""The end of the reason with which masters end a node whose name another one has taken."""
 
 
 class Node:
@@ -301,7 +299,7 @@ class Node:
         threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
 
     def _end_by_request(self, reason: str) -> None:
-        if reason.endswith(REPLACED):
+        if reason.endswith(names.REPLACED):
             self.log.warning("%s shuts down on request: %s", self.name, reason)
         self.shutdown(reason)
 

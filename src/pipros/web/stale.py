@@ -17,7 +17,7 @@ REPORT_S = 5.0
 
 
 def is_stale(age_s: float, interval_s: float | None) -> bool:
-    """Return whether data that arrived every `interval_s` have stopped; False if there is no interval."""
+    """Return whether data that arrived every `interval_s` has stopped; False if there is no interval."""
     return interval_s is not None and age_s > max(LEAST_S, INTERVALS * interval_s)
 
 

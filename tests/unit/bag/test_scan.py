@@ -51,6 +51,7 @@ def test_a_chunk_that_was_being_written_gives_its_complete_messages() -> None:
 
     assert rows_of(bag) == values(ROWS)[:-1]
     assert "was not finished" in bag.damage[0]
+    assert ["the last message is cut off" in text for text in bag.damage[1:]] == [True]
 
 
 def test_chunks_behind_a_damaged_place_are_found() -> None:

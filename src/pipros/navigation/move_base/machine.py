@@ -111,7 +111,7 @@ class GoalMachine:
         self._base.drive(STILL)
 
     def planned(self, plan: Poses | None, now_s: float) -> None:
-        """Record the planner's result (None if it found no plan), unless a plan is no longer wanted."""
+        """Record the planner's result (None if it found no plan). Ignored if `wants_plan` is false."""
         if not self.wants_plan:
             return
         if plan is not None:

@@ -1,4 +1,4 @@
-"""The bell at the top of the page: what changed in the last minute, and what is stale now."""
+"""The bell at the top of the page: the changes of the last minute, and the stale sources."""
 
 from __future__ import annotations
 
