@@ -6,6 +6,8 @@ import json
 from typing import Any
 from xmlrpc.client import ServerProxy
 
+from pipros.basics.env import Environment
+from pipros.health.call_back import uncalled_address
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -35,10 +37,7 @@ def test_a_healthy_genuine_system_is_found_healthy_and_its_faults_are_named(ros:
     ros.genuine.start_node("composiv_tryouts", "composiv_talker.py")
     ros.wait_for_subscriber("/battery_topic")
     ros.wait_for_subscriber("/chatter")
-    with ServerProxy(ros.master_uri) as master:
-        before = master.getParam("/test", "/")
-        wait_until(lambda: findings(ros) == [], 60.0, "no findings")
-        assert master.getParam("/test", "/") == before
+    wait_until(lambda: findings(ros) == [], 60.0, "no findings")
 
     wrong = ros.genuine.start(
         "rostopic", "pub", "-r", "5", "/chatter", "std_msgs/Int32", "1", "__name:=wrong"
@@ -48,3 +47,12 @@ def test_a_healthy_genuine_system_is_found_healthy_and_its_faults_are_named(ros:
     wrong.kill()
     wrong.wait()
     wait_until(lambda: ("ghost-node", "/wrong") in named(ros), 60.0)
+
+
+def test_a_genuine_master_calls_the_doctor_back_and_keeps_nothing_of_it(ros: RosSystem) -> None:
+    ros.genuine.start_master()
+    environment = Environment(master_uri=ros.master_uri, ip="127.0.0.1")
+    wait_until(lambda: uncalled_address(environment, timeout_s=30.0) == "", what="a call from the master")
+    with ServerProxy(ros.master_uri) as master:
+        kept = master.getParam("/test", "/"), master.getSystemState("/test")
+    assert "pipros_doctor" not in str(kept)
