@@ -25,7 +25,11 @@ def read_yaml(name: str) -> Any:
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda file: file.name)
 def test_every_command_can_be_run_and_is_in_the_guide(command: Path) -> None:
     assert os.access(command, os.X_OK)
-    assert f"script/{command.name}" in GUIDE or command.name == "venv"  # which the others call
+    # `script/venv` is called by the others. The block must not be wrapped like a paragraph.
+    assert (
+        re.search(rf"^script/{command.name} |`script/{command.name}\b", GUIDE, re.MULTILINE)
+        or command.name == "venv"
+    )
 
 
 def test_all_paths_in_the_guide_exist() -> None:
