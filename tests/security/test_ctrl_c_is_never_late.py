@@ -23,11 +23,12 @@ AT_ONCE_S = 9.0
 """Half a second is promised; this test looks for waits of ten seconds and more."""
 
 SILENT_NAMES = """
-import socket, time
+import os, socket, time
 known = socket.getaddrinfo
 def getaddrinfo(host, *args, **options):
-    if str(host).endswith('.silent') and not options.get('flags', 0) & socket.AI_NUMERICHOST:
-        print('looking up', host, flush=True)
+    name = os.fsdecode(host or '')
+    if name.endswith('.silent') and not options.get('flags', 0) & socket.AI_NUMERICHOST:
+        print('looking up', name, flush=True)
         time.sleep(60)
     return known(host, *args, **options)
 socket.getaddrinfo = getaddrinfo

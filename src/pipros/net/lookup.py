@@ -96,7 +96,7 @@ class Lookups:
             now: the clock that the cache uses.
         """
         self._limit = limit
-        self._resolve: Resolve = resolve or socket.getaddrinfo
+        self._resolve: Resolve = resolve or _get_addresses
         self._now = now
         self._begin()
 
@@ -185,6 +185,11 @@ class Lookups:
         answer.set(addresses, error)
 
 
+def _get_addresses(host: str, port: int | None, **wanted: int) -> list[Any]:
+    """Call `socket.getaddrinfo`, without the codec for host names, which it would import for any str."""
+    return socket.getaddrinfo(host.encode("ascii") if host.isascii() else host, port, **wanted)
+
+
 def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list[Address]:
     """Return the address entries for an IP address, without a lookup.
 
@@ -193,10 +198,7 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
     """
     wanted = {**wanted, "flags": wanted.get("flags", 0) | socket.AI_NUMERICHOST}
     try:
-        # If given a str, Python would import its codec for host names.
-        name = host.encode("ascii") if host.isascii() else host
-        found: list[Any] = socket.getaddrinfo(name, port, **wanted)
-        return found
+        return _get_addresses(host, port, **wanted)
     except UnicodeError as error:
         raise OSError(str(error)) from None
 
