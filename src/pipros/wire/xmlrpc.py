@@ -6,9 +6,8 @@ with Expat. Only the complete reader decides which documents are invalid, so eve
 A property test checks that both readers agree on every document that the fast reader accepts.
 
 The fast reader reads a nested dictionary with 1,000 keys in 0.9 ms instead of 4.6 ms (`xmlrpc.client`:
-3.3 ms), and a `getParam` call in 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer
-than all the calls that a typical command makes to the master, so Expat reads short responses until something
-else needs the fast reader.
+3.3 ms), and a `getParam` call in 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer than all the
+calls of a typical command and of a node's start, so Expat reads the first short documents of each process.
 """
 
 from __future__ import annotations
@@ -26,7 +25,8 @@ ANSWER_NESTING_LIMIT: Final = 200
 """Maximum nesting in a response. The depth of a parameter tree is that of its keys plus that of its values.
 """
 BRIEF_BYTES: Final = 16 * 1024
-"""For responses up to this size, importing the fast reader is not worthwhile."""
+BRIEF_DOCUMENTS: Final = 500
+"""For this many documents of up to BRIEF_BYTES, importing the fast reader is not worthwhile."""
 INT_MIN: Final = -(2**31)
 INT_MAX: Final = 2**31 - 1
 
@@ -259,14 +259,16 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
             bits. (The master could store such an integer, but not send it.)
     """
     _check_size(body, "body_bytes", process_limits().body_bytes if limit_bytes is None else limit_bytes)
-    from pipros.wire import xmlrpc_fast
+    if _is_worth_the_fast_reader(body):
+        from pipros.wire import xmlrpc_fast
 
-    try:
-        return xmlrpc_fast.decode_call(body, NESTING_LIMIT)
-    except xmlrpc_fast.NeedsExpat:
-        from pipros.wire import xmlrpc_expat
+        try:
+            return xmlrpc_fast.decode_call(body, NESTING_LIMIT)
+        except xmlrpc_fast.NeedsExpat:
+            pass  # the reader below raises the error
+    from pipros.wire import xmlrpc_expat
 
-        return xmlrpc_expat.decode_call(body, NESTING_LIMIT)
+    return xmlrpc_expat.decode_call(body, NESTING_LIMIT)
 
 
 def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) -> Any:
@@ -277,7 +279,7 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
         LimitExceeded, ProtocolError: as in `decode_call`.
     """
     _check_size(body, "answer_bytes", process_limits().answer_bytes if limit_bytes is None else limit_bytes)
-    if len(body) > BRIEF_BYTES or "pipros.wire.xmlrpc_fast" in sys.modules:
+    if _is_worth_the_fast_reader(body):
         from pipros.wire import xmlrpc_fast
 
         try:
@@ -292,6 +294,17 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
             raise ProtocolError("an XML-RPC fault must contain faultCode and faultString")
         raise Fault(value["faultCode"], str(value.get("faultString", "")))
     return value
+
+
+_brief_documents = 0
+
+
+def _is_worth_the_fast_reader(body: bytes | bytearray) -> bool:
+    global _brief_documents
+    if len(body) > BRIEF_BYTES or _brief_documents >= BRIEF_DOCUMENTS:
+        return True
+    _brief_documents += 1  # not exact with several threads, which does not matter
+    return "pipros.wire.xmlrpc_fast" in sys.modules
 
 
 def _check_size(body: bytes | bytearray, limit_name: str, limit_bytes: int) -> None:

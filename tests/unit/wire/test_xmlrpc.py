@@ -325,12 +325,23 @@ def test_an_encoded_value_is_inserted_unchanged() -> None:
     assert encode_response([Encoded({"a": 1}), 2]) == encode_response([{"a": 1}, 2])
 
 
-def test_the_fast_reader_is_imported_for_long_answers_only() -> None:
+@pytest.mark.parametrize("kind", ["call", "response"])
+@pytest.mark.parametrize(("count", "size"), [("BRIEF_DOCUMENTS", "0"), ("0", "BRIEF_BYTES")])
+def test_the_fast_reader_is_imported_for_long_or_many_documents(kind: str, count: str, size: str) -> None:
     script = (
-        "import sys; from pipros.wire.xmlrpc import BRIEF_BYTES, decode_response, encode_response\n"
-        "for value in ([1, '', {'a': 2.5}], 'x' * BRIEF_BYTES):\n"
-        "    assert decode_response(encode_response(value)) == value\n"
-        "    print('pipros.wire.xmlrpc_fast' in sys.modules)\n"
+        "import sys\n"
+        "from pipros.wire.xmlrpc import BRIEF_BYTES, BRIEF_DOCUMENTS\n"
+        "from pipros.wire.xmlrpc import decode_call, decode_response, encode_call, encode_response\n"
+        "def read(value):\n"
+        f"    if {kind!r} == 'call':\n"
+        "        assert decode_call(encode_call('m', value)) == ('m', value)\n"
+        "    else:\n"
+        "        assert decode_response(encode_response([*value])) == [*value]\n"
+        f"for _ in range({count}):\n"
+        "    read((1, '', {'a': 2.5}))\n"
+        "print('pipros.wire.xmlrpc_fast' in sys.modules)\n"
+        f"read(('x' * {size},))\n"
+        "print('pipros.wire.xmlrpc_fast' in sys.modules)\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "True"]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pipros.node import Node
 
 VARIABLE = "PIPROS_WINDOWS"
-_NO_GUI = re.compile(r"^\s*GUI:\s*NONE\s*$", re.MULTILINE)
+_NO_GUI = r"(?m)^\s*GUI:\s*NONE\s*$"
 
 
 def show_windows_on_page(node: Node) -> None:
@@ -69,7 +69,7 @@ def _replace(cv2: Any, node: Node) -> None:
     shown_by = getattr(getattr(cv2, "imshow", None), "__self__", None)
     if getattr(shown_by, "node", None) is node:
         return  # init_node was called again
-    if not hasattr(cv2, "getBuildInformation") or not _NO_GUI.search(cv2.getBuildInformation()):
+    if not hasattr(cv2, "getBuildInformation") or not re.search(_NO_GUI, cv2.getBuildInformation()):
         return
     from pipros.server.windows.functions import WindowFunctions
 
