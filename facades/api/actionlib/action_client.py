@@ -217,7 +217,7 @@ class ClientGoalHandle:
 
 
 class GoalManager:
-    """A client's goals whose handles still exist."""
+    """Registry of a client's goals. A goal is removed when its last handle is deleted."""
 
     def __init__(self, ActionSpec: Any) -> None:
         types = ActionTypes(ActionSpec)

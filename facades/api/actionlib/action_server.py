@@ -40,9 +40,9 @@ class ActionServer:
     goal handles at the same time.
 
     Attributes:
-        status_list: the goals that the status topic reports, in the order in which they arrived. Programs may
-            change the list while they hold `lock`: the server forgets a goal that is removed from it, and
-            clients then report it as lost.
+        status_list: the goals reported on the status topic, in order of arrival. Programs may modify the list
+            while holding `lock`. If they remove a goal, the server forgets the goal, and clients report it
+            as lost.
 
     Args:
         goal_cb: called with the ServerGoalHandle of each new goal.
@@ -164,13 +164,13 @@ class ActionServer:
                 self.feedback_pub.publish(message)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
-        """Handle a cancellation request: for one goal, all goals up to a stamp, or all goals."""
+        """Handle a request to cancel one goal, all goals up to a timestamp, or all goals."""
         with self._callback_lock:
             for handle in self._cancelled(goal_id):
                 self.cancel_callback(handle)
 
     def _cancelled(self, goal_id: Any) -> list[ServerGoalHandle]:
-        """Record a cancellation request. Return handles for the goals whose status it changes."""
+        """Record a cancellation request. Return handles for the goals whose status changed."""
         cancelled = []
         with self.lock:
             if not self.started:

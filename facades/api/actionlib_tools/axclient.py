@@ -79,7 +79,7 @@ class Client:
             self._client.cancel_goal()
 
     def wait(self) -> int:
-        """Wait until the goal has ended and return its status; LOST if the node is shut down first."""
+        """Wait until the goal has ended. Return its status, or LOST if the node is shut down first."""
         while not self._ended.wait(_SLICE_S):
             if rospy.is_shutdown():
                 return TerminalState.LOST

@@ -85,7 +85,7 @@ def main() -> int:
 
 def _serve(name: str, action_type: str) -> int:
     is_terminal = sys.stdin.isatty()
-    text = "" if is_terminal else sys.stdin.read()  # Read before rospy handles Ctrl-C.
+    text = "" if is_terminal else sys.stdin.read()  # read before rospy installs its Ctrl-C handler
     rospy.init_node("axserver", anonymous=True, disable_signals=is_terminal)
     action = DynamicAction(action_type)
     server = Server(name, action, None if is_terminal else read_message(action.result, text))

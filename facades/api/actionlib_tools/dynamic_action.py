@@ -31,7 +31,10 @@ class DynamicAction:
         self.result = self.load_submsg("Result")
 
     def load_submsg(self, subname: str) -> Any:
-        """Load the message class whose name ends with `subname`."""
+        """Load the action's message class for `subname`: `Action`, `Goal`, `Feedback` or `Result`.
+
+        Exit with an error if the class does not exist.
+        """
         found = genpy.message.get_message_class(self.name + subname)
         if found is None:
             rospy.logfatal("Could not load message for: %s", self.name + subname)

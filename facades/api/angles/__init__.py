@@ -12,7 +12,7 @@ _TURN = 2.0 * pi
 
 
 def normalize_angle_positive(angle: float) -> float:
-    """Normalize an angle to the range from 0 to 2 pi."""
+    """Normalize an angle to [0, 2 pi)."""
     return angle % _TURN
 
 

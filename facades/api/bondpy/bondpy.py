@@ -181,8 +181,8 @@ class Bond:
     def break_bond(self) -> None:
         """Break the bond.
 
-        This side publishes that it has ended until the other side confirms this or `disconnect_timeout`
-        expires. Does not block. Do nothing if the bond is already broken.
+        Does not block. Inactive statuses are published until the other side confirms the break or
+        `disconnect_timeout` expires. Do nothing if the bond is already broken.
         """
         self._side.handle(BondEvent.BREAK)
 

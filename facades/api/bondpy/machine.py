@@ -9,7 +9,7 @@ _STATES = {state: statemap.State(state.value, number) for number, state in enume
 
 
 class BondMachine(statemap.FSMContext):
-    """Mirror of the bond's state, without transitions of its own."""
+    """Mirror of the bond's state. The machine itself has no transitions."""
 
     def __init__(self) -> None:
         super().__init__(_STATES[BondState.WAITING])

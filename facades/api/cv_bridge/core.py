@@ -94,7 +94,7 @@ class CvBridge:
     def cv2_to_imgmsg(
         self, cvim: Any, encoding: str = "passthrough", header: Header | None = None
     ) -> sensor_msgs.msg.Image:
-        """Convert an array to a `sensor_msgs/Image`. "passthrough" selects the array's type, such as 8UC3.
+        """Convert an array to a `sensor_msgs/Image`. "passthrough" uses the array's type, such as 8UC3.
 
         Raises:
             TypeError: `cvim` is not an array.

@@ -1,1 +1,1 @@
-"""diagnostic_aggregator, which arranges the statuses on /diagnostics in a tree."""
+"""diagnostic_aggregator: nodes that arrange the statuses on /diagnostics in a tree."""

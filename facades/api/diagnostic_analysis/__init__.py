@@ -1,1 +1,1 @@
-"""diagnostic_analysis, which exports recorded diagnostics to CSV files."""
+"""diagnostic_analysis: exporter of recorded diagnostics to CSV files."""

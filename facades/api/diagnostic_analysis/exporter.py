@@ -55,7 +55,7 @@ class LogExporter:
             self._append(name, lines)
 
     def finish_logfile(self) -> None:
-        """Do nothing, because `process_log` has written the files."""
+        """Do nothing, because `process_log` has already written the files."""
 
     def remove_files(self) -> None:
         """Remove the output folder."""

@@ -11,7 +11,7 @@ _star_names(__name__, "os roslib sys")
 
 
 def make_sparse_skip(csv_file: str, skip: int) -> str:
-    """Write the first row and each `skip`-th row after it to `NAME_sparse.csv`. Return its path.
+    """Write the first row and every `skip`-th row after it to `NAME_sparse.csv`. Return the path.
 
     Raises:
         OSError: a file cannot be read or written.
@@ -23,7 +23,7 @@ def make_sparse_skip(csv_file: str, skip: int) -> str:
 
 
 def make_sparse_length(csv_file: str, length: int) -> str:
-    """Write at least `length` evenly spaced rows to `NAME_sprs_len.csv`. Return its path.
+    """Write at least `length` evenly spaced rows to `NAME_sprs_len.csv`. Return the path.
 
     All rows are written if the input has fewer than `2 * length - 1` rows.
 

@@ -56,10 +56,10 @@ class DiagnosticTaskVector:
 
 
 class Updater(DiagnosticTaskVector):
-    """Publisher of the tasks' reports on `/diagnostics`, every `~diagnostic_period` seconds.
+    """Publisher of the tasks' reports on `/diagnostics`.
 
-    Call `update` at least once per period. A task that raises is reported as an error; the other tasks still
-    run.
+    Call `update` at least once per `~diagnostic_period`, the interval between reports in seconds. A task that
+    raises is reported as an error; the other tasks still run.
     """
 
     def __init__(self) -> None:

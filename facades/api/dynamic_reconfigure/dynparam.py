@@ -64,7 +64,11 @@ def mapping_of(text: str, where: str) -> dict[str, Any]:
 
 
 def changes_of(options: Any) -> dict[str, Any]:
-    """Return the changes requested by `set`, `load` or `set_from_parameters`. Raise ValueError if invalid."""
+    """Return the changes requested by `set`, `load` or `set_from_parameters`.
+
+    Raises:
+        ValueError: the changes are invalid.
+    """
     if options.command == "load":
         return mapping_of(Path(options.file).read_text(encoding="utf-8"), options.file)
     if options.command == "set_from_parameters":

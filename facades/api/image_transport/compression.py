@@ -23,7 +23,7 @@ from pipros.pictures.codecs import codec
 def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
     """Return a function that compresses images according to the parameters of `topic`.
 
-    The last part of the topic is the transport. The parameters are in the namespace of the topic: `format`,
+    The last component of the topic is the transport. The parameters are in the topic's namespace: `format`,
     `png_level`, `jpeg_quality`, or `depth_max` and `depth_quantization`. The function returns None if an
     image cannot be compressed.
 

@@ -6,5 +6,5 @@ PUBLISHED = SUBSCRIBED = ("raw", "compressed", "compressedDepth")
 
 
 def topic_of(base: str, transport: str) -> str:
-    """Return a transport's topic, which for `raw` is the base topic."""
+    """Return the topic of a transport. For `raw`, this is the base topic."""
     return base if transport == "raw" else f"{base}/{transport}"

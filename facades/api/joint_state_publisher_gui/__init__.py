@@ -14,7 +14,7 @@ from pipros.server.sliders.slider_page import Slider, SliderPage
 
 
 class JointStatePublisherGui:
-    """Web page for a JointStatePublisher, with one slider per joint that does not follow another joint."""
+    """Web page for a JointStatePublisher, with a slider for each joint that does not mimic another joint."""
 
     def __init__(self, title: str, jsp: JointStatePublisher) -> None:
         self.jsp = jsp

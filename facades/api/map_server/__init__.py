@@ -103,7 +103,10 @@ def main() -> int:
 
 
 def _old_description(image: str, text: str) -> MapDescription:
-    """Return the values that the old command line gives instead of a YAML file: resolution and parameters."""
+    """Return the map's description for a command line with an image and a resolution, as in old ROS.
+
+    Private parameters set the thresholds, which newer command lines take from a YAML file.
+    """
     try:
         resolution = float(text)
     except ValueError:

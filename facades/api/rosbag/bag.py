@@ -348,7 +348,7 @@ def _ns(name: str, time: _Time | None) -> int | None:
 
 
 def _results(found: Iterator[tuple[Connection, int, Any]], with_header: bool) -> Iterator[Any]:
-    """Yield `BagMessage`s without calling their constructor, because that would take most of the time."""
+    """Yield `BagMessage`s without calling the constructor, which would take most of the time."""
     new_time, new = Time.__new__, tuple.__new__
     with translated():
         for connection, time_ns, message in found:

@@ -1,7 +1,7 @@
 """`rosrun rosbridge_server rosbridge_websocket`, `rosbridge_tcp` and `rosbridge_udp`: rosbridge servers.
 
-The parameters are the ones set in the package's launch files. If the port is in use, the server tries again
-after `~retry_startup_delay`. Once the port is open, its number is stored in `~actual_port`.
+Each server accepts the parameters that the package's launch files set. If the port is in use, the server
+tries again after `~retry_startup_delay`. Once the port is open, its number is stored in `~actual_port`.
 """
 
 from __future__ import annotations

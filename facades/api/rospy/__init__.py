@@ -6,9 +6,9 @@ arguments and exceptions that ROS users know.
 
 from pipros.basics import interrupts as _interrupts
 
-_interrupts.install()  # Import this first: Python is most likely to drop a Ctrl-C during the other imports.
+_interrupts.install()  # first, because Python may drop a Ctrl-C during the other imports
 
-# Noetic's rospy imports these submodules, so scripts use them after only `import importlib` or `import xml`.
+# Noetic's rospy imports these submodules, so scripts that import only `importlib` or `xml` can use them.
 import importlib.util as _importlib_util  # noqa: F401
 import typing as _typing
 import xml.etree.ElementTree as _ElementTree  # noqa: F401
@@ -106,7 +106,7 @@ from rospy.topics import SubscribeListener as SubscribeListener
 from rospy.topics import Subscriber as Subscriber
 
 # Few programs use this name, and importing it would load a message type at every start-up.
-if _typing.TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+if _typing.TYPE_CHECKING:  # with __getattr__, type checkers would accept any name
     from std_msgs.msg import Header as Header
 else:
     __getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})

@@ -87,7 +87,7 @@ def set_initialized(initialized: bool) -> None:
 
 
 def is_shutdown() -> bool:
-    """Return True once the node has started to shut down. Within shutdown hooks, return False."""
+    """Return True once the node has started to shut down, except in its shutdown hooks."""
     return session.is_shutdown
 
 

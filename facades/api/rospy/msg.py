@@ -92,14 +92,14 @@ def deserialize_messages(
 
     Args:
         b: messages in the format of `serialize_message`, up to the buffer's position.
-        queue_size: the length to which the list is cut, from its start and including what it contained
-            before. None or 0 to keep everything.
+        queue_size: the maximum length of the list. Surplus messages are removed from the start of the list,
+            including messages that it already contained. None or 0 for no limit.
         max_msgs: the maximum number of messages to read; None or 0 for no limit.
         start: the offset at which to start.
 
     Raises:
-        genpy.DeserializationError: the bytes are not a message of class `data_class`. The messages before it
-            have been added.
+        genpy.DeserializationError: the bytes are not a message of class `data_class`. The messages
+            before it have been added.
     """
     try:
         end = b.tell()

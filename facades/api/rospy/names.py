@@ -190,5 +190,5 @@ def _variable(name: str) -> Any:
     raise AttributeError(f"module 'rospy.names' has no attribute '{name}'")
 
 
-if not _typing.TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+if not _typing.TYPE_CHECKING:  # with __getattr__, type checkers would accept any name
     __getattr__ = _variable

@@ -76,15 +76,16 @@ def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
 
 
 def _is_in_notebook() -> bool:
-    """Whether IPython runs the program, cell by cell."""
+    """Return whether the program runs in IPython, for example as cells of a notebook."""
     shell: Any = sys.modules.get("IPython")
     return shell is not None and shell.get_ipython() is not None
 
 
 def _end_previous(session: Session) -> None:
-    """Shut down the previous node, if `rospy.client._init_node_args` was set to None while it ran.
+    """Shut down the previous node if it is still running.
 
-    In a notebook, running a cell again also does this, and starts a new node after a shutdown.
+    This happens if `rospy.client._init_node_args` was set to None, or if a notebook cell is run again. In
+    a notebook, the node can also be started again after a shutdown.
 
     Raises:
         ROSInitException: shutdown was requested.
@@ -146,7 +147,7 @@ def _start(
 
 
 def _end_without_traceback() -> None:
-    """If nothing catches InitInterrupted, end the program without a traceback: the user ended it."""
+    """End the program without a traceback if InitInterrupted is not caught, because the user ended it."""
     report = sys.excepthook
 
     def report_others(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

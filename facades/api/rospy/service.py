@@ -40,7 +40,7 @@ class ServiceException(Exception):
 
 
 class TypedServiceClass(ServiceClass, Protocol[_Request_co, _Response_co]):
-    """A class such as `std_srvs.srv.SetBool`, which names those of its request and response."""
+    """Service class, such as `std_srvs.srv.SetBool`, with its request and response classes."""
 
     @property
     def _request_class(self) -> type[_Request_co]: ...
@@ -126,11 +126,7 @@ class Service:
         return self._is_shut_down or session.is_shutdown
 
     def handle(self, transport: object, header: object) -> None:
-        """Not supported: in pipros, unlike in genuine rospy, the node itself handles connections.
-
-        Raises:
-            NotImplementedError: always.
-        """
+        """Raise NotImplementedError, because pipros's node handles connections itself."""
         del transport, header
         raise NotImplementedError("Service.handle is not supported: pipros's node handles connections itself")
 
@@ -319,7 +315,7 @@ class _AnyService:
     _request_class = _response_class = Message
 
 
-if not TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+if not TYPE_CHECKING:  # with __getattr__, type checkers would accept any name
     __getattr__, __dir__ = lazy_names(
         __name__,
         {

@@ -164,7 +164,7 @@ class Session:
     def forget_node(self) -> None:
         """Restore the state before `init_node`. Objects created for the node stay closed.
 
-        A running node is shut down first, unless it belongs to this forked process's parent.
+        A running node is shut down first, unless it belongs to the parent of this forked process.
         """
         if os.getpid() == self.process_id:
             self.end("another node takes its place")
@@ -195,7 +195,8 @@ class Session:
             self.node.use_simulated_time()
 
     def install_signals(self) -> None:
-        """Make SIGINT and SIGTERM shut the node down. Do nothing without a node, or if they already do so.
+        """Make SIGINT and SIGTERM shut the node down. Do nothing without a node, or if the
+        handlers are already installed.
 
         Raises:
             ROSInitException: called outside the main thread.

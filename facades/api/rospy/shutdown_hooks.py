@@ -41,7 +41,7 @@ class ShutdownHooks:
 
     @contextlib.contextmanager
     def ended_by_shutdown(self, wait: OnceEvent) -> Iterator[None]:
-        """Set the event if the node shuts down within the block."""
+        """Return a context manager that sets the event `wait` if the node shuts down inside the block."""
         self._waits.add(wait)
         try:
             yield

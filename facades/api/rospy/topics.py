@@ -341,7 +341,7 @@ class Subscriber(Topic[AnyMessage]):
         return self._impl
 
 
-if not TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+if not TYPE_CHECKING:  # with __getattr__, type checkers would accept any name
     __getattr__, __dir__ = lazy_names(
         __name__,
         {

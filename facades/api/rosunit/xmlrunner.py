@@ -30,7 +30,7 @@ class XMLTestRunner:
 
     @property
     def path(self) -> str:
-        """The folder for the result file. It is not used if there is a stream."""
+        """The folder for the result file; ignored if a stream is given."""
         return self._path
 
     @path.setter

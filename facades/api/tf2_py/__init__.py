@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's tf2_py: a transform buffer that does not use topics."""
+"""Drop-in replacement for Noetic's tf2_py: a transform buffer without topics."""
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.transforms.errors import ConnectivityException as ConnectivityException

@@ -118,7 +118,7 @@ class Buffer(BufferCore, BufferInterface):
         return result if return_debug_tuple else result[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """Call `ask`, and again after each new transform, until it succeeds or the timeout expires.
+        """Call `ask` now and after each new transform, until it succeeds or the timeout expires.
 
         Return the last result.
         """

@@ -1,1 +1,1 @@
-"""The node of tf2_web_republisher, which sends requested transforms to rosbridge clients."""
+"""tf2_web_republisher: a node that sends requested transforms to rosbridge clients."""

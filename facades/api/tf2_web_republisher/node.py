@@ -1,4 +1,4 @@
-"""`rosrun tf2_web_republisher tf2_web_republisher`: sends changed transforms to clients.
+"""`rosrun tf2_web_republisher tf2_web_republisher`: send changed transforms to clients.
 
 Clients list frames in a goal for the action named after the node, and receive changed transforms as feedback.
 The service `republish_tfs` publishes changed transforms on a topic `tf_repub_N` instead.
@@ -41,7 +41,7 @@ class Watched:
     """The frames listed in one request (a goal or a service call)."""
 
     def __init__(self, request: Any, buffer: Any) -> None:
-        """`request` has the fields of a goal."""
+        """Store the frames and settings of `request`, which has the fields of a goal."""
         self._buffer = buffer
         self._pairs = [
             FramePair(

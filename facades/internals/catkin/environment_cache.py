@@ -1,4 +1,4 @@
-"""Module that genuine catkin's CMake code imports in pipros's environment, for example in `catkin build`."""
+"""Stand-in for the module that genuine catkin's CMake code imports, for example during `catkin build`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NoReturn
 
 
 def generate_environment_script(env_script: str) -> NoReturn:  # noqa: ARG001
-    """Exit with instructions. Genuine catkin needs modules that are installed only with genuine ROS."""
+    """Exit with instructions, because genuine catkin needs modules that only genuine ROS installs."""
     sys.exit(
         f"genuine catkin was started with the Python of pipros ({sys.executable}), which lacks its modules. "
         "Build with catkin_make, or name the Python of genuine ROS: "

@@ -98,7 +98,7 @@ class MsgContext:
         return self._depends.get(full_msg_type)
 
     def get_all_depends(self, full_msg_type: str) -> list[str]:
-        """Return the types that a type embeds, each followed by the types that it embeds.
+        """Return the types that a type embeds, directly or indirectly, in depth-first order.
 
         Raises:
             KeyError: the dependencies of a type are not loaded.

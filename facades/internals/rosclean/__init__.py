@@ -39,7 +39,7 @@ def get_human_readable_disk_usage(d: str) -> str:
 
 
 def rosclean_main(argv: Sequence[str] | None = None) -> None:
-    """Run the command. `argv` starts with its name. Raises SystemExit if an error occurs."""
+    """Run the command. `argv` starts with the command's name. Raises SystemExit if an error occurs."""
     code = _main(list(sys.argv if argv is None else argv)[1:])
     if code:
         sys.exit(code)

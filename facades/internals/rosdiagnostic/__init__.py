@@ -1,1 +1,1 @@
-"""rosdiagnostic: prints the statuses on /diagnostics_agg."""
+"""rosdiagnostic: print the statuses on /diagnostics_agg."""

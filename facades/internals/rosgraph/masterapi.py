@@ -1,7 +1,7 @@
 """The master API as Python methods: `rosgraph.Master("/name").getSystemState()`.
 
 Facade of `pipros.net.master_client.MasterClient`. Raises the same exceptions as Noetic: `MasterError` for
-invalid calls, `MasterFailure` for failures of the master, `socket.error` if it cannot be reached.
+invalid calls, `MasterFailure` for failures of the master, and `socket.error` if the master cannot be reached.
 """
 
 from __future__ import annotations

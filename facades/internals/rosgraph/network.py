@@ -104,7 +104,7 @@ def get_local_addresses() -> list[str]:
 def get_local_address() -> str:
     """Return the result of `get_address_override`, or else an address that other machines can reach.
 
-    Return a loopback address if there is neither.
+    Return a loopback address if neither exists.
     """
     return get_address_override() or own_address()
 
@@ -115,7 +115,7 @@ def is_local_address(hostname: str) -> bool:
 
 
 def get_bind_address(address: str | None = None) -> str:
-    """Return the address to bind for a server that clients reach as `address`.
+    """Return the address to which a server that clients reach at `address` should bind.
 
     The default is the same as for pipros nodes: loopback if master and node are local.
     """

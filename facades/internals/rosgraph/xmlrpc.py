@@ -107,7 +107,7 @@ class XmlRpcNode:
 
 
 def _methods_of(handler: XmlRpcHandler | None) -> dict[str, Callable[..., Any]]:
-    """Return the table of public methods. It is fixed, so that peers cannot call anything else."""
+    """Return the table of public methods. Peers can call only these methods."""
     names = [] if handler is None else [name for name in dir(type(handler)) if not name.startswith("_")]
     return {name: getattr(handler, name) for name in names if callable(getattr(handler, name))}
 

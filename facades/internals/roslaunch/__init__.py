@@ -77,7 +77,7 @@ _star_names(
 
 
 def configure_logging(uuid: str) -> None:
-    """Do nothing, for compatibility. The launcher opens its log file itself."""
+    """Do nothing: the launcher opens its log file itself."""
     _ = uuid
 
 

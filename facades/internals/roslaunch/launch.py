@@ -294,7 +294,7 @@ class ROSLaunchRunner:
 
 
 def _check_executables(executables: Sequence[Executable]) -> None:
-    """Raise LaunchError for commands other than rosparam, because a configuration could name any program."""
+    """Raise LaunchError for commands other than rosparam, which could run arbitrary programs."""
     for executable in executables:
         if not isinstance(executable, RosbinExecutable) or executable.command != "rosparam":
             raise LaunchError(

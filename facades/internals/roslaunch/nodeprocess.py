@@ -39,7 +39,7 @@ process_numbers = itertools.count(1)
 
 
 class LocalProcess(Process):
-    """A node in a launch. As in Noetic, the object stays the same when the node is restarted.
+    """A node in a launch. As in Noetic, a restarted node keeps its object.
 
     Attributes:
         log_output: whether the node's output is written to the run's log files instead of the terminal.

@@ -49,7 +49,7 @@ _monitors: list[ProcessMonitor] = []
 
 
 class _Shutdown:
-    """Whether a signal has started the program's shutdown. If so, monitors can no longer be started."""
+    """State of the program's shutdown by a signal. Once it has begun, no monitors can be started."""
 
     has_begun = False
 
@@ -293,8 +293,8 @@ def rl_signal(sig: int, stackframe: FrameType | None) -> None:
 
 
 def _init_signal_handlers() -> None:
-    """Enable Ctrl-C in background jobs of shell scripts as well.
+    """Enable Ctrl-C, which shells disable in background jobs of scripts.
 
-    Some scripts replace this function in order to launch from other threads, which is not necessary here.
+    Some scripts replace this function so that they can launch from other threads. In pipros, they need not.
     """
     accept_ctrl_c()

@@ -1,4 +1,4 @@
-"""Output of launchers, and handlers through which scripts receive it."""
+"""Output functions of launchers, and handlers that pass the output to scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`roslib.launcher`, which made packages importable before catkin. In pipros, they always are."""
+"""`roslib.launcher`, for legacy scripts: `load_manifest`, which made packages importable before catkin."""
 
 from __future__ import annotations
 

@@ -90,7 +90,9 @@ def get_pkg_dir(
 def get_pkg_subdir(
     package: str, subdir: str, required: bool = True, env: Mapping[str, str] | None = None
 ) -> str | None:
-    """Return a folder in a package. If it is `required` and does not exist, it is created.
+    """Return a folder in a package, or None if it is neither present nor `required`.
+
+    A `required` folder is created if it does not exist.
 
     `env` is used instead of the process's environment.
 

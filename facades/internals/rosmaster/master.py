@@ -17,7 +17,7 @@ class Master:
     """A ROS master. `start()` returns once the master accepts calls at `uri`."""
 
     def __init__(self, port: int = DEFAULT_MASTER_PORT, num_workers: int = NUM_WORKERS) -> None:
-        """`num_workers` is accepted for compatibility and has no effect."""
+        """Set the port. `num_workers` is accepted for compatibility and has no effect."""
         self.port = port
         self.num_workers = num_workers
         self.uri: str | None = None

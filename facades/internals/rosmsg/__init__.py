@@ -190,12 +190,13 @@ def get_yaml_for_msg(
 
 
 def rosmsg_cmd_prototype(args: Sequence[str]) -> str | None:
-    """Return what `rosmsg-proto` prints for the given arguments: an empty message as YAML.
+    """Return the output of `rosmsg-proto` for the given arguments: an empty message as YAML.
 
     Return None if the message does not exist and the option `-s` is given.
 
     Raises:
-        SystemExit: the type does not exist, or the arguments are invalid. Standard error says why.
+        SystemExit: the type does not exist, or the arguments are invalid. The reason is printed to standard
+            error.
     """
     from contextlib import redirect_stdout
     from io import StringIO

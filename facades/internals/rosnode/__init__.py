@@ -139,7 +139,7 @@ def rosnode_ping(
 
 
 def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:  # noqa: ARG001
-    """Ping every node once. Return the nodes that responded, and those that did not."""
+    """Ping every node once. Return the responsive and the unresponsive nodes."""
     with _graph() as graph:
         return _pinging.ping_all(graph.master, print if verbose else None)
 

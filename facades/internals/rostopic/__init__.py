@@ -94,8 +94,8 @@ def get_topic_type(
     """Return a topic's type, its full name, and a function that extracts the field named in `topic`.
 
     The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
-    None). If `blocking` is true, wait until it exists or the node is shut down. `topic` is not resolved, so a
-    relative name never matches.
+    None). If `blocking` is true, wait until the topic exists or the node is shut down. `topic` is not
+    resolved, so a relative name never matches.
     """
     with _graph() as graph:
         name = topic

@@ -105,8 +105,7 @@ class ROSTopicHz:
             self.set_msg_tn(now, topic)
 
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
-        """Return the rate (Hz), the minimum, maximum and standard deviation of the intervals, and the window
-        size.
+        """Return the rate (Hz), the intervals' minimum, maximum and standard deviation, and the window size.
 
         Return None if no message has arrived since the last call.
         """

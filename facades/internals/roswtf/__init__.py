@@ -39,7 +39,7 @@ class _Plugins:
         self._static, self._online = load_plugins(say=print, complain=_print_error)
 
     def check(self, subject: Subject) -> list[Problem]:
-        """Apply the checks. Start a node for online checks, which may need one."""
+        """Apply the checks. Before online checks, start a node, which some plugins need."""
         self._context.set_subject(subject)
         self._context.warnings, self._context.errors = [], []
         checks = self._static if subject.system is None else self._online

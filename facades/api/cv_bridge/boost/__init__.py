@@ -1,1 +1,1 @@
-"""Package that contains cv_bridge's compiled module in Noetic."""
+"""Package that contains `cv_bridge_boost`, which is a compiled module in Noetic."""

@@ -1,4 +1,4 @@
-"""Functions that Noetic implements in a C++ module; here they use numpy."""
+"""Python implementations of the functions in Noetic's C++ module."""
 
 from __future__ import annotations
 

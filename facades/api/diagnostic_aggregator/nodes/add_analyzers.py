@@ -14,7 +14,7 @@ SERVICE = "/diagnostics_agg/add_diagnostics"
 
 @exits_after_ctrl_c()
 def main() -> int:
-    """Add the analyzers in the parameter `~analyzers` until shutdown. Return the exit code."""
+    """Add the analyzers in the parameter `~analyzers`, and remove them on shutdown. Return the exit code."""
     rospy.init_node("add_analyzers", anonymous=True)
     if not rospy.has_param("~analyzers"):
         rospy.logerr("%s/analyzers is not set: load the parameters of the analyzers first", rospy.get_name())

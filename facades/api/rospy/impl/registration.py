@@ -71,7 +71,7 @@ def _variable(name: str) -> Any:
     raise AttributeError(f"module 'rospy.impl.registration' has no attribute '{name}'")
 
 
-if not TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+if not TYPE_CHECKING:  # with __getattr__, type checkers would accept any name
     __getattr__ = _variable
 
 

@@ -49,11 +49,7 @@ def robust_connect_subscriber(
     receive_cb: object,
     resolved_topic_name: str,
 ) -> None:
-    """Not supported: in pipros, unlike in genuine rospy, the node itself connects to publishers.
-
-    Raises:
-        NotImplementedError: always.
-    """
+    """Raise NotImplementedError, because pipros's node connects to publishers itself."""
     del conn, receive_cb
     publisher = f"{dest_addr}:{dest_port} ({pub_uri})"
     raise NotImplementedError(

@@ -43,10 +43,6 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
 
 
 def service_connection_handler(sock: object, client_addr: object, header: object) -> str:
-    """Not supported: in pipros, unlike in genuine rospy, the node itself accepts callers' connections.
-
-    Raises:
-        NotImplementedError: always.
-    """
+    """Raise NotImplementedError, because pipros's node accepts callers' connections itself."""
     del sock, header
     raise NotImplementedError(f"use rospy.Service instead of accepting the connection from {client_addr}")

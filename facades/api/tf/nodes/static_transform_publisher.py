@@ -42,7 +42,7 @@ def main() -> int:
         return 1
     broadcaster = TransformBroadcaster()
     while not rospy.is_shutdown():
-        # the transform is valid until the next one is sent
+        # timestamped for the time of the next message, so that lookups succeed until then
         transform.header.stamp = rospy.Time.now() + period
         broadcaster.sendTransform(transform)
         try:

@@ -31,7 +31,7 @@ def pairs_of_parameters() -> list[FramePair]:
 
 
 def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
-    """Return the latest transforms of the pairs that have moved. Unknown frames are skipped."""
+    """Return the latest transform of each pair that has moved. Pairs with unknown frames are skipped."""
     message = TFMessage()
     for pair in pairs:
         target, source = strip_leading_slash(pair.target), strip_leading_slash(pair.source)

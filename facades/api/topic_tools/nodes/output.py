@@ -141,7 +141,7 @@ class Input:
         return subscriber is not None
 
     def is_idle(self, output: Output) -> bool:
-        """Unsubscribe if `output` has no subscribers. Return whether it has none.
+        """Unsubscribe if `output` has no subscribers. Return True in this case.
 
         Atomic with respect to `subscribe`.
         """

@@ -58,7 +58,7 @@ class Relay:
     def follow(self) -> None:
         """Subscribe or unsubscribe according to the last call to `check_subscribers`.
 
-        Until a first message has determined the type of the output, it stays subscribed.
+        The relay stays subscribed until a first message has determined the type of the output.
         """
         if self._is_watched:
             self.source.subscribe()
