@@ -66,7 +66,7 @@ class Server:
 
 
 def main() -> int:
-    """Serve until the node is shut down or standard input ends. Return the exit code."""
+    """Serve until the node is shut down or the user quits. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if len(arguments) != 2:
         print(USAGE)

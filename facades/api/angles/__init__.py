@@ -78,8 +78,9 @@ def shortest_angular_distance_with_large_limits(
         left_limit, right_limit: limits of any size; the left limit must be less than the right limit.
 
     Returns:
-        True and the rotation, or False and the shorter rotation if both rotations violate the limits,
-        `from_angle` is outside the range, or the limits are reversed.
+        True and the rotation; False and the rotation that ends within the limits, if `from_angle` is outside
+        the range; or False and the shorter rotation, if both rotations violate the limits or the limits are
+        reversed.
     """
     shorter, longer = sorted(_rotations(from_angle, to_angle), key=abs)
     if left_limit <= right_limit:

@@ -16,7 +16,7 @@ from pipros.libraries.vision.calibration_files import FILE, PACKAGE, load, resol
 
 default_camera_info_url = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 
-# Results of parseURL. URL_invalid and higher values are not files.
+# Results of parseURL. Values >= URL_invalid mean that the URL cannot be used.
 URL_empty = 0
 URL_file = 1
 URL_package = 2

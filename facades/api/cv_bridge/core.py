@@ -99,7 +99,8 @@ class CvBridge:
         Raises:
             TypeError: `cvim` is not an array.
             KeyError: no encoding uses the array's dtype.
-            CvBridgeError: the encoding is unknown, or does not match the type of the array.
+            CvBridgeError: the array does not have two or three dimensions, or the encoding is unknown or does
+                not match the array's type.
         """
         if not isinstance(cvim, np.ndarray | np.generic):
             raise TypeError("Your input type is not a numpy array")

@@ -120,7 +120,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(found)
 
     def publish(self, msg: Any) -> None:
-        """Publish a status or a list of statuses, with the node's name as prefix."""
+        """Publish a status or a list of statuses. The node's name is prepended to their names."""
         found = msg if isinstance(msg, list) else [msg]
         for status in found:
             status.name = f"{rospy.get_name()[1:]}: {status.name}"

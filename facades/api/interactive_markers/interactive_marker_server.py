@@ -107,11 +107,11 @@ class InteractiveMarkerServer:
     ) -> bool:
         """Set the function to call with the feedback for a marker; None removes the function.
 
+        Return False if the marker does not exist.
+
         Args:
             feedback_type: the type of event, such as `InteractiveMarkerFeedback.POSE_UPDATE`; by default, all
                 types without a specific callback.
-
-        Return False if the marker does not exist.
         """
         with self.mutex:
             return self._markers.set_callback(name, feedback_cb, self._event_type(feedback_type))

@@ -30,7 +30,7 @@ DEPRECATED USAGE: map_server <map> <resolution>
 def message_of(grid: Grid, frame_id: str) -> Any:
     """Return a map as an OccupancyGrid, stamped with the current time.
 
-    As in Noetic, the orientation is computed with 32 bits.
+    As in Noetic, the orientation is computed in 32-bit floating point.
     """
     now = rospy.Time.now()
     x, y, yaw = grid.description.origin
@@ -103,9 +103,9 @@ def main() -> int:
 
 
 def _old_description(image: str, text: str) -> MapDescription:
-    """Return the map's description for a command line with an image and a resolution, as in old ROS.
+    """Return the map description for the deprecated command line `map_server <map> <resolution>`.
 
-    Private parameters set the thresholds, which newer command lines take from a YAML file.
+    The thresholds and `negate` come from private parameters.
     """
     try:
         resolution = float(text)

@@ -262,6 +262,7 @@ class Bag(IndexAccess):
             ValueError: an argument is invalid, or the bag is closed.
             TypeError: `t` is not a `rospy.Time`.
             ROSBagException: the message is raw, and no class provides its definition.
+            io.UnsupportedOperation: the bag was opened for reading.
         """
         bag = self._opened()
         if not topic:

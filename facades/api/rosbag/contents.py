@@ -83,7 +83,10 @@ class BagContents(ABC):
         )
 
     def _get_yaml_info(self, key: str | None = None) -> str | None:
-        """Return the output of `rosbag info --yaml`, or the part selected by `key`."""
+        """Return the output of `rosbag info --yaml`, or the part selected by `key`.
+
+        If that part does not exist, print an error and return None.
+        """
         with translated():
             info = self._info()
         if key is None:

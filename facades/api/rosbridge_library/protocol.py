@@ -76,7 +76,7 @@ class Protocol:
         self.operations.pop(opcode, None)
 
     def add_capability(self, capability_class: Callable[[Any], Any]) -> None:
-        """Create a capability for this client."""
+        """Create an instance of a capability class for this client."""
         self.capabilities.append(capability_class(self))
 
     def log(self, level: str, message: str, lid: Any = None) -> None:

@@ -31,7 +31,7 @@ class RosbridgeProtocol(Protocol):
         self._session = bridge.connect(self._outbox)
 
     def incoming(self, message_string: str | bytes = "") -> None:
-        """Handle text from the client: an operation, or a part of an operation."""
+        """Handle text from the client: an operation or a fragment of an operation."""
         if self.operations and self._is_registered(message_string):
             super().incoming(message_string)
         else:

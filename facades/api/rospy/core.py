@@ -151,7 +151,7 @@ def configure_logging(node_name: str, level: int = logging.INFO) -> None:
     """Open a node's log file, as `init_node` does; see `rosgraph.roslogging.configure_logging`.
 
     Raises:
-        ROSInitException: the name is empty, or not a base name.
+        ROSInitException: the name is empty.
     """
     from rosgraph import roslogging
 

@@ -56,10 +56,10 @@ def start_node(
 
 
 def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
-    """Return True if the caller is the first to start the node.
+    """Return True if the caller must start the node, or False if it was started with the same arguments.
 
     Raises:
-        ROSException: the node was already started with different arguments.
+        ROSException: the node was started with different arguments, and the program is not a notebook.
     """
     with session.lock:
         if session.init_arguments is None:
@@ -84,11 +84,11 @@ def _is_in_notebook() -> bool:
 def _end_previous(session: Session) -> None:
     """Shut down the previous node if it is still running.
 
-    This happens if `rospy.client._init_node_args` was set to None, or if a notebook cell is run again. In
-    a notebook, the node can also be started again after a shutdown.
+    A program can start another node after it has set `rospy.client._init_node_args` to None. A notebook can
+    also start a node with different arguments, or after a shutdown.
 
     Raises:
-        ROSInitException: shutdown was requested.
+        ROSInitException: the previous node was shut down, and the program is not a notebook.
     """
     if _is_in_notebook():
         session.set_shutdown(False)
@@ -147,7 +147,7 @@ def _start(
 
 
 def _end_without_traceback() -> None:
-    """End the program without a traceback if InitInterrupted is not caught, because the user ended it."""
+    """Suppress the traceback of an uncaught InitInterrupted, because the user requested the shutdown."""
     report = sys.excepthook
 
     def report_others(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

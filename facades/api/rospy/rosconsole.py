@@ -28,7 +28,7 @@ def error(status: int, msg: str) -> NoReturn:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Run the command. `argv` starts with the command name. Raises SystemExit on errors."""
+    """Run the command. `argv` starts with the command's name. Raises SystemExit if an error occurs."""
     code = _main(list(sys.argv if argv is None else argv)[1:])
     if code:
         sys.exit(code)

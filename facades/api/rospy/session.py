@@ -195,8 +195,9 @@ class Session:
             self.node.use_simulated_time()
 
     def install_signals(self) -> None:
-        """Make SIGINT and SIGTERM shut the node down. Do nothing without a node, or if the
-        handlers are already installed.
+        """Make SIGINT and SIGTERM shut the node down.
+
+        Do nothing if there is no node or the handlers are already installed.
 
         Raises:
             ROSInitException: called outside the main thread.

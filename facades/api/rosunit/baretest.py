@@ -58,11 +58,12 @@ class TestTimeoutException(Exception):
 
 
 class BareTestCase(unittest.TestCase):
-    """A test case that passes if a program exits and has written results, which are stored in `results`.
+    """Test case that runs a program. It passes if the program exits and has written its results.
 
     Attributes:
         args: the program's command line.
         retry: the number of retries left in case of failures.
+        results: the results that the program has written.
     """
 
     def __init__(

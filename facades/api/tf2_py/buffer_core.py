@@ -91,7 +91,10 @@ class BufferCore:
         )
 
     def can_transform_core(self, target_frame: str, source_frame: str, time: Any) -> tuple[int, str]:
-        """Return (1, "") if `lookup_transform_core` would succeed, otherwise (0, reason)."""
+        """Return (1, "") if `lookup_transform_core` would succeed, otherwise (0, reason).
+
+        If an argument is invalid, the reason is empty, and a warning is written to standard error.
+        """
         _require_str(target_frame, 1), _require_str(source_frame, 2)
         try:
             reason = self._buffer.can_transform(target_frame, source_frame, in_ns(time))

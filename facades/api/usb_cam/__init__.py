@@ -17,7 +17,7 @@ from pipros.libraries.vision.capture import CameraError, Capture
 
 
 class UsbCam:
-    """The topics `~image_raw` and `~camera_info`, and the services `~start_capture` and `~stop_capture`.
+    """A camera with the topics `~image_raw` and `~camera_info`. Services start and stop capturing.
 
     Raises:
         CameraError: the camera cannot be opened.

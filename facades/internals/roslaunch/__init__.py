@@ -82,7 +82,7 @@ def configure_logging(uuid: str) -> None:
 
 
 def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | None) -> None:
-    """Write the process ID to a file. The default file for a core is `~/.ros/roscore-PORT.pid`."""
+    """Write the process ID to the given file. A core writes to `~/.ros/roscore-PORT.pid` by default."""
     file = options_pid_fn and os.path.expanduser(options_pid_fn)
     if not file and options_core:
         file = str(Environment.from_os().ros_home / f"roscore-{port or DEFAULT_MASTER_PORT}.pid")

@@ -293,7 +293,7 @@ class Node:
                 raise ValueError(rule)
 
     def to_model(self) -> model.LaunchNode:
-        """Return the corresponding pipros object. The name defaults to the program's name."""
+        """Return the corresponding pipros object. A node without a name gets an anonymous name."""
         return model.LaunchNode(
             package=self.package,
             type=self.type,

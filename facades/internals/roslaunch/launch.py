@@ -93,10 +93,10 @@ class ROSRemoteRunnerIF:
 
 
 def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -> None:
-    """Check that a master can be started on this computer.
+    """Check that a master responds, or can be started on this computer.
 
     Raises:
-        RLException: the master's URI refers to another computer.
+        RLException: no master responds, its URI refers to another computer, and `is_core` is false.
     """
     _ = is_rostest
     host = m.get_host()
@@ -200,7 +200,7 @@ class ROSLaunchRunner:
         )
 
     def launch(self) -> tuple[list[LocalProcess], list[str]]:
-        """Start everything. Return the names of the running processes and of the nodes that did not start.
+        """Start everything. Return the processes, and the names of the nodes that did not start.
 
         Raises:
             RLException: the master cannot be started, or rejects a parameter. Started processes keep running.
@@ -247,7 +247,7 @@ class ROSLaunchRunner:
             time.sleep(_POLL_INTERVAL_S)
 
     def is_node_running(self, node: Node) -> bool:
-        """Return whether the node's process is running."""
+        """Return whether the node's process is running or waiting to be restarted."""
         return node.process_name is not None and self.pm.has_process(node.process_name)
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
@@ -259,7 +259,7 @@ class ROSLaunchRunner:
         return self.pm.mainthread_spin_once()
 
     def spin(self) -> None:
-        """Block until the launch is over. Print a message if nothing is running."""
+        """Block until the launch is over. If nothing is running, print a message and stop."""
         if not self.pm.get_active_names() and not self.session.owns_master:
             printlog_bold("No processes to monitor")
             self.stop()

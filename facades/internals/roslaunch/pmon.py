@@ -160,7 +160,7 @@ class ProcessMonitor(threading.Thread):
 
     @property
     def procs(self) -> list[Process]:
-        """The running processes."""
+        """The processes that are running or waiting to be restarted."""
         return list(self._run.alive()) if self._run is not None and not self.done else []
 
     def watch(self, run: Watched) -> None:
@@ -214,11 +214,11 @@ class ProcessMonitor(threading.Thread):
         self._changed.set()
 
     def get_active_names(self) -> list[str]:
-        """Return the names of the running processes."""
+        """Return the names of the processes in `procs`."""
         return [process.name for process in self.procs]
 
     def get_process_names_with_spawn_count(self) -> list[list[tuple[str, int]]]:
-        """Return lists of (name, start count) for the running processes and for the exited processes."""
+        """Return lists of (name, start count) for the processes in `procs` and for the exited processes."""
         ended = self._run.ended() if self._run else ()
         return [[(process.name, process.spawn_count) for process in part] for part in (self.procs, ended)]
 
@@ -268,7 +268,7 @@ def start_process_monitor() -> ProcessMonitor | None:
 
 
 def shutdown_process_monitor(process_monitor: ProcessMonitor | None) -> bool:
-    """Stop a monitor and its processes. Return False if it had already finished or takes longer than 20 s."""
+    """Stop a monitor and its processes. Return False if it was already stopped or takes longer than 20 s."""
     if process_monitor is None or process_monitor.is_shutdown:
         return False
     process_monitor.shutdown()

@@ -122,7 +122,7 @@ def print_file_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
 
 
 def change_terminal_name(args: Sequence[str], is_core: bool) -> None:
-    """Set the terminal title to the names of the launched files."""
+    """Set the terminal title to the given file names, or to `roscore` for a core."""
     _title.name = "roscore" if is_core else ",".join(args)
     _title.show(_title.name)
 

@@ -131,7 +131,8 @@ class XmlLoader:
             verbose: whether to print each addition.
 
         Raises:
-            XmlParseException: the file is invalid. The message names the file, line and element.
+            XmlParseException: the file is invalid.
+            LoadException: the parameters of a `<rosparam>` element cannot be loaded.
         """
         words = sys.argv if argv is None else argv
         self._read(ros_config, words, lambda reader: reader.load_file(filename), core, verbose)

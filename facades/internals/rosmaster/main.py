@@ -22,7 +22,8 @@ def configure_logging() -> str | None:
         The path of the log file, or None if its folder cannot be created.
 
     Raises:
-        rosgraph.roslogging.LoggingException: `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.
+        rosgraph.roslogging.LoggingException: the log file cannot be opened, or
+            `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.
     """
     from rosgraph import roslogging
 

@@ -119,7 +119,7 @@ def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
 
 
 def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
-    """Set all parameters in the dictionary `values`. Their names are relative to the namespace `ns`.
+    """Set all parameters in the dictionary `values`, with names relative to the namespace `ns`.
 
     Raises:
         RosParamException: `ns` is `/` and `values` is not a dictionary.
@@ -189,7 +189,7 @@ def print_params(params: Any, ns: str) -> None:
 
 
 def construct_angle_radians(loader: Any, node: Any) -> float:
-    """Construct a number from an expression such as `rad(pi/2)`. For a PyYAML loader.
+    """Construct a number from an expression such as `rad(pi/2)`. Serves as a PyYAML constructor.
 
     Raises:
         RosParamException: the text is not an arithmetic expression.
@@ -210,14 +210,17 @@ def _angle(construct: Callable[[Any, Any], float], unit: str, loader: Any, node:
 
 
 def construct_yaml_binary(loader: Any, node: Any) -> Any:
-    """Construct an `xmlrpc.client.Binary` from a `!!binary` node. For a PyYAML loader."""
+    """Construct an `xmlrpc.client.Binary` from a `!!binary` node. Serves as a PyYAML constructor."""
     from xmlrpc.client import Binary
 
     return Binary(loader.construct_yaml_binary(node))
 
 
 def represent_xml_binary(loader: Any, data: Any) -> Any:
-    """Represent an `xmlrpc.client.Binary` as `!!binary`. For a PyYAML dumper, which Noetic calls a loader."""
+    """Represent an `xmlrpc.client.Binary` as `!!binary`. Serves as a PyYAML representer.
+
+    `loader` is Noetic's name for the dumper.
+    """
     from base64 import encodebytes
 
     text = encodebytes(data.data).decode("ascii")
@@ -225,7 +228,7 @@ def represent_xml_binary(loader: Any, data: Any) -> Any:
 
 
 def represent_foo(loader: Any, data: Any) -> Any:
-    """Represent a string as a scalar with the tag `#`. For a PyYAML dumper."""
+    """Represent a string as a scalar with the tag `#`. Serves as a PyYAML representer."""
     return loader.represent_scalar("#", data)
 
 

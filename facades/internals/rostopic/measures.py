@@ -107,7 +107,7 @@ class ROSTopicHz:
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
         """Return the rate (Hz), the intervals' minimum, maximum and standard deviation, and the window size.
 
-        Return None if no message has arrived since the last call.
+        Return None if fewer than two messages have arrived, or none since the last call.
         """
         figures = self._new_figures(topic)
         if figures is None:

@@ -98,7 +98,7 @@ class WtfContext:
 
     @staticmethod
     def from_stack(stack: str, env: Mapping[str, str] | None = None) -> WtfContext:
-        """Same as `from_package`, because since catkin, each package is its own stack."""
+        """Like `from_package`, because every catkin package is its own stack."""
         ctx = WtfContext.from_package(stack, env)
         ctx.stack, ctx.stack_dir, ctx.stacks = stack, ctx.pkg_dir, [stack]
         return ctx

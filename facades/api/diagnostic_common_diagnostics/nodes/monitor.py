@@ -86,7 +86,10 @@ def run_updater(name: str, hardware_id: str, read: Callable[[], Report], hz: flo
 
 
 def publish_all(reports: Callable[[], list[tuple[str, Report]]], hardware_id: str, period_s: float) -> int:
-    """Publish statuses under their full names until the node is shut down. Return the exit code."""
+    """Publish statuses until the node is shut down. Return the exit code.
+
+    In contrast to `run_updater`, the node's name is not prepended to the names of the statuses.
+    """
     array_class: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
     status_class: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
     pair: Any = load_message_class("diagnostic_msgs/KeyValue")

@@ -4,4 +4,4 @@ from rospy.impl.transport import InternalOfRospy
 
 
 class Poller(InternalOfRospy):
-    """Genuine rospy's detector of closed connections. In pipros, links detect them themselves."""
+    """Genuine rospy's detector of closed connections. In pipros, each link detects this itself."""

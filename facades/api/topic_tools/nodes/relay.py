@@ -42,7 +42,7 @@ class Relay:
             rospy.logdebug("lazy mode; resubscribing")
 
     def check_subscribers(self, topic: str) -> None:
-        """Record whether another node subscribes to `topic`. Used by `follow` and the input's callback.
+        """Record whether another node subscribes to `topic`, for `follow` and the input's callback.
 
         If the master does not respond, log an error.
         """
