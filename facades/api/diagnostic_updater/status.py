@@ -26,7 +26,11 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.summary(0, "")
 
     def mergeSummary(self, *args: Any) -> None:
-        """Merge in a level and a message. The worse level wins; messages of equal severity are joined."""
+        """Merge in a level and a message. The worse level wins.
+
+        If both levels are OK or neither is, the messages are joined. Otherwise, the message with the worse
+        level wins.
+        """
         level, message = _level_and_message(args)
         self.level, self.message = merged(self.level, self.message, level, message)
 

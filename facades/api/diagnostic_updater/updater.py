@@ -97,7 +97,8 @@ class Updater(DiagnosticTaskVector):
         if not self.hwid and not self.warn_nohwid_done and not any(status.level for status in found):
             self.warn_nohwid_done = True
             rospy.logwarn(
-                "diagnostic_updater: no hardware ID is set. Call setHardwareID('none') if it has none."
+                "diagnostic_updater: no hardware ID is set. "
+                "Call setHardwareID('none') if the device has none."
             )
         self.publish(found)
 

@@ -21,9 +21,9 @@ from pipros.safe.yaml import load
 
 
 class CommandParser(argparse.ArgumentParser):
-    """Argument parser.
+    """Argument parser with Noetic's exit codes.
 
-    As in Noetic, it exits with 1 if the command is missing or unknown, and with 2 on other errors.
+    The program exits with 1 if the command is missing or unknown, and with 2 on other errors.
     """
 
     def error(self, message: str) -> NoReturn:

@@ -1,1 +1,1 @@
-"""The executables of the package image_transport: `republish` and `list_transports`."""
+"""Executables of the image_transport package: `republish` and `list_transports`."""

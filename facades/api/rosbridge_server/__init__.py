@@ -1,1 +1,1 @@
-"""The programs of rosbridge_server: servers of the rosbridge protocol for WebSockets, TCP and UDP."""
+"""Executables of the rosbridge_server package: rosbridge servers for WebSockets, TCP and UDP."""

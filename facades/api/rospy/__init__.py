@@ -1,7 +1,7 @@
 """Drop-in replacement for Noetic's rospy, the ROS 1 client library for Python.
 
-Scripts for genuine rospy run unchanged. `pipros.node` does the work; this package provides the names,
-arguments and exceptions that ROS users know.
+Scripts for genuine rospy run unchanged. The implementation is in `pipros.node`; this package provides the
+names, arguments and exceptions that ROS users know.
 """
 
 from pipros.basics import interrupts as _interrupts

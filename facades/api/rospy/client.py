@@ -1,4 +1,4 @@
-"""rospy's everyday functions, such as starting the node and accessing parameters."""
+"""rospy's most common functions, for example to start the node and to access parameters."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class Republisher:
 
         def is_over() -> bool:
             if goal.get_goal_status().status == GoalStatus.ACTIVE and unused.is_over():
-                goal.set_aborted(text="no client takes the feedback")
+                goal.set_aborted(text="no client subscribes to the feedback")
             return bool(goal.get_goal_status().status != GoalStatus.ACTIVE)
 
         self._start(Watched(goal.get_goal(), self._buffer), send, is_over)

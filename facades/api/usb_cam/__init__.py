@@ -17,7 +17,9 @@ from pipros.libraries.vision.capture import CameraError, Capture
 
 
 class UsbCam:
-    """A camera with the topics `~image_raw` and `~camera_info`. Services start and stop capturing.
+    """Publisher of a camera's images on `~image_raw`, with `~camera_info`.
+
+    The services `~start_capture` and `~stop_capture` switch publishing on and off.
 
     Raises:
         CameraError: the camera cannot be opened.

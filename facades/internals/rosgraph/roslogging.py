@@ -52,7 +52,7 @@ class RosStreamHandler(ConsoleHandler):
     def emit(self, record: logging.LogRecord) -> None:
         rospy: Any = sys.modules.get(
             "rospy.session"
-        )  # None in programs without rospy, which can also configure logging
+        )  # None if the program configures logging without importing rospy
         if rospy is not None:
             node = rospy.session.node
             self.node_name = rospy.session.name

@@ -1,1 +1,1 @@
-"""The programs that `rosrun diagnostic_aggregator …` runs."""
+"""Executables of the diagnostic_aggregator package."""

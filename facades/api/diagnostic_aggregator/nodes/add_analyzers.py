@@ -36,7 +36,7 @@ def main() -> int:
         rospy.logerr("the analyzers were not added: %s", answer.message)
         bond.shutdown()
         return 1
-    rospy.loginfo("the analyzers are added until this node ends")
+    rospy.loginfo("the analyzers were added; they will be removed when this node ends")
     rospy.on_shutdown(bond.break_bond)
     rospy.spin()
     return 0

@@ -1,1 +1,1 @@
-"""The programs that `rosrun diagnostic_common_diagnostics …` runs."""
+"""Executables of the diagnostic_common_diagnostics package."""
