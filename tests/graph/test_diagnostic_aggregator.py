@@ -72,7 +72,7 @@ def test_an_aggregator_accepts_analyzers_of_other_nodes(ros: RosSystem) -> None:
             "/lender/analyzers", {"a": {"type": "GenericAnalyzer", "path": "L", "name": "lent"}}
         )
         lender = ros.pipros.start("rosrun", "diagnostic_aggregator", "add_analyzers", "__name:=lender")
-        lender.wait_for("the analyzers are added")
+        lender.wait_for("the analyzers were added")
         lent = ("/Good", "/Good/good: 1", "/bad", "/L", "/L/lent")
         wait_until(lambda: report_of(*lent), 60, lambda: str(reports[-1]))
         lender.press_ctrl_c()
