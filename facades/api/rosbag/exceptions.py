@@ -17,7 +17,7 @@ class ROSBagException(Exception):
     """
 
     value: Any
-    __module__ = "rosbag.bag"  # this name matches pickles written by genuine ROS
+    __module__ = "rosbag.bag"  # the module name in pickles written by genuine ROS
 
     def __init__(self, value: Any = None) -> None:
         self.value = value
@@ -30,13 +30,13 @@ class ROSBagException(Exception):
 class ROSBagFormatException(ROSBagException):
     """The bytes of a file violate the bag format."""
 
-    __module__ = "rosbag.bag"  # this name matches pickles written by genuine ROS
+    __module__ = "rosbag.bag"  # the module name in pickles written by genuine ROS
 
 
 class ROSBagUnindexedException(ROSBagException):
     """A bag has no readable index, for example because its writer was killed."""
 
-    __module__ = "rosbag.bag"  # this name matches pickles written by genuine ROS
+    __module__ = "rosbag.bag"  # the module name in pickles written by genuine ROS
 
     def __init__(self, *_: Any) -> None:
         ROSBagException.__init__(self, "Unindexed bag")
@@ -45,13 +45,13 @@ class ROSBagUnindexedException(ROSBagException):
 class ROSBagEncryptNotSupportedException(ROSBagException):
     """Encrypted bags are not supported."""
 
-    __module__ = "rosbag.bag"  # this name matches pickles written by genuine ROS
+    __module__ = "rosbag.bag"  # the module name in pickles written by genuine ROS
 
 
 class ROSBagEncryptException(ROSBagException):
     """A bag cannot be encrypted or decrypted."""
 
-    __module__ = "rosbag.bag"  # this name matches pickles written by genuine ROS
+    __module__ = "rosbag.bag"  # the module name in pickles written by genuine ROS
 
 
 @contextmanager

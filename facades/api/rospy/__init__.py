@@ -6,7 +6,7 @@ names, arguments and exceptions that ROS users know.
 
 from pipros.basics import interrupts as _interrupts
 
-_interrupts.install()  # first, because Python may drop a Ctrl-C during the other imports
+_interrupts.install()  # before the other imports, during which Python may drop a Ctrl-C
 
 # Noetic's rospy imports these submodules, so scripts that import only `importlib` or `xml` can use them.
 import importlib.util as _importlib_util  # noqa: F401

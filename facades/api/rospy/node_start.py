@@ -59,7 +59,7 @@ def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
     """Return True if the caller must start the node, or False if it was started with the same arguments.
 
     Raises:
-        ROSException: the node was started with different arguments, and the program is not a notebook.
+        ROSException: the node was started with different arguments, and the program is not in a notebook.
     """
     with session.lock:
         if session.init_arguments is None:
@@ -76,7 +76,7 @@ def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
 
 
 def _is_in_notebook() -> bool:
-    """Return whether the program runs in IPython, for example as cells of a notebook."""
+    """Return whether the program runs in IPython, for example in a notebook."""
     shell: Any = sys.modules.get("IPython")
     return shell is not None and shell.get_ipython() is not None
 
@@ -88,7 +88,7 @@ def _end_previous(session: Session) -> None:
     also start a node with different arguments, or after a shutdown.
 
     Raises:
-        ROSInitException: the previous node was shut down, and the program is not a notebook.
+        ROSInitException: the previous node was shut down, and the program is not in a notebook.
     """
     if _is_in_notebook():
         session.set_shutdown(False)
@@ -133,7 +133,7 @@ def _start(
         session.signals.listen(node)
     atexit.unregister(session.end)
     atexit.register(session.end, "atexit")
-    # the exit of a forked child does not end the node
+    # the exit of a forked child must not end the node
     call_in_children(lambda: atexit.unregister(session.end))
     try:
         node.wait_for_master(lambda _: _warn_no_master(node))

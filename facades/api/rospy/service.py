@@ -232,7 +232,7 @@ class ServiceProxy(Generic[Request, Response]):
         )
 
     def __call__(self, *args: Any, **kwds: Any) -> Response:
-        """Call the service, like `call`."""
+        """Same as `call`."""
         return self.call(*args, **kwds)
 
     def call(self, *args: Any, **kwds: Any) -> Response:

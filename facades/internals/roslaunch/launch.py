@@ -109,10 +109,10 @@ def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -
 
 
 class ROSLaunchRunner:
-    """Runner of a configuration.
+    """Runner that executes a configuration.
 
     It ensures that a master is running, sets parameters, and starts and monitors nodes. `launch` starts
-    everything; `stop` stops everything. `ROSLaunchParent.runner` is an instance.
+    everything; `stop` stops everything. `ROSLaunchParent.runner` is one.
 
     Attributes:
         pm: the monitor for the nodes' processes.
@@ -294,7 +294,7 @@ class ROSLaunchRunner:
 
 
 def _check_executables(executables: Sequence[Executable]) -> None:
-    """Raise LaunchError for commands other than rosparam, which could run arbitrary programs."""
+    """Raise LaunchError for commands other than rosparam, because they could run arbitrary programs."""
     for executable in executables:
         if not isinstance(executable, RosbinExecutable) or executable.command != "rosparam":
             raise LaunchError(

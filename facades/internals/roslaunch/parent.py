@@ -39,7 +39,7 @@ _star_names(__name__, "logging roslaunch")
 
 
 class ROSLaunchParent:
-    """A launch. Call `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
+    """A launch controlled by a script: call `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
 
     Between `start` and `shutdown`, a thread monitors the nodes.
 

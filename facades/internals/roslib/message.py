@@ -1,4 +1,4 @@
-"""`roslib.message`: the former home of `genpy.message`."""
+"""`roslib.message`, for legacy scripts: the contents of `genpy.message`."""
 
 from genpy.message import (
     DeserializationError,

@@ -1,4 +1,4 @@
-"""`roslib.msgs`, for legacy scripts: names of types and of messages. `genmsg` reads definitions."""
+"""`roslib.msgs`, for legacy scripts: names of types and messages. To read definitions, use `genmsg`."""
 
 from __future__ import annotations
 

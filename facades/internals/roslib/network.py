@@ -1,4 +1,4 @@
-"""`roslib.network`: the former home of `rosgraph.network`."""
+"""`roslib.network`, for legacy scripts: the contents of `rosgraph.network`."""
 
 from pipros.basics.lazy_names import star_names as _star_names
 from rosgraph.network import ROS_HOSTNAME as ROS_HOSTNAME
