@@ -79,7 +79,7 @@ class SimpleActionServer:
         self.action_server.start()
 
     def stop(self) -> None:
-        """Stop accepting goals, and let the execution thread end after its current goal. Return at once."""
+        """Stop accepting goals, and end the execution thread after its current goal. Does not block."""
         with self.lock:
             self.need_to_terminate = True
             self.execute_condition.notify_all()

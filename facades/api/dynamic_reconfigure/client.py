@@ -140,7 +140,7 @@ class Client:
     def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
         """Set the function to call with each new configuration.
 
-        It is called at once with the current configuration, or with None before the first one is received.
+        The function is called immediately, with None if no configuration has been received yet.
         """
         self._config_callback = value
         if value is not None:
@@ -155,7 +155,7 @@ class Client:
     def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
         """Set the function to call with each list of parameters.
 
-        It is called at once with the current list, or with None before the first one is received.
+        The function is called immediately, with None if no list has been received yet.
         """
         self._description_callback = value
         if value is not None:

@@ -75,7 +75,7 @@ class TimeSynchronizer(SimpleFilter):
                 self.signalMessage(*complete)
 
     def _simulated_now(self) -> int | None:
-        """Return the simulated time in nanoseconds, or None if `reset` is off or time is not simulated."""
+        """Return the simulated time in nanoseconds, or None if `reset` is false or time is not simulated."""
         if not self._matcher.reset or rospy.rostime.is_wallclock():
             return None
         return rospy.Time.now().to_nsec()

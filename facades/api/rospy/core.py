@@ -111,7 +111,9 @@ def check_hook(hook: object) -> None:
 
 
 def add_client_shutdown_hook(h: Callable[[], object]) -> None:
-    """Call `h` when the node shuts down, while publishing still works. After the shutdown, call `h` at once.
+    """Call `h` when the node shuts down, while publishing still works.
+
+    After the shutdown, call `h` immediately.
 
     Raises:
         TypeError: `h` is not callable.

@@ -46,7 +46,7 @@ class Family(NamedTuple):
 
 
 class LoggingThrottle:
-    """Filter that lets through one line per period from each caller.
+    """Filter that accepts one line per period from each caller.
 
     Attributes:
         last_logging_time_table: time at which each caller last logged a line, in seconds on the node's clock.
@@ -68,7 +68,7 @@ class LoggingThrottle:
 
 
 class LoggingIdentical:
-    """Filter that lets a caller's line through if it differs from the caller's previous line.
+    """Filter that accepts a caller's line if it differs from the caller's previous line.
 
     Attributes:
         last_logging_msg_table: the last line of each caller.
@@ -85,7 +85,7 @@ class LoggingIdentical:
 
 
 class LoggingOnce:
-    """Filter that lets through one line per caller.
+    """Filter that accepts one line per caller.
 
     Attributes:
         called_caller_ids: IDs of the callers that have already logged a line.

@@ -24,7 +24,7 @@ class TopicManager:
     """The node's publications and subscriptions.
 
     Attributes:
-        lock: a lock for callers that make several changes at once. The node does not use this lock.
+        lock: a lock for callers that make several changes atomically. The node does not use this lock.
     """
 
     def __init__(self) -> None:

@@ -115,7 +115,7 @@ def wallsleep(duration: float | msg_time.Duration) -> None:
 
 
 def in_seconds(duration: float | msg_time.Duration) -> float:
-    """Convert a duration to seconds. Numbers are taken as seconds."""
+    """Convert a duration to seconds. Numbers are interpreted as seconds."""
     return duration.to_sec() if isinstance(duration, msg_time.Duration) else duration
 
 

@@ -74,8 +74,8 @@ class Service:
     ) -> None:
         """Register the service, or defer this to `init_node` if the node has not started.
 
-        `error_handler(exception, type, value, traceback)` is called if the handler raises; the client gets an
-        error in any case. `buff_size` is accepted for compatibility and has no effect.
+        `error_handler(exception, type, value, traceback)` is called if the handler raises; the client always
+        receives an error. `buff_size` is accepted for compatibility and has no effect.
 
         Raises:
             ServiceException: this node already provides a service with this name.

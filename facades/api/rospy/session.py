@@ -209,7 +209,7 @@ class Session:
     # -- shutdown -------------------------------------------------------------------
 
     def call_or_add(self, hooks: list[Hook], hook: Hook, *args: object) -> None:
-        """Add a hook. After the shutdown, call the hook at once with `args`, as Noetic does."""
+        """Add a hook. After the shutdown, call the hook immediately with `args`, as in Noetic."""
         if self.is_shutdown:
             hook(*args)
         else:

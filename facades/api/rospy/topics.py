@@ -282,8 +282,8 @@ class Subscriber(Topic[AnyMessage]):
             queue_size: number of most recent messages kept for a slow callback; None for all.
             buff_size: accepted for compatibility; messages of any size are received.
             tcp_nodelay: whether to ask publishers not to delay small messages.
-            zero_copy: whether the callback gets `uint8[]` fields as read-only numpy arrays, without a copy;
-                with `numpy_msg`, also other arrays of numbers. Noetic lacks this argument.
+            zero_copy: whether the callback receives `uint8[]` fields as read-only numpy arrays without a
+                copy; with `numpy_msg`, also other arrays of numbers. (Not in Noetic.)
 
         Raises:
             ModuleNotFoundError: `zero_copy` is true, and numpy is not installed.

@@ -56,7 +56,7 @@ from pipros.libraries.transforms.matrices.quaternions import random_rotation_mat
 
 
 class Arcball(_Ball):
-    """pipros's arcball, with Noetic's method names."""
+    """Arcball with Noetic's method names."""
 
     def setaxes(self, *axes: _Any) -> None:
         """Set the axes for constrained rotations; None removes them."""
