@@ -1,4 +1,4 @@
-"""Find the folders of ROS packages: on `ROS_PACKAGE_PATH`, from pip, shipped with pipros, or Debian's.
+"""Find ROS packages on `ROS_PACKAGE_PATH`, installed by pip, shipped with pipros, or installed by Debian.
 
 This module runs at every failed import in the environment, so it imports almost nothing.
 """

@@ -1,4 +1,4 @@
-"""The names of the packages with which the running distribution provides ROS's genuine C++ programs.
+"""Names of the packages of the running distribution that contain ROS's genuine C++ programs.
 
 Debian has fewer ROS 1 packages than Noetic for Ubuntu 20.04, and under different names. The tables were taken
 from the file lists of Debian 12's packages; Debian 13 and 14 have packages with the same names.
@@ -24,7 +24,7 @@ PROGRAM_PACKAGES: Mapping[str, str] = {
     "pcl_ros": "pcl-ros-tools",
     "stereo_image_proc": "ros-stereo-image-proc",
 }
-"""Packages of ROS, and Debian's packages with their programs."""
+"""Debian's packages that contain the programs of ROS packages, by ROS package."""
 
 PLUGIN_PACKAGES: Mapping[str, str] = {
     "depth_image_proc": "libdepth-image-proc-dev",
@@ -36,14 +36,14 @@ PLUGIN_PACKAGES: Mapping[str, str] = {
     "pcl_ros": "libpcl-ros-dev",
     "stereo_image_proc": "libstereo-image-proc-dev",
 }
-"""Packages of ROS, and Debian's packages with the descriptions of their nodelets."""
+"""Debian's packages that contain the nodelet descriptions of ROS packages, by ROS package."""
 
 
 class AptDistribution(NamedTuple):
     """The running Linux distribution.
 
     Attributes:
-        name: the name to print.
+        name: the name for messages to users.
         is_noetics: whether Noetic's own packages were built for this distribution.
         is_debian: whether Debian's packages can be installed on this distribution.
     """

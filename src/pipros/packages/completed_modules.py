@@ -57,7 +57,7 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
         """Return the folders in which rospkg searches for packages, with the shipped folder last."""
         paths = original(env)
-        if paths[-1:] == [folder]:  # as the setup files of workspaces write it
+        if paths[-1:] == [folder]:  # the setup files of workspaces put it there
             paths = paths[:-1]
         added = [*installed_packages.folders(), folder]
         return [*paths, *(path for path in added if path not in paths)]

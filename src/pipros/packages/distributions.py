@@ -48,7 +48,10 @@ class ShippedDistribution(Distribution):
 
 
 def shipped_distribution(name: str) -> Distribution | None:
-    """Return the distribution with the given name. Dashes, dots and underscores are equivalent, as in pip."""
+    """Return the distribution with the given name, or None if there is none.
+
+    Dashes, dots and underscores are equivalent, as in pip.
+    """
     name = re.sub(r"[-.]+", "_", name)
     if not name.isidentifier() or not os.path.isfile(os.path.join(SHARE, name, MANIFEST)):
         return None

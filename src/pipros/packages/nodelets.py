@@ -51,7 +51,7 @@ PLUGINS: Final[Mapping[str, str]] = {
 """The nodelets of pipros. Their modules are relative to `pipros.libraries`."""
 
 _PACKAGE_OF_PREFIX = {"jsk_pcl": "jsk_pcl_ros", "jsk_pcl_utils": "jsk_pcl_ros_utils", "pcl": "pcl_ros"}
-"""Prefixes of plugin names that are not the name of a package."""
+"""Packages by prefix of plugin names, for prefixes that are not package names."""
 
 
 class InvalidChoice(PiprosError, ValueError):

@@ -36,8 +36,8 @@ class PackageFolders:
     ) -> None:
         """Store the settings without reading the disk.
 
-        Packages of kinds other than `kinds` are ignored. The folder of Debian's packages may be a root, and
-        so may be those of packages that pip installed.
+        Packages of kinds other than `kinds` are ignored. Debian's folder and the folders of packages that pip
+        installed may be roots, too.
         """
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
@@ -101,7 +101,7 @@ class _SystemRoot:
 
 
 class _InstalledRoot(_SystemRoot):
-    """The packages that pip installed in a share folder. The disk is read on each call, too."""
+    """The packages that pip installed in a share folder. The disk is read on each call."""
 
     __slots__ = ("_share",)
 

@@ -59,7 +59,7 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # these warnings are about escapes in strings
+            warnings.simplefilter("ignore")  # warnings about escapes in strings
             groups = _arguments(ast.parse(text))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None

@@ -1,10 +1,10 @@
 """Find the ROS packages that Debian installs.
 
-Their manifests are in `/usr/share/NAME`, and their programs in `/usr/lib/NAME`. They need no variable:
-Debian's rospack and rospkg search `/usr/share` after `ROS_PACKAGE_PATH`, one level deep. Here they come after
-the packages shipped with pipros, even if `ROS_PACKAGE_PATH` lists `/usr/share`; otherwise they would hide
-those. Some of Debian's packages have programs without a manifest, because the manifest belongs to a `-dev`
-package.
+Their manifests are in `/usr/share/NAME`, and their programs in `/usr/lib/NAME`. No variable needs
+to be set: Debian's rospack and rospkg search `/usr/share` after `ROS_PACKAGE_PATH`, one level deep. In
+pipros, they have lower precedence than the shipped packages, even if `ROS_PACKAGE_PATH` lists `/usr/share`;
+otherwise they would hide the shipped ones. Some of Debian's packages have programs without a manifest,
+because the manifest belongs to a `-dev` package.
 
 The first import of a message in every process runs this module, so it imports little.
 """

@@ -50,13 +50,13 @@ _PYTHON = frozenset(_PYTHON_NAMES.split())
 """Packages from Noetic and from courses that do not contain C++ programs."""
 
 _SOURCES = dict.fromkeys(("executive_smach", "smach", "smach_ros"), "https://github.com/ros/executive_smach")
-"""Where the sources of packages are."""
+"""Addresses of the packages' source repositories."""
 
 _DESKTOP = {
     "moveit_commander": "moveit_commander calls a library in C++ and plans with move_group, also in C++",
     "smach_viewer": "smach_viewer is a window of wxPython, which pip does not install without a compiler",
 }
-"""Packages with Python programs that need other software, and which."""
+"""Packages whose Python programs need other software, with the reason."""
 
 _QT_NAMES = """
     rqt_action rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep

@@ -33,11 +33,11 @@ _WHEEL = re.compile(
 )
 _METADATA_BYTES = 4 * 1024 * 1024
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""Those that wheels use. `zipfile` can bound the output of no other while it decompresses."""
+"""The methods that wheels use. `zipfile` cannot bound the output of any other during decompression."""
 _CHUNK_BYTES = 1024 * 1024
 
 
-# The exceptions that zipfile raises for damaged files, besides its own error.
+# The exceptions that zipfile raises for damaged files, including its own error.
 _DAMAGES = (
     zipfile.BadZipFile,
     zlib.error,

@@ -1,4 +1,4 @@
-"""The `pyproject.toml` with which plain `pip install .` builds a ROS package."""
+"""Write the `pyproject.toml` with which plain `pip install .` builds a ROS package."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ build-backend = "pipros.wheels.backend"
 """
 
 ADVICE = (
-    "pip and uv look for pipros in an index. Until it is in one, pip wheel --wheel-dir FOLDER PATH/TO/pipros "
-    "makes a folder for PIP_FIND_LINKS=FOLDER pip install . or UV_FIND_LINKS=FOLDER uv pip install ."
+    "pip and uv look for pipros in an index. Until it is on PyPI, first run pip wheel --wheel-dir FOLDER "
+    "PATH/TO/pipros, then PIP_FIND_LINKS=FOLDER pip install . or UV_FIND_LINKS=FOLDER uv pip install ."
 )
-"""What to do, because pipros is not on PyPI yet."""
+"""Advice to print as long as pipros is not on PyPI."""
 
 
 def write_build_system(folder: Path) -> Path:

@@ -31,7 +31,7 @@ class Installer:
     """A command that installs into the running environment.
 
     Attributes:
-        command: the words that run pip or uv.
+        command: the program and arguments that run pip or uv.
         folders: folders with wheels.
         index_url: the only index to use; empty for the default index of pip or uv.
         no_index: whether to use no index.
@@ -52,8 +52,8 @@ class Installer:
     def install(self, requirements: Sequence[str], wheels: Sequence[Path] = ()) -> None:
         """Install requirements and built wheels. Blocks; the installer's output is not captured.
 
-        The wheels replace installed distributions even of the same version, because few ROS packages change
-        their version with each modification.
+        The wheels replace installed distributions even if the version is the same, because ROS packages are
+        often changed without a new version.
 
         Raises:
             InstallFailed: the installer failed.
@@ -70,7 +70,7 @@ class Installer:
             raise InstallFailed(f"[{' '.join(words[:4])} …] failed with exit code {code}")
 
     def has(self, distribution: str) -> bool:
-        """Return whether the index has a distribution. Installs nothing. Blocks for up to two minutes."""
+        """Return whether the index has a distribution. Nothing is installed. Blocks for up to two minutes."""
         words = [*self.command, "install", *self.options(), "--dry-run", "--no-deps", "--quiet", distribution]
         try:
             ended = subprocess.run(  # noqa: S603
@@ -104,7 +104,7 @@ def _is_installed(wheel: Path) -> bool:
 
 
 def find_installer(name: str = "") -> tuple[str, ...]:
-    """Return the words that run pip or, if it is not available, uv for the running environment.
+    """Return the command that runs pip or, if pip is not available, uv for the running environment.
 
     Args:
         name: the only program to use: `pip` or `uv`; empty for either.

@@ -1,10 +1,10 @@
-"""The limits of wheels."""
+"""Limits on wheels and on lists of repositories."""
 
 from typing import NamedTuple
 
 
 class WheelLimits(NamedTuple):
-    """The limits of wheels: `limits.of(WheelLimits)` for a `Limits`.
+    """Limits on wheels and on lists of repositories; `limits.of(WheelLimits)` reads them from a `Limits`.
 
     Attributes:
         wheel_bytes: maximum total size of the files in one package's wheel.

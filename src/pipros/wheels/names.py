@@ -15,12 +15,13 @@ ON_PYPI = {
     "urdfdom_py": ("urdf_parser_py", "urdf-parser-py>=0.0.4"),
     "xacro": ("xacro", "xacro>=1.13.3"),
 }
-"""Packages whose Python module is on PyPI, too, where extras of pipros have it from, and the requirement.
+"""ROS packages whose Python module is also on PyPI, with the module's name and the requirement.
 
-Their wheels require the project, because its files and those of a wheel with the module would be the same.
+pipros's extras install the module from PyPI. Wheels of these packages do not contain the module but require
+the PyPI project, because both would install the same files.
 """
 
-_NAME_CHARACTERS = 200  # so that the names of files fit, too
+_NAME_CHARACTERS = 200  # short enough for file names with a suffix
 _REQUIREMENT_CHARACTERS = 300
 
 _REQUIREMENT = re.compile(
@@ -39,8 +40,8 @@ def distribution_name(package: str) -> str:
     """
     if len(package) > _NAME_CHARACTERS or not _LEGAL.fullmatch(package):
         raise InvalidName(
-            f"package name [{printable(package)}]: a distribution needs letters and digits, separated by "
-            "single underscores or dashes, with a letter first; rename the package in package.xml"
+            f"package name [{printable(package)}] must consist of letters and digits, separated by single "
+            "underscores, dashes or dots, and begin with a letter; rename the package in package.xml"
         )
     return PREFIX + normalized(package)
 

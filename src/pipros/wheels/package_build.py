@@ -1,7 +1,7 @@
-"""Build the files of one package's wheel: the files that `catkin_make install` installs.
+"""Collect the files of a package's wheel: those that `catkin_make install` would install.
 
-The same code writes the install space to a temporary folder. Its Python modules go to the top of the wheel,
-and everything else goes below `.data`, from where pip copies it to the environment's prefix.
+The code of `catkin_make` writes the install space to a temporary folder. Its Python modules are placed at the
+top of the wheel, and everything else below `.data`, from where pip copies it to the environment's prefix.
 """
 
 from __future__ import annotations
@@ -115,11 +115,11 @@ def package_files(
     is_strict: bool = False,
     is_whole: bool = False,
 ) -> PackageFiles:
-    """Install a package below a temporary folder, and return the files for its wheel, which are there.
+    """Install a package below the temporary `folder`, and return the files for its wheel, which stay there.
 
     Args:
         is_strict: whether compiled targets are an error.
-        is_whole: whether to add the whole package folder, too.
+        is_whole: whether to add the whole package folder.
 
     Raises:
         WheelRefused: the package cannot be a wheel, or has compiled targets and `is_strict` is true.
@@ -201,7 +201,7 @@ def _leave_out(project: Project, prefix: Path, result: PackageFiles) -> None:
         if not Path(target).is_relative_to(prefix):
             result.notes.append(f"left out: {item.source}, installed outside of the prefix, to {target}")
         elif project.needs_cmake and _is_missing(item, project):
-            result.notes.append(f"left out: {item.source}, which a compiler makes")
+            result.notes.append(f"left out: {item.source}, which a compiler creates")
         else:
             kept.append(item)
     project.installations[:] = kept

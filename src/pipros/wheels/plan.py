@@ -70,7 +70,7 @@ def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[PlanSte
     """Return the steps for packages and their run-time dependencies, sorted by name.
 
     A dependency is provided by the first of these: the given packages, a wheel in a folder, pipros, a PyPI
-    project, a wheel in the index, an installed package, or Debian, whose package is only named.
+    project, a wheel in the index, an installed package, or a Debian package, which is only listed.
     """
     names = {package.name for package in packages}
     users: dict[str, list[str]] = {name: [] for name in names}
@@ -126,7 +126,7 @@ def _wheels_in(folders: Iterable[Path]) -> set[str]:
 def debian_package(name: str) -> str:
     """Return Debian's package for a dependency, or an empty string if apt does not know one.
 
-    Debian's packages are often named like the rosdep key or `ros-KEY`; apt is asked whether they exist.
+    Debian's packages are often named like the rosdep key or `ros-KEY`; apt is queried for both names.
     """
     table = PROGRAM_PACKAGES.get(name)
     if table is not None:

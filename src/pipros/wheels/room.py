@@ -2,7 +2,7 @@
 
 from pipros.basics.rooms import Room, RoomCommand
 
-_HEADING = "Make packages pip packages"
+_HEADING = "Build and install wheels of packages"
 
 ROOM = Room(
     "wheels",
@@ -19,7 +19,7 @@ ROOM = Room(
         "wheel": RoomCommand("pipros.wheels.commands.wheel:main", "build wheels of packages", _HEADING),
         "install": RoomCommand(
             "pipros.wheels.commands.install:main",
-            "build packages and install them, with what they need",
+            "build packages, and install them with their dependencies",
             _HEADING,
         ),
         "index": RoomCommand(

@@ -1,4 +1,4 @@
-"""Find the sources that a command line names: folders, git repositories, `.rosinstall` and `.repos` files."""
+"""Find the sources given on a command line: folders, git repositories, `.rosinstall` and `.repos` files."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Repository:
 
 
 def read_repository(text: str) -> Repository | None:
-    """Return the repository that a word of the command line names, or None if it is not a URL.
+    """Return the repository given by a command-line argument, or None if the argument is not a URL.
 
     `git+https://…` is accepted as in pip, and `URL@VERSION` names a version.
     """
@@ -157,10 +157,10 @@ def _git(repository: Repository, words: Sequence[str]) -> str:
 
 
 def source_folders(words: Sequence[str], clones: Path) -> list[Path]:
-    """Return the folders that words of the command line name. Repositories are cloned below `clones`.
+    """Return the folders given on the command line. Repositories are cloned into subfolders of `clones`.
 
     Raises:
-        BadSource: a word is neither a folder, nor a URL, nor a list of repositories; or git failed.
+        BadSource: an argument is neither a folder, nor a URL, nor a list of repositories; or git failed.
     """
     folders = []
     for word in words:

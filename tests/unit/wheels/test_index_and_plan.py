@@ -108,7 +108,7 @@ def test_keys_are_requirements(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["arm_", "_arm", "a__b", "2arm", "ärm", "a b", "", "a/b", "-a"])
 def test_names_that_are_not_those_of_distributions(name: str) -> None:
-    with pytest.raises(InvalidName, match="a distribution needs letters and digits"):
+    with pytest.raises(InvalidName, match="must consist of letters and digits"):
         distribution_name(name)
 
 

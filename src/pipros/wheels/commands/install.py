@@ -32,7 +32,7 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser(
         prog="pipros install",
         description="Builds the packages in folders, git repositories and lists of repositories, and "
-        "installs them into the running environment, with what their package.xml files name.",
+        "installs them and the dependencies in their package.xml files into the running environment.",
     )
     parser.add_argument("sources", nargs="+", metavar="PATH|GIT-URL|FILE.rosinstall|FILE.repos")
     parser.add_argument("-n", "--dry-run", action="store_true", help="print the plan, and do nothing")

@@ -1,4 +1,4 @@
-"""`rosdep`: checks and installs what a workspace needs from pip. A genuine rosdep takes precedence."""
+"""`rosdep`: checks and installs a workspace's dependencies from PyPI. A genuine rosdep takes precedence."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser(
         prog="rosdep",
         description="Answers from pipros's table of Python keys: check lists what is missing, keys lists all "
-        "dependencies, install installs Python projects with pip. Debian's packages are only named; init and "
+        "dependencies, install installs Python projects with pip. Debian's packages are only listed; init and "
         "update do nothing.",
     )
     parser.add_argument("verb", choices=("check", "init", "install", "keys", "update"))
