@@ -24,7 +24,7 @@ ROOM = Room(
         ),
         "index": RoomCommand(
             "pipros.wheels.commands.index:main",
-            "write an index for pip, and a lock file, of a folder of wheels",
+            "write an index for pip and a lock file for a folder of wheels",
             _HEADING,
         ),
     },

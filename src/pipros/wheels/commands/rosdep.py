@@ -72,8 +72,8 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser(
         prog="rosdep",
         description="Answers from pipros's table of Python keys: check lists what is missing, keys lists all "
-        "dependencies, install installs Python projects with pip. Debian's packages are only listed; init and "
-        "update do nothing.",
+        "dependencies, install installs Python projects with pip. Debian's packages are only listed; init "
+        "and update do nothing.",
     )
     parser.add_argument("verb", choices=("check", "init", "install", "keys", "update"))
     parser.add_argument("--from-paths", type=Path, nargs="+", default=[], metavar="DIR")
