@@ -58,12 +58,13 @@ DIFFERENCES = [
     Difference(
         Kind.ABSENT,
         "parts of generators of message code, whose templates run Python code; `catkin_make` generates C++ "
-        "headers otherwise",
+        "headers in another way",
         ("genmsg.command_line*", "genmsg.deps*", "genmsg.template_tools*"),
     ),
     Difference(
         Kind.ABSENT,
-        "about rosbuild and its stacks, which catkin replaced; `roslib.manifest` reads a `manifest.xml`",
+        "they belong to rosbuild and its stacks, which catkin replaced; `roslib.manifest` reads a "
+        "`manifest.xml`",
         ("roslib.manifestlib*", "roslib.stack_manifest*", "roslib.stacks*"),
     ),
     Difference(
@@ -188,7 +189,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "the subcommands of `rosmsg`, which is a command; `rosmsgmain` runs it",
+        "internals of the subcommands of `rosmsg`; `rosmsgmain` runs the command",
         (
             "rosmsg.RosMsgProto*",
             "rosmsg.fullusage",
@@ -220,7 +221,8 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "they are raised and caught as in Noetic, but their class, or its base, has a name of pipros",
+        "they are raised and caught as in Noetic, but their class, or its base class, has a different "
+        "name in pipros",
         (
             "*.ArgException",
             "*.FatalProcessLaunch",
@@ -233,7 +235,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "launch children in genuine processes: pipros starts each node on another machine by ssh, "
+        "launch children in genuine processes: pipros starts each node on another machine through ssh, "
         "and `roslaunch --child` is `pipros.launch.child`",
         (
             "roslaunch.child*",
@@ -266,8 +268,9 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "the rules of the command itself, without those about rosdep's database, pip, Debian packages and "
-        "rosbuild; plugins add their own with `roswtf.rules`, and read a `roswtf.context.WtfContext`",
+        "internals of the command, whose rules pipros implements except those about rosdep's database, "
+        "pip, Debian packages and rosbuild; plugins add their own with `roswtf.rules`, "
+        "and read a `roswtf.context.WtfContext`",
         (
             "roswtf.environment*",
             "roswtf.graph*",
