@@ -130,7 +130,7 @@ def test_an_unexpected_failure_is_logged(
 
     monkeypatch.setattr(subscription._dialer, "_request", fail)
     tell(listener, ["http://127.0.0.1:1/"])
-    wait_until(lambda: "following a publisher of [/chat] failed" in lines)
+    wait_until(lambda: "unexpected error for a publisher of [/chat]" in lines)
 
 
 @pytest.mark.parametrize(("stamp", "seq"), [(2**32 - 1, 2), (0, 2**31 + 5), (1, 2**32 - 1)])

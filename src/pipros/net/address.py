@@ -50,7 +50,7 @@ def is_loopback(host: str) -> bool:
 def plain_address(peer: str) -> str:
     """Return a peer's IP address in a form that can be compared.
 
-    The interface is removed, and an IPv4-mapped IPv6 address is converted to IPv4.
+    A zone, such as `%eth0`, is removed, and an IPv4-mapped IPv6 address is converted to IPv4.
 
     >>> plain_address("::ffff:10.0.0.5"), plain_address("fe80::1%eth0")
     ('10.0.0.5', 'fe80::1')
@@ -59,7 +59,10 @@ def plain_address(peer: str) -> str:
 
 
 def is_master_local(environment: Environment) -> bool:
-    """Return True if the master URI is malformed, or its host is loopback (but not this machine's name)."""
+    """Return True if the host in the master URI is loopback, or if the URI is malformed.
+
+    A URI with this machine's name is not local in this sense.
+    """
     try:
         host, _ = split_master_uri(environment.master_uri)
     except PiprosError:

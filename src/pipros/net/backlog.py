@@ -84,7 +84,7 @@ class Backlog:
     def drop_oldest(self, max_messages: int | None, max_bytes: int, spared_bytes: int = 0) -> int:
         """Drop the oldest messages to meet the limits, but never the newest. Return the number dropped.
 
-        `max_messages` does not apply while the messages take at most `spared_bytes`.
+        `max_messages` does not apply while the backlog has at most `spared_bytes`.
         """
         dropped = 0
         while len(self._waiting) > 1 and (

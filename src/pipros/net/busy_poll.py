@@ -6,9 +6,9 @@ and streamed messages often arrive sooner, so a `PollingReceiver` polls the sock
 and yields the processor between polls. This helps most if the sender runs on the same core, whose cache then
 still holds the message.
 
-The receiver learns whether polling pays (see `AdaptiveBackoff`). For example, a topic at 100 Hz is polled for
-only once in a thousand messages. A topic link polls for the full time only after the node has published
-(`PublishCount`), because the next message may be a response. A node that only listens polls a few times. This
+The receiver learns whether polling pays (see `AdaptiveBackoff`). For example, it polls only once per thousand
+messages of a topic at 100 Hz. A topic link polls for the full time only after the node has published
+(`PublishCount`), because the next message may be a response. Otherwise, it polls only a few times. This
 suffices for messages from processes that run between the polls, and does not keep an idle processor busy.
 """
 
@@ -56,7 +56,7 @@ class PublishCount:
 
 
 class AdaptiveBackoff:
-    """Decides whether to try an optimization that is only sometimes useful.
+    """Decides when to try an optimization that is only sometimes useful.
 
     After a trial that was not useful, the next opportunity is skipped, then the next two, four, and so on up
     to `longest_pause`. After a useful trial, no opportunity is skipped.
@@ -139,7 +139,7 @@ class PollingReceiver:
         if self._backoff.is_due() and (data := self._poll(sock.recv, max_bytes, _DONTWAIT)) is not None:
             return data
         if threading.get_ident() == threading.main_thread().ident:
-            # If a signal arrives just before a wait, Python runs its handler only after the wait.
+            # Wait in slices: Python handles a signal that arrives just before a wait only after the wait.
             if not wait_in_slices(lambda slice_s: sockets.wait_readable(sock, slice_s), left_s):
                 raise TimeoutError("the deadline has passed")
         elif left_s is not None and not sockets.wait_readable(sock, left_s):

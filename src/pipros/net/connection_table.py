@@ -45,7 +45,7 @@ class _Group:
 
     Attributes:
         idle: connections that may be closed to make room for new connections, longest idle first.
-        links: connections in constant use, in order of arrival.
+        links: connections in constant use, oldest first.
         count: the number of all connections, including connections that are neither idle nor links.
     """
 

@@ -16,7 +16,7 @@ class HeldBytes:
     def __init__(self, *, limit_bytes: int, refusals: Refusals) -> None:
         self._limit_bytes = limit_bytes
         self._refusals = refusals
-        self._held: dict[TableEntry, int] = {}  # longest held first
+        self._held: dict[TableEntry, int] = {}  # oldest first
         self.bytes = 0
 
     def note(self, connection: TableEntry, count: int) -> None:

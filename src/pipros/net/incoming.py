@@ -36,8 +36,8 @@ FULL_WINDOW_BYTES = 64 * 1024
 """
 
 FULL_STREAM_MESSAGES = 128
-"""Number of messages that mean the same for a Unix stream. Linux charges some 770 bytes for each small
-message, so that a stream with the default buffers holds only 278 of them.
+"""A Unix stream that held this many messages was full. Linux accounts about 770 bytes for each small message,
+so a stream with the default buffers holds only 278 of them.
 """
 
 IDLE_POLLS = 4
@@ -48,7 +48,7 @@ KEEP_LARGE_S = 5.0
 """A link that is silent for this long frees the memory of its large messages."""
 
 _WAITALL: Final = socket.MSG_WAITALL
-_LARGEST: Final = 2**31 - 1  # larger lengths are those of control frames
+_LARGEST: Final = 2**31 - 1  # larger lengths mark control frames
 
 Received = memoryview | bytes | HeldSlot
 
@@ -111,13 +111,13 @@ class IncomingLink:
     """Receives messages from one publisher and delivers them in order, in its own thread.
 
     `delivery_lock` is held during each delivery, so links that share a lock never deliver at the same time.
-    The message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
-    thread, with the reason if the link ended because of an error. The link polls longer for the next message
-    if the node has published since the last one, as counted by `published`; see `pipros.net.busy_poll`.
-    `received_count` changes before messages are delivered.
+    The message passed to `deliver` is valid only during the call, unless `lends` is set. `on_closed` is
+    called once, from the link's thread, with the error that ended the link, or with None. The link polls
+    longer for the next message if the node has published since the last message, as counted by `published`;
+    see `pipros.net.busy_poll`. `received_count` changes before messages are delivered.
 
     Attributes:
-        lends: whether a message in shared memory is delivered as an array, which is valid as long as anything
+        lends: whether a message in shared memory is delivered as a view that is valid as long as anything
             refers to it.
     """
 
@@ -143,7 +143,7 @@ class IncomingLink:
             sock: accepts messages in shared memory if it is a `DescriptorSocket`.
             keeps_large: whether to pass large messages as `bytes`, which `deliver` can keep without a copy.
             received: the bytes that followed the handshake.
-            timings: when to read again, and when to let other links deliver.
+            timings: delays until the link reads again, and until it lets other links deliver.
         """
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
@@ -269,7 +269,7 @@ class IncomingLink:
         return statistics.frames - before
 
     def _receive_slot(self, data: memoryview, offset: int) -> HeldSlot | None:
-        """Apply a control frame. The statistics count its message like one that arrived in the stream."""
+        """Apply a control frame. A message in a slot is counted as if it had arrived in the stream."""
         slot = self._slots.receive(data, offset) if self._slots is not None else None
         self.statistics.bytes += (slot.size + 4 if slot is not None else 0) - FRAME_BYTES
         return slot

@@ -1,4 +1,4 @@
-"""One subscriber's share of a topic's shared memory, as described in `pipros.net.shared_memory`."""
+"""The shared-memory state of the link to one subscriber; see `pipros.net.shared_memory`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class MemorySharingLink(Protocol):
         """Offer shared memory if it has not been offered yet."""
 
     def send_drop(self, frame: bytes) -> None:
-        """Send a DROP frame, which says that the subscriber's segment is no longer used."""
+        """Send a DROP frame, which announces that the newest segment is no longer used."""
 
 
 class PlacedMessage(NamedTuple):
@@ -46,7 +46,7 @@ class PlacedMessage(NamedTuple):
 
 
 class LinkMemory:
-    """One subscriber's share of a topic's memory. Its methods are called with the link's lock held.
+    """The shared-memory state of one link. The methods are called with the link's lock held.
 
     Attributes:
         is_ready: whether the subscriber has accepted the offer of memory.

@@ -118,7 +118,8 @@ def ask(kind: str, process: str, request: Any, limit_bytes: int, advice: str = "
     May block for several seconds.
 
     Args:
-        limit_bytes: maximum size of the response; `advice` says how to raise it.
+        limit_bytes: maximum size of the response.
+        advice: how to raise this limit, for the error text.
 
     Raises:
         LocalFailed: the process has ended, does not respond, or refuses the request.
@@ -139,7 +140,7 @@ def ask(kind: str, process: str, request: Any, limit_bytes: int, advice: str = "
 
 
 def _received(connection: socket.socket, limit: int, advice: str) -> bytes:
-    """Return everything that the other side sends until it closes the stream.
+    """Return all bytes that the other side sends until it closes the stream.
 
     Raises:
         ValueError: the other side sends more than `limit` bytes.

@@ -1,8 +1,8 @@
-"""Unix streams between the nodes of one machine: their names, who may use them, and how to connect.
+"""Unix streams between the nodes of one machine: names, permissions and connecting.
 
 A node that listens for TCPROS connections also listens at a name in Linux's abstract socket namespace. Unix
-streams carry the bytes of TCPROS unchanged, with half of the kernel's work for large messages and without the
-delays of TCP.
+streams carry the bytes of TCPROS unchanged. For large messages, the kernel does half as much work as for TCP,
+and there are no delays caused by TCP.
 
 - Topics negotiate the stream in `requestTopic`: a subscriber offers `["PIPROSLOCAL", "v1", <token>]` before
   `["TCPROS"]`, and a publisher with the same token replies `["PIPROSLOCAL", "v1", <name>]`. Genuine nodes
@@ -127,7 +127,7 @@ def connect(name: str) -> socket.socket:
 def is_from_same_user(sock: socket.socket) -> bool:
     """Return whether the process at the other end belongs to this user or to root.
 
-    A user who does not exist in this user namespace could be anybody, so the result is False.
+    A user who does not exist in this user namespace cannot be identified, so the result is False.
     """
     return is_own(sock) and peer_user(sock) != _UNMAPPED_USER
 

@@ -143,7 +143,7 @@ class Lookups:
             Interrupted: `is_cancelled` returned True. It is called every tenth of a second.
         """
         try:
-            return _literal(host, wanted, port)  # fast, because each service call does this
+            return _literal(host, wanted, port)  # a fast path, because every service call resolves an address
         except OSError:
             pass  # the host is a name, not an address
         answer = self.ask(host, urgent=True, **wanted)
@@ -186,7 +186,7 @@ class Lookups:
 
 
 def _get_addresses(host: str, port: int | None, **wanted: int) -> list[Any]:
-    """Call `socket.getaddrinfo`, without the codec for host names, which it would import for any str."""
+    """Call `socket.getaddrinfo`. For a str, it would import the codec for international host names."""
     return socket.getaddrinfo(host.encode("ascii") if host.isascii() else host, port, **wanted)
 
 

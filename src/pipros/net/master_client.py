@@ -77,7 +77,10 @@ class MasterClient:
         return answer[0], str(answer[1]), answer[2]
 
     def call_together(self, calls: Sequence[tuple[str, ...]]) -> None:
-        """Call several methods, each given with its parameters, in one request. Ignore their results."""
+        """Call several methods in one request, and ignore the results.
+
+        Each call is a method's name followed by the parameters after the caller_id.
+        """
         together = [{"methodName": name, "params": [self.caller_id, *params]} for name, *params in calls]
         self._rpc.call("system.multicall", together)
 

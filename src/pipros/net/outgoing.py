@@ -118,7 +118,7 @@ class OutgoingLink:
         loop.call(self._watch_peer)
 
     def send(self, message: WireMessage, size: int) -> None:
-        """Write a message of `size` bytes, or queue what the socket does not accept. Returns at once."""
+        """Write a message of `size` bytes; queue the part that the socket does not accept. Never blocks."""
         with self._lock:
             if self.state is _IDLE or self.state is _RECOVERING:
                 try:

@@ -29,7 +29,7 @@ class LocalOutgoingLink(OutgoingLink):
     """Sends messages to one subscriber on this machine, through its stream or in shared memory.
 
     Attributes:
-        memory: the subscriber's share of the topic's memory.
+        memory: the link's shared-memory state.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class LocalOutgoingLink(OutgoingLink):
                 self._send_frame(_OFFER)
 
     def send_drop(self, frame: bytes) -> None:
-        """Send a DROP frame, which says that the subscriber's segment is no longer used."""
+        """Send a DROP frame, which announces that the newest segment is no longer used."""
         with self._lock:
             self._send_frame(frame)
             self.memory.known = 0

@@ -15,7 +15,10 @@ _REPORT_EVERY_S: Final = 60.0
 
 
 class Refusals:
-    """Counts refusals. Logs the first refusal of each peer, and the number of others at intervals."""
+    """Counts refusals. Logs the first refusal of each peer, and the number of other refusals at intervals.
+
+    The number of peers is limited: refusals of further peers are only counted.
+    """
 
     def __init__(self, log: logging.Logger = _log, report_every_s: float = _REPORT_EVERY_S) -> None:
         self.total = 0

@@ -99,7 +99,7 @@ class RpcClient:
             TypeError, OverflowError, ValueError: XML-RPC cannot represent a parameter; nothing was sent.
         """
         body = encode_call(method, params)
-        with self._lock:  # with the lock held, `interrupt` runs either before or after this block
+        with self._lock:  # `interrupt` takes the same lock, so it runs before or after this block
             interruptions = self._interruptions
             if timeout_s == TIMEOUT_OF_CLIENT:
                 timeout_s = self.timeout_s
@@ -227,7 +227,7 @@ def reason_of(error: OSError) -> str:
     if isinstance(error, TimeoutError):
         return "no response in time"
     if error.errno and not isinstance(error, socket.gaierror):
-        return os.strerror(error.errno)  # asyncio replaces `strerror`
+        return os.strerror(error.errno)  # because asyncio replaces `strerror` with its own text
     return error.strerror or str(error) or type(error).__name__
 
 
@@ -262,7 +262,7 @@ class _ClientConnection:
         self._socket = self._connector.connect(host, port, deadline, limit_s)
         self._is_open = True
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if self.is_aborted:  # `abort` may have missed the socket
+        if self.is_aborted:  # `abort` may have run before the socket was open
             raise Interrupted("the call was interrupted")
         with contextlib.suppress(OSError):  # the server has already closed the connection
             return plain_address(str(self._socket.getpeername()[0]))

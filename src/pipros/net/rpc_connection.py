@@ -1,4 +1,4 @@
-"""One connection of an `RpcServer`: reads HTTP and XML-RPC requests, and sends the responses in order.
+"""One connection of an `RpcServer`: reads XML-RPC requests over HTTP, and sends the responses in order.
 
 Theory of operation: connections take turns in the event loop. A call to a fast method is handled at once, in
 the callback that received the bytes; each further request that has arrived, and each slice of a large

@@ -3,10 +3,10 @@
 Theory of operation. A subscriber on a Unix stream says in its connection header that it accepts slots
 (`pipros.wire.slot_frames`). When the first large message is published, the publisher offers slots, and the
 subscriber accepts. Each later message of LEAST_BYTES or more is copied once into a slot of a segment
-(`shared_segment`), and each of these subscribers gets 28 bytes through its stream, which wake it and keep the
-order of messages. A subscriber returns the slot through a pipe, which the publisher reads before the next
-large message. (Returning it through the stream would wake the publisher's event loop for each slot.) Only the
-publisher writes to the memory, so nothing depends on the order of memory accesses.
+(`shared_segment`), and each of these subscribers gets a 28-byte frame through its stream, which wakes it and
+preserves the order of messages. A subscriber returns the slot through a pipe, which the publisher reads
+before the next large message. (Returning it through the stream would wake the publisher's event loop for each
+slot.) Only the publisher writes to the memory, so nothing depends on the order of memory accesses.
 
 If no slot is available (`slot_table`), the message is sent through the streams, with their queues and limits.
 The total size of the segments is limited, for each topic and for the node. After `LinkTimings.keep_memory_s`
@@ -87,7 +87,7 @@ class TopicMemory:
     # -- subscribers --------------------------------------------------------------
 
     def add(self, owner: MemorySharingLink) -> LinkMemory:
-        """Return a new subscriber's share."""
+        """Add a subscriber, and return the shared-memory state of its link."""
         link = LinkMemory(self, owner)
         with self._lock:
             self._links.add(link)
@@ -199,12 +199,12 @@ class TopicMemory:
             self._close_unused()
 
     def report(self, error: OSError) -> None:
-        """Log once that the system refuses memory or descriptors, and use the streams for some time."""
+        """Log once that the system refuses memory or descriptors, and create no segment for some time."""
         self._retry_s = time.monotonic() + RETRY_S
         self._report(f"the system refuses shared memory ({error.strerror or error})")
 
     def close_in_child(self) -> None:
-        """Close the memory in a forked process, which would otherwise prevent it from being freed."""
+        """Close the memory in a forked process, which would otherwise keep it allocated."""
         self._is_closed = True
         for segment in self._segments.values():
             segment.close()
@@ -251,11 +251,11 @@ class TopicMemory:
         slots = min(SLOTS, (self._limit_bytes - self.used_bytes) // slot_bytes)
         if slots < FEWEST_SLOTS:
             limit = limit_text("shared_topic_bytes", self._limit_bytes)
-            self._refuse(f"{FEWEST_SLOTS} messages of {size} bytes exceed its share; {limit}")
+            self._refuse(f"{FEWEST_SLOTS} messages of {size} bytes do not fit; {limit}")
             return None
         if not self._budget.take(slot_bytes * slots):
             limit = limit_text("shared_bytes", int(self._budget.limit))
-            self._refuse(f"this node's topics use all of it; {limit}")
+            self._refuse(f"the node's topics use all of it; {limit}")
             return None
         try:
             created = Segment(self._numbers + 1, slot_bytes, slots)
@@ -280,7 +280,7 @@ class TopicMemory:
     def _report(self, reason: str) -> None:
         if not self._has_reported:
             self._has_reported = True
-            self._log.info("[%s] sends its large messages without shared memory: %s", self._topic, reason)
+            self._log.info("large messages on [%s] are sent without shared memory: %s", self._topic, reason)
 
     def _close_unused(self) -> None:
         """Close unused segments, except the current one."""
@@ -315,7 +315,7 @@ class TopicMemory:
         for link in knowing:
             link.owner.send_drop(frame)
         with self._lock:
-            # unless a message was placed in the meantime
+            # a message may have been placed, and its segment sent again, in the meantime
             if not any(link.known == current.number for link in self._links):
                 self._current = None
                 self._close_unused()
@@ -325,7 +325,7 @@ _topics: weakref.WeakSet[TopicMemory] = weakref.WeakSet()
 
 
 def _close_in_children(topic: TopicMemory) -> None:
-    """Make forked processes close a topic's memory, which could otherwise not be freed."""
+    """Make forked processes close a topic's memory, which they would otherwise keep allocated."""
     _register()
     _topics.add(topic)
 

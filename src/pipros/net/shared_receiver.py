@@ -4,8 +4,8 @@ See `pipros.wire.slot_frames` for the frames. A message in a slot is delivered i
 
 - As a view that is valid during the call. The slot is returned afterwards.
 - As a view of a numpy array (`HeldSlot.lend`). All arrays derived from this array keep it alive, so a weak
-  reference to it reports when nothing refers to the slot any more, in whichever thread. (A `memoryview` is
-  not suitable: its slices outlive its `release`, and would then show a later message.)
+  reference to it reports when nothing refers to the slot any more. This can happen in any thread. (A
+  `memoryview` alone is not suitable: its slices outlive its `release`, and would then show a later message.)
 
 A publisher that violates the protocol cannot make a reader access memory outside a segment. If it changes a
 message that is being read, the reader gets wrong values, just as any publisher can send wrong values.
@@ -116,7 +116,7 @@ class DescriptorSocket(socket.socket):
 
 
 class AcknowledgementPipe:
-    """The pipe through which slots are returned. Its methods may be called from any thread, at any moment.
+    """The pipe through which slots are returned. Its methods may be called from any thread, at any time.
 
     It is closed once nothing refers to it. If the link closed it, a thread that returns a slot at the same
     moment could write to another file that has taken over the descriptor's number.
@@ -180,7 +180,7 @@ class HeldSlot:
         return memoryview(self._memory)[self._start : self._start + self.size]
 
     def lend(self) -> memoryview:
-        """Return the message as a read-only array, which is valid as long as anything refers to it."""
+        """Return a read-only view of an array over the message. It is valid as long as it is referenced."""
         import numpy
 
         lent: Any = numpy.frombuffer(self._memory, numpy.uint8, self.size, self._start)
@@ -228,7 +228,7 @@ class SlotReceiver:
         return None
 
     def close(self) -> None:
-        """Forget the memory. It is freed when no message refers to it any more."""
+        """Release the memory. It is unmapped when no message refers to it any more."""
         self._memory = self._pipe = None
 
     def _find(self, frame: ControlFrame) -> HeldSlot:

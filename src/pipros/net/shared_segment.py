@@ -52,7 +52,7 @@ class Segment:
         self.descriptor = os.memfd_create("pipros", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.descriptor, self.size)
-            self._memory = mmap.mmap(self.descriptor, self.size)  # it stays writable after the seals
+            self._memory = mmap.mmap(self.descriptor, self.size)  # stays writable after sealing
             seals = fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL | _FUTURE_WRITE
             fcntl.fcntl(self.descriptor, fcntl.F_ADD_SEALS, seals)
         except BaseException:
@@ -85,7 +85,10 @@ class Segment:
                 offset += len(part)
 
     def close(self) -> None:
-        """Free the publisher's share of the memory. May be called repeatedly."""
+        """Unmap the memory and close the descriptor. May be called repeatedly.
+
+        The memory is freed once no subscriber maps it.
+        """
         if self.descriptor >= 0:
             self._view.release()
             self._memory.close()

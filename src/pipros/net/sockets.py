@@ -159,8 +159,8 @@ def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
     """Return True if the peer has not acknowledged retransmitted data for longer than `limit_s`.
 
     Keepalive checks only idle connections, and the system takes a quarter of an hour to close a connection
-    with unacknowledged data. Returns False for a live peer that does not read, because it still acknowledges
-    probes, except a second one that follows the first too closely (`tcp_invalid_ratelimit`).
+    with unacknowledged data. Returns False for a live peer that does not read, because the peer still
+    acknowledges probes; it ignores only a probe that follows another too closely (`tcp_invalid_ratelimit`).
     Always False on systems other than Linux.
     """
     if sys.platform != "linux":
@@ -292,7 +292,7 @@ def local_port(sock: socket.socket) -> int:
 
 
 def peer_name(sock: socket.socket) -> str:
-    """Return the `host:port` of the other end; `this machine` for a Unix stream; `?` if it has ended."""
+    """Return the `host:port` of the other end; `this machine` for a Unix stream, `?` if it is closed."""
     try:
         name = sock.getpeername()
     except OSError:

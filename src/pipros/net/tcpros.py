@@ -112,7 +112,7 @@ class TcprosServer:
             on_http: called in the event loop with a connection and its first bytes.
             limits: defaults to the process-wide limits.
             log: the logger that reports refusals.
-            timings: when a vanished peer is detected.
+            timings: delays until a vanished peer is detected.
 
         Raises:
             OSError: the port is in use, no port in the range is free, or the address does not belong to this
@@ -135,7 +135,7 @@ class TcprosServer:
             refusals=self.refusals,
         )
         self._local: socket.socket | None = None
-        self._handshakes: dict[_Handshake, None] = {}  # handshakes in the order of arrival
+        self._handshakes: dict[_Handshake, None] = {}  # oldest first
         self._overdue_timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop
 

@@ -91,7 +91,7 @@ def knows_users() -> bool:
 def user_listening(host: str, port: int) -> int | None:
     """Return the user ID of the process that listens on one of this machine's addresses, or None if unknown.
 
-    As slow as `Caller.user_id`, and also requires Linux.
+    As slow as `ThisMachineCaller.user_id`, and also requires Linux.
     """
     hosts = (host, _mapped(host), ANY, ANY_IPV6)
     places = {_table_entry(place, port) for place in hosts}

@@ -12,8 +12,8 @@ from pipros.net.address import is_loopback
 async def explain(peer: str) -> str:
     """Return advice about a peer (`http://host:port/` or `host:port`) that did not respond.
 
-    If a ROS 1 topic is listed but silent, the usual cause is a name or address that another machine does
-    not know, or resolves differently (ros_comm#222).
+    If a ROS 1 topic is listed but silent, the usual cause is an advertised host name that other machines
+    cannot resolve, or an address that they cannot reach (ros_comm#222).
     """
     host = host_of(peer)
     if not await _is_known(host):

@@ -1,4 +1,4 @@
-"""Support for the asynchronous methods of a node, which share all logic with the blocking ones."""
+"""Support for the asynchronous methods of a node, which share all logic with the blocking methods."""
 
 from __future__ import annotations
 

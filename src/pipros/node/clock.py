@@ -31,7 +31,7 @@ class TimeMovedBackwards(PiprosError):
 
 
 class Clock(Protocol):
-    """A source of time that threads can also sleep on."""
+    """A source of time, with an interruptible sleep."""
 
     @property
     def is_simulated(self) -> bool: ...

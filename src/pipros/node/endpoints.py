@@ -329,7 +329,7 @@ class Endpoints:
     # -- connections --------------------------------------------------------------------
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Pass a connection to the topic or service that its header requests, or refuse the connection."""
+        """Pass a connection to the topic or service named in its header, or refuse the connection."""
         if not connection.fields:  # the connection is broken, so no reply is possible
             connection.sock.close()
             return

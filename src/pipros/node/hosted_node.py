@@ -29,7 +29,7 @@ class HostedNode(Node):
     be changed after it was published.
 
     Attributes:
-        arguments: the command-line words of the nodelet, without remappings.
+        arguments: the nodelet's command-line arguments, without remappings.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class HostedNode(Node):
         Args:
             name: the full name, such as `/camera/debayer`.
             remappings: maps global names to global names. The host's remappings apply to the results.
-            arguments: the command-line words of the nodelet.
+            arguments: the nodelet's command-line arguments, without remappings.
             log: defaults to the host's logger.
         """
         host.hand_over_messages()

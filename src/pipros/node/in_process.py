@@ -96,9 +96,8 @@ class InProcessLink:
 def with_octets(message: Any, *, as_arrays: bool) -> Any:
     """Return a message whose `uint8[]` and `char[]` fields have the type that a subscriber expects.
 
-    They are read-only numpy arrays if `as_arrays` is true, otherwise `bytes`. The message itself is not
-    changed: if a field has another type, the result is a shallow copy. Fields of messages within arrays keep
-    their types.
+    This type is a read-only numpy array if `as_arrays` is true, otherwise `bytes`. The message itself is not
+    changed: if a field has another type, the result is a shallow copy. Messages in arrays are not converted.
     """
     changed: dict[str, Any] = {}
     for name, is_message in _fields_with_octets(message.__class__).items():
@@ -136,7 +135,7 @@ def _has_octets(type_name: str) -> bool:
 
 @cache
 def _fields_with_octets(message_class: Any) -> Mapping[str, bool]:
-    """Map the names of the fields with octets to whether the field is an embedded message."""
+    """Map the names of the fields that are or contain octet arrays to True for embedded messages."""
     found = {}
     for name, kind in zip(message_class.__slots__, message_class._slot_types, strict=False):
         base, bracket, _ = kind.partition("[")

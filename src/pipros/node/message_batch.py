@@ -1,9 +1,10 @@
 """Small messages of a burst, collected so that one system call per link sends several of them.
 
-A send costs about as much as everything else that `publish` does, once per subscriber. During a burst
+For each subscriber, a send costs about as much as everything else that `publish` does. During a burst
 (`pipros.node.packet_sharing`), messages are therefore collected, and sent
+
 - with the eighth message;
-- with the first message after 100 microseconds;
+- with the first message that follows after 100 microseconds or more;
 - at the latest after about a millisecond, by the event loop.
 
 A message is sent at once, after those collected before it, if the topic has been quiet, or if the node has

@@ -129,7 +129,10 @@ class Parameters:
         resolve: Callable[[str], str],
         registrations: Callable[[], Registrations | None],
     ) -> None:
-        """`registrations` returns None before the node starts; until then, nothing is cached."""
+        """Store the arguments.
+
+        `registrations` returns None before the node starts; until then, nothing is cached.
+        """
         self._master = master
         self._resolve = resolve
         self._registrations = registrations

@@ -1,4 +1,4 @@
-"""Log programs' records: to a file for tools and for nodes that have not started, to stderr for servers."""
+"""Logs of programs other than running nodes: log files for tools, and standard error for servers."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
 
 
 def stderr_logger(name: str) -> logging.Logger:
-    """Return a logger that writes records from INFO on to standard error, each after its level."""
+    """Return a logger that writes records of level INFO and above, with the level, to standard error."""
     log = logging.getLogger(name)
     log.setLevel(logging.INFO)
     if not log.handlers:

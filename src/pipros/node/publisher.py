@@ -240,7 +240,8 @@ class Publication:
         entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
         with self._links_lock:
-            self._joining = (*self._joining, peer)  # done before the subscriber can know that it is connected
+            # Before the header is sent: a connected subscriber expects all later messages.
+            self._joining = (*self._joining, peer)
             link.send_header(header)
         if self._lock.acquire(blocking=False):
             try:
@@ -287,7 +288,7 @@ class Publication:
 
     @property
     def memory(self) -> TopicMemory | None:
-        """The memory shared with the topic's subscribers on this machine; None before the first of them."""
+        """The memory shared with subscribers on this machine; None before the first such subscriber."""
         return self._memory_sharing.memory if self._memory_sharing is not None else None
 
     def _send_latched(self) -> None:
@@ -298,7 +299,7 @@ class Publication:
             try:
                 data = self._serialized(self._latched) if self._latched is not None else None
             except Exception as error:
-                # published when there were no subscribers, so it has not been serialized yet
+                # the message was published without subscribers, so it is serialized here for the first time
                 self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
                 data = None
             for link in self._admit():
@@ -315,7 +316,7 @@ class Publication:
                 self._packet_sharing.apply_to(peer.link)
                 self.links = (*self.links, peer)
                 self._notify_of_new(peer)
-                if self._is_closed:  # `close` may have missed this link
+                if self._is_closed:  # `close` may have run before the link was added
                     peer.link.close()
         return [peer.link for peer in joining]
 

@@ -158,4 +158,4 @@ class PublisherConnector:
     def _collect(self, task: asyncio.Task[None]) -> None:
         """Log an unexpected exception, which ends only this link."""
         if not task.cancelled() and (error := task.exception()) is not None:
-            self._context.log.error("following a publisher of [%s] failed", self._topic, exc_info=error)
+            self._context.log.error("unexpected error for a publisher of [%s]", self._topic, exc_info=error)

@@ -17,7 +17,10 @@ class Rate:
     """
 
     def __init__(self, clock: Clock, period_ns: int, *, reset: bool = False) -> None:
-        """If `reset` is true, restart instead of raising when simulated time moves backwards."""
+        """Start the first cycle.
+
+        If `reset` is true, `sleep` restarts the cycle instead of raising when simulated time moves backwards.
+        """
         self.period_ns = period_ns
         self.last_ns = clock.now_ns()
         self._clock = clock

@@ -163,7 +163,7 @@ class Registrations:
         with self._lock:
             if entry in self._entries:
                 if self._unregister(entry, self._master) or not self._is_closed:
-                    # if `close` interrupted the call, keep the entry, because `close` unregisters it
+                    # An entry whose call was interrupted by `close` is kept: `close` unregisters it.
                     self._entries.remove(entry)
                 self._notify_observers(entry, is_added=False)
 
@@ -182,7 +182,7 @@ class Registrations:
         """Unregister all entries in reverse order. Give up if the master does not answer."""
         self._is_closed = True
         # A thread that is still registering an entry holds the lock, and might wait forever. A master that
-        # answers does so within the grace, so that a loop that reads a parameter ends without an exception.
+        # answers does so within the grace period, so a loop that reads a parameter ends without an exception.
         self._master.interrupt(self._unregister_s, grace_s=self._unregister_s / 3)
         master = MasterClient(self._master.uri, self._node_name, timeout_s=self._unregister_s)
         with self._lock:
@@ -252,7 +252,7 @@ class Registrations:
         try:
             master.call(*entry.unregistration(self._api))
         except (Refused, ValueError):
-            pass  # the master does not know the entry, so it is unregistered already
+            pass  # the entry is not registered
         except PiprosError:
             return False
         return True

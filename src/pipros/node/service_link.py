@@ -189,7 +189,7 @@ class ServiceLink:
     def _adopt(self, sock: socket.socket) -> None:
         self.sock = sock
         self._is_connected = True
-        if self._connector.is_interrupted:  # `interrupt` may have missed the socket
+        if self._connector.is_interrupted:  # `interrupt` may have run before the socket was stored
             raise Interrupted("the call was interrupted")
 
     def _exchange_headers(

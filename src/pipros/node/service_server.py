@@ -118,7 +118,7 @@ class ServiceServer:
             served.close()
             return
         self._open.add(served)
-        if self.is_closed:  # `close` may have missed this connection
+        if self.is_closed:  # `close` may have run before the connection was added
             served.end()
         served.start(answer[sent:])
 

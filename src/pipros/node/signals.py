@@ -57,7 +57,7 @@ class Signals:
     """
 
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
-        """`end` is called with the reason, in a separate thread, on the first signal.
+        """Store the settings. On the first signal, `end` is called with the reason, in a separate thread.
 
         If `insist` is true, the main thread is interrupted unless it calls `uninstall` soon afterwards. This
         also applies to a shutdown begun by another thread, for example by `rosnode kill`.

@@ -170,7 +170,7 @@ class Subscription:
         return lambda uris: self._context.loop.call(update, uris)
 
     def _others(self, uris: Iterable[str]) -> Iterable[str]:
-        """Return the publishers without this node, if it passes the topic's messages directly to itself."""
+        """Return the publishers, excluding this node if it passes the topic's messages directly to itself."""
         own = {peer.uri for peer in self.links if isinstance(peer.link, InProcessLink)}
         return [uri for uri in uris if uri not in own] if own else uris
 

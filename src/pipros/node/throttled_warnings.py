@@ -9,15 +9,15 @@ from pipros.net.loop import BackgroundLoop
 
 FULL: Final = 3
 REPORT_S: Final = 10.0
-"""FULL warnings are logged in full, initially and after each report. Further warnings are only counted until
+"""At first and after each report, FULL warnings are logged in full. Further warnings are only counted until
 the next report, at most REPORT_S later.
 """
 
 
 class ThrottledWarnings:
-    """Decides which warnings are logged in full.
+    """Decides which warnings are logged in full. For the event loop only.
 
-    Of the rest, only the number and the last subject are logged. For the event loop only.
+    For suppressed warnings, only their number and the last subject are logged.
     """
 
     def __init__(self, log: logging.Logger, loop: BackgroundLoop, more: str) -> None:
