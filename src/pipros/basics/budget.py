@@ -1,10 +1,10 @@
 """Budgets for what peers make a process keep or do, with a share for each peer.
 
 Theory of operation. A single limit on all peers together protects the process, but does not protect peers
-from each other. Therefore, budgets form a tree: the root is the server's, each client has a
-child, and a child may have children for single topics or requests. An amount is taken from a budget and from
-all its ancestors, or from none of them. Closing a client's budget returns everything that the client still
-holds, so no path through the code can forget an amount when a client leaves.
+from each other. Therefore, budgets form a tree: the root belongs to the server, each client has a child, and
+a child may have children for single topics or requests. An amount is taken from a budget and all its
+ancestors, or from none of them. Closing a client's budget returns everything that the client still
+holds, so no amount can leak when a client disconnects.
 
 The unit is the caller's: bytes, threads or slots. All budgets of a tree are thread-safe, and `take` never
 blocks.
@@ -27,8 +27,8 @@ class Budget:
         limit: maximum amount in use.
         used: the amount in use, including that of all children.
         peak: the largest `used` so far.
-        refusals: how often `take` or `hold` failed because of this budget's own limit, and not because others
-            have used up the parent.
+        refusals: number of times that `take` or `hold` failed because of this budget's own limit, not because
+            others have used up the parent.
     """
 
     __slots__ = ("_is_closed", "_lock", "_own", "_parent", "_part", "limit", "peak", "refusals", "used")

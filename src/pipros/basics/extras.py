@@ -21,7 +21,11 @@ def install_command(*extras: str) -> str:
 
 
 def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
-    """Return the error for a missing optional library. `what` says what needs it, and ends with its name."""
+    """Return the error for a missing optional library.
+
+    `what` is the start of the error text. It ends with the library's name, as in `images and cameras need
+    numpy`.
+    """
     return MissingExtra(f"{what}, which is not installed. Try: {install_command(extra)}", name=error.name)
 
 

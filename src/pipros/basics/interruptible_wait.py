@@ -54,7 +54,7 @@ class OnceEvent:
 
     def _wait_once(self, timeout_s: float) -> bool:
         if not self._is_set and self._lock.acquire(timeout=timeout_s):
-            # wake the next waiting thread; if an exception is raised here, it wakes one slice later
+            # wake the next waiting thread; after an exception here, that thread wakes one slice later
             self._release()
         return self._is_set
 

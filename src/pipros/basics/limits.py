@@ -29,7 +29,7 @@ class InvalidLimits(PiprosError, ValueError):
 class Limits(NamedTuple):
     """The limits for one process, node or master. `limits._replace(stall_s=1.0)` returns a changed copy.
 
-    Each limit is the maximum size, number or time of what it describes, unless noted otherwise.
+    Each limit is a maximum size, number or time, unless noted otherwise.
 
     Attributes:
         header_bytes: size of a TCPROS connection header.
@@ -124,7 +124,7 @@ class Limits(NamedTuple):
             longer than their results' sizes suggest.
         policy_file_bytes: the file of a policy; this also limits the number of its rules.
         policy_values: values of a message that are compared with a policy.
-        policy_stop_bytes: the message or request that stops what a policy allows.
+        policy_stop_bytes: the message or service request that stops the robot, as specified by a policy.
         policy_stops: pending stops of a server: topics, services, and goals.
         policy_goal_id_characters: the id of a goal with a time limit.
         tables: the limits of rooms, if they differ from the defaults; see `of`.

@@ -90,9 +90,9 @@ def kill_with_group(process: subprocess.Popen[bytes]) -> None:
 
 
 def interrupt(process: subprocess.Popen[bytes]) -> None:
-    """Do to the first process of a new group what Ctrl-C does: SIGINT, or SIGBREAK on Windows.
+    """Interrupt the first process of a new group as Ctrl-C does: with SIGINT, or with SIGBREAK on Windows.
 
-    Windows does not pass Ctrl-C on to new groups.
+    SIGBREAK is used because Windows disables Ctrl-C in new groups.
     """
     import signal
 

@@ -1,4 +1,4 @@
-"""Suggests known names for a mistyped one."""
+"""Suggest known names that are similar to a mistyped name."""
 
 from __future__ import annotations
 

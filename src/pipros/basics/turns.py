@@ -13,8 +13,8 @@ Item = TypeVar("Item")
 class Turns(Generic[User, Item]):
     """A queue of items for each user. `pop` takes one item from each user in turn, in the order of arrival.
 
-    Every method takes constant time, regardless of the numbers of users and items, except `forget`, which
-    takes the time to free the items. Not thread-safe.
+    Every method takes constant time, except `forget`, which takes time proportional to the number of removed
+    items. Not thread-safe.
     """
 
     def __init__(self) -> None:
@@ -22,7 +22,7 @@ class Turns(Generic[User, Item]):
         self._count = 0
 
     def __len__(self) -> int:
-        """The number of items of all users together."""
+        """Return the number of items of all users together."""
         return self._count
 
     def waiting(self, user: User) -> int:

@@ -44,13 +44,13 @@ def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> No
     if address.is_loopback(host):
         console.error(
             f"WARNING: nodes on other machines cannot reach the master at {master_uri}; "
-            "set ROS_MASTER_URI to a name of this computer that they know"
+            "set ROS_MASTER_URI to a name of this computer that they can resolve"
         )
     for machine in launch.machines.values():
         if machine.password:
             console.error(
-                f"WARNING: the password of machine [{machine.name}] is ignored: ssh does not take one from a "
-                "launch file. Set up a key (ssh-copy-id) or an agent"
+                f"WARNING: the password of machine [{machine.name}] is ignored: ssh accepts no password from "
+                "a launch file. Set up a key (ssh-copy-id) or an agent"
             )
 
 

@@ -1,5 +1,6 @@
-"""Builds the command that starts a node: arguments, environment and working directory. This
-module starts no processes.
+"""Build the command that starts a node: arguments, environment and working directory.
+
+This module starts no processes.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ class CommandMaker:
         """Create a command maker that uses this process's environment variables and `environment`'s ROS_HOME.
 
         Args:
-            log: the launcher's log file, which nodes find in `ROS_LOG_FILENAME`, as in Noetic.
+            log: the launcher's log file, the value of the nodes' `ROS_LOG_FILENAME`, as in Noetic.
         """
         variables = dict(os.environ)
         if log is not None:
@@ -177,6 +178,9 @@ def _words(text: str, what: str, node: LaunchNode) -> list[str]:
 
 
 def _why_not_here(node: LaunchNode, package: Package | None = None) -> str | None:
-    """Return advice if the node is from a well-known C++ package. `package` is None if it was not found."""
+    """Return advice if the node is from a well-known C++ package.
+
+    `package` is None if the package was not found.
+    """
     programs = list_executables(package) if package else ()
     return why_not_here(node.package, programs)

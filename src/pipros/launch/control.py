@@ -1,4 +1,4 @@
-"""Lets this user's other programs list, stop and restart a running roslaunch's nodes, and read their output.
+"""Let this user's other programs list, stop and restart a running roslaunch's nodes, and read their output.
 
 Each roslaunch answers requests of this user's programs (`net/local_requests.py`). Other users can reach only
 the XML-RPC server, which has no methods that stop or restart nodes. Requests and responses:
@@ -86,7 +86,7 @@ class LaunchControl:
             raise LaunchError(f"there is no node [{name}] in this launch")
         found = [["terminal", process.recent_output.decode("utf-8", "replace")]]
         found += [_end_of(file) for file in (process.stdout_log, process.stderr_log) if file is not None]
-        if not any(text for _, text in found):  # the node wrote to the terminal itself, but also to its log
+        if not any(text for _, text in found):  # the node wrote directly to the terminal, but also to its log
             found.append(_end_of(Path(f"{self._run.log_stem(process.name)}.log")))
         return [[source, text] for source, text in found if text]
 

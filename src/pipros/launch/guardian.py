@@ -3,8 +3,7 @@
 The launcher starts one small interpreter and writes the ids of running process groups to its standard input.
 When that pipe closes, the launcher has exited, for whatever reason. The guardian then sends SIGTERM to
 everything still running, and SIGKILL a second later. On Linux it also looks for processes with a tag in their
-environment. This finds processes that were started just as the launcher was killed, and processes that have
-left their group.
+environment: they may have been started just as the launcher was killed, or have left their group.
 
 Linux's parent-death signal is not used for several reasons: it reaches only the direct child, not the
 programs behind a launch prefix or a shell script; it is sent when the *thread* that started the child exits;
@@ -96,9 +95,7 @@ def read_groups(lines: IO[str]) -> set[int]:
 
 
 def end(groups: set[int], tag: str = "") -> None:
-    """Send SIGTERM to groups and tagged processes. After a second, send SIGKILL to all that are still
-    running.
-    """
+    """Send SIGTERM to groups and tagged processes, and SIGKILL to those still running after a second."""
     deadline = time.monotonic() + _GRACE_S
     left = {group for group in groups if _signal_group(group, signal.SIGTERM)}
     for process in tagged_processes(tag):

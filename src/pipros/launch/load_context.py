@@ -70,8 +70,7 @@ class LoadContext(NamedTuple):
 
 
 def find_resource(index: PackageIndex, package: str, path: str) -> str:
-    """Resolve `$(find package)/path` to a built program of that name if there is one, otherwise to a path
-    below the package.
+    """Resolve `$(find package)/path`: to a built program with that name, or else to a path in the package.
 
     Raises:
         NotFound: the package is unknown.

@@ -16,7 +16,7 @@ from pipros.launch.console import Console
 
 _GIGABYTE = 1_000_000_000
 
-# The launch waits until the size is known, and an old log folder can contain a hundred thousand files.
+# The launch waits for the measurement, and an old log folder can contain a hundred thousand files.
 _MEASURING_TIME_S = 0.05
 _ALWAYS_MEASURED = 100
 
@@ -53,9 +53,7 @@ class LogFolder(NamedTuple):
         return self.path / f"{program}-{socket.gethostname()}-{os.getpid()}.log"
 
     def stem(self, process_name: str) -> str:
-        """Return the path of a process's log files without the suffix; `g/talker-2` becomes
-        `…/g-talker-2`.
-        """
+        """Return the path of a process's log files without suffix; `g/talker-2` becomes `…/g-talker-2`."""
         return str(self.path / process_name.replace("/", "-"))
 
     def check_writable(self) -> None:
@@ -118,8 +116,9 @@ def _point_latest(link: Path, folder: Path) -> None:
 
 
 def measure(root: Path, limit_s: float = _MEASURING_TIME_S) -> tuple[int, bool]:
-    """Return the total size in bytes of the files below a folder, and whether all were counted within the
-    time limit. The first hundred files are always counted, because a busy machine may suspend the
+    """Return the total size in bytes of the files below a folder, and whether all files were counted in time.
+
+    The first hundred files are counted regardless of the time limit, because a busy machine may suspend the
     process.
     """
     deadline = time.monotonic() + limit_s

@@ -47,7 +47,7 @@ class LaunchError(PiprosError):
 class Output(enum.Enum):
     """Destination of a node's standard output.
 
-    In a launch child, it also applies to standard error; otherwise, standard error goes to the screen.
+    In a launch child, the destination also applies to standard error, which otherwise goes to the screen.
     """
 
     LOG = "log"
@@ -71,8 +71,8 @@ class LaunchNode:
         remappings: pairs (from, to) in order of declaration, outer scopes first.
         environment: pairs (name, value); later pairs win.
         machine: the name of a `Machine`; empty for this computer.
-        output: None if unspecified, which means the log.
-        working_folder: None if unspecified, which means ROS_HOME.
+        output: None if unspecified; standard output is then written to the log.
+        working_folder: None if unspecified; ROS_HOME is then used.
         launch_prefix: words before the command, as written.
     """
 
@@ -133,9 +133,7 @@ class ParameterAction(enum.Enum):
 
 
 class ParameterCommand(NamedTuple):
-    """A `<rosparam>` that dumps or deletes parameters on the running server before the launch sets
-    parameters.
-    """
+    """A `<rosparam>` that dumps or deletes parameters on the server, before the launch sets parameters."""
 
     action: ParameterAction
     key: str

@@ -1,8 +1,8 @@
 """Choose between Python and the genuine C++ program for each nodelet manager of a launch.
 
 All nodelets of a manager share its process, so they are either all in Python or all C++ plugins. Python is
-chosen if pipros has all of them in Python, or if not all of the C++ plugins are installed. In the latter
-case, nodelets that pipros lacks fail with an error that names their package.
+chosen if pipros provides all of them in Python, or if not all of the C++ plugins are installed. In the latter
+case, loading a nodelet that is not available in Python fails with an error that names the nodelet's package.
 """
 
 from __future__ import annotations

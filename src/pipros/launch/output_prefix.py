@@ -1,4 +1,4 @@
-"""Prefixes every output line of a node with the node's name, in a colour that depends on the node.
+"""Prefix every output line of a node with the node's name, in a colour that depends on the node.
 
 Each node writes to its own pty, so that it still flushes every line and keeps its colours; the lines are
 copied to the launcher's terminal. If the launcher's output is not a terminal, nodes write to it directly, as

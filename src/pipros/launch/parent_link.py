@@ -74,8 +74,7 @@ class ParentLink:
 
     @property
     def user_id(self) -> int:
-        """The user id of a parent on this machine; this process's user id if the parent runs elsewhere or is
-        unknown.
+        """The user id of a parent on this machine; otherwise, or if it is unknown, this process's user id.
 
         Looked up only once, because another user may reuse the parent's port after the parent has exited.
         """

@@ -50,8 +50,8 @@ class NodeProcess:
             stdout_log, stderr_log: files for standard output and standard error; None to inherit the
                 launcher's.
             restarts: whether a node is being restarted; if so, its output is appended to the files.
-            colour: number of the colour in which the terminal shows the name before each output line; None to
-                let the process write to the terminal itself.
+            colour: number of the colour for the name that prefixes each output line on the terminal; None to
+                let the process write directly to the terminal.
 
         Raises:
             CannotLaunch, CannotStart: the operating system refuses to start the process; the error says what

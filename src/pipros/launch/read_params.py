@@ -44,8 +44,9 @@ def _run(reader: ElementReader, name: str, command: str) -> str:
 
 
 def read_rosparam(reader: ElementReader) -> dict[str, Any]:
-    """Return the parameters that a `<rosparam>` loads, by name. If it dumps or deletes parameters instead,
-    add that command to the launch.
+    """Return the parameters that a `<rosparam>` loads, by name.
+
+    If the element dumps or deletes parameters, add that command to the launch.
     """
     reader.allow("command", "file", "param", "ns", "subst_value")
     command = reader.text("command") or "load"

@@ -123,8 +123,9 @@ class LaunchRun:
         apply_parameters(self._launch, self._master_uri)
 
     def start_nodes(self) -> list[str]:
-        """Start all nodes in file order. Return the names of the nodes that could not be launched, for
-        example because their program was not found.
+        """Start all nodes in file order, and return the names of the nodes that could not be launched.
+
+        A node cannot be launched if, for example, its program is not found.
 
         Raises:
             LaunchError: a program exists but cannot be started; nodes that were started earlier keep running.
@@ -153,7 +154,7 @@ class LaunchRun:
 
         Args:
             extra_arguments: words appended to the node's arguments.
-            output: the destination for its standard output; by default, the options or the node determine it.
+            output: the destination for the node's standard output; defaults to that of the options or node.
 
         Raises:
             CannotLaunch: the program does not exist, or cannot be started.

@@ -1,4 +1,4 @@
-"""XML-RPC server through which other programs query the processes of a running roslaunch."""
+"""The XML-RPC server through which other programs query the processes of a running roslaunch."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pipros.net.this_machine import ThisMachineCaller
 class LaunchServer:
     """Serves the methods that Noetic's roslaunch offers to tools.
 
-    They return the launcher's process id, its processes and its nodes.
+    The methods return the launcher's process id, its processes and its nodes.
     """
 
     def __init__(

@@ -240,7 +240,7 @@ class LaunchSession:
         return launch
 
     def _start_server(self) -> None:
-        children: list[str] = []  # nodes on other computers are started only by ssh
+        children: list[str] = []  # always empty: ssh starts remote nodes without a child `roslaunch`
         server = LaunchServer(
             self._environment, self._processes, {"list_children": lambda: [1, "roslaunch children", children]}
         )
@@ -313,7 +313,7 @@ class LaunchSession:
         try:
             control.start()
         except OSError as error:
-            self._console.detail(f"the page cannot show this launch: {error}")
+            self._console.detail(f"the web page cannot show this launch: {error}")
         else:
             self._control = control
 

@@ -102,7 +102,7 @@ class Substitution:
     def _limit_growth(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
         """Wrap `replace` to limit the total number of characters that its calls insert.
 
-        Without this limit, many `<arg>`s that each contain `$(arg a)$(arg a)` would double a value each time.
+        Without this limit, a value would double with every `<arg>` that contains the previous one twice.
         """
         limit = self.budget.limits.launch_insert_characters
         inserted = 0

@@ -1,6 +1,6 @@
-"""Survey the programs that launch files name, and determine who provides each program.
+"""Survey the programs in launch files, and determine who provides each program.
 
-Each file is read by itself, without the packages, files and arguments that loading it would require.
+Each file is read separately, without the packages, files and arguments that loading it would require.
 `$(arg …)` is substituted if the file gives the argument a value; `if` and `unless` are ignored.
 """
 
@@ -186,7 +186,7 @@ def _unknown(package: str, path: str) -> str:
 
 
 class Providers:
-    """Determines who provides the programs, plugins and packages that launch files name."""
+    """Determines who provides the programs, plugins and packages in launch files."""
 
     def __init__(
         self, index: PackageIndex, *, without: Collection[str] = (), others: Collection[str] = ()
@@ -249,12 +249,12 @@ def _owner(path: Path) -> Owner:
 
 
 class Figures(NamedTuple):
-    """Numbers of launch files, counted by whether pipros ships the C++ programs that their `<node>`s need.
+    """Numbers of launch files, by whether pipros ships replacements for the C++ programs of their `<node>`s.
 
     Attributes:
         with_packages: files for which pipros ships all packages of these programs, complete or not.
         with_programs: files for which pipros ships all these programs and nodelets.
-        lacking: files that lack the programs of exactly one package, counted by package.
+        lacking: for each package, the number of files that lack programs of this package only.
     """
 
     with_packages: int

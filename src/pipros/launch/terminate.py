@@ -94,7 +94,7 @@ def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_requ
     if lines:
         shown = "\n".join(f"[{process.name}]   {line}" for line in lines)
         console.error(f"[{process.name}] its last output:\n{shown}")
-    for word in process.command.argv[:2]:  # the script, which may follow its interpreter
+    for word in process.command.argv[:2]:  # the script may be preceded by its interpreter
         advice = python2_advice(word) if word.endswith(".py") else None
         if advice is not None:
             console.error(f"[{process.name}] {advice}")

@@ -183,7 +183,7 @@ class Liveness:
             if (node, api) not in self._met:
                 self._unreachable.add(node)
             elif api and self._is_current(node, api):
-                _log.info("%s at %s has gone without unregistering (%s)", node, api, result.value)
+                _log.info("%s at %s has ended without unregistering (%s)", node, api, result.value)
                 self._on_gone(node, api)
         finally:
             self._suspects.discard(node)
@@ -259,7 +259,9 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 
 
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
-    """Return which nodes from the master's previous run to keep. `nodes` maps their names to API URIs.
+    """Return the names of the nodes to keep from the master's previous run.
+
+    `nodes` maps the names of all nodes of that run to their API URIs.
 
     Nodes that report another name, violate the protocol or refuse the connection are omitted. All others are
     kept, including nodes that time out or cannot be reached for another reason.

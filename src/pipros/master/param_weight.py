@@ -22,7 +22,8 @@ def weigh(value: Any, *, elements_limit: int = sys.maxsize) -> int:
     """Return the weight of a value.
 
     Raises:
-        TooManyElements: its lists and dictionaries together have more than `elements_limit` elements.
+        TooManyElements: the lists and dictionaries in the value have more than `elements_limit` elements in
+            total.
 
     >>> weigh("abc"), weigh([1, 2]), weigh({"a": 1})
     (35, 96, 97)

@@ -31,7 +31,7 @@ class RegisteredNodes:
         if await self._liveness.is_at(notice.node, notice.api):
             _log.info("%s: shutting down its former process at %s", notice.params[1], notice.api)
             return True
-        _log.info("%s: %s is no longer that node and is not shut down", notice.params[1], notice.api)
+        _log.info("%s: another process is at %s now and is not shut down", notice.params[1], notice.api)
         return False
 
     def on_delivered(self, notice: Notice) -> None:

@@ -122,7 +122,7 @@ class MasterServer:
         for node in alive:
             self.liveness.note_reached(node)
         if stored.parameters or nodes:
-            _log.info("resumed from %s: %d of %d nodes are still there", store.file, len(alive), len(nodes))
+            _log.info("resumed from %s: %d of %d nodes were kept", store.file, len(alive), len(nodes))
 
     def _remove_node(self, node: str, api: str) -> None:
         if self.registry.api_of(node) == api:

@@ -17,7 +17,7 @@ _RATE_OVER_S: Final = 10
 
 
 class CallRate:
-    """The rate of calls per second over the last ten seconds. `sample` must be called once a second."""
+    """Calls per second, averaged over the last ten seconds. `sample` must be called once a second."""
 
     def __init__(self) -> None:
         self._samples: deque[tuple[float, int]] = deque(maxlen=_RATE_OVER_S + 1)
