@@ -1,4 +1,4 @@
-"""Budgets for what peers make a process keep or do, with a share for each peer.
+"""Budgets for the resources that a process spends on its peers, with a share for each peer.
 
 Theory of operation. A single limit on all peers together protects the process, but does not protect peers
 from each other. Therefore, budgets form a tree: the root belongs to the server, each client has a child, and

@@ -8,7 +8,7 @@ from typing import Any
 
 
 class Throttle:
-    """Logs each format string at most once in `period_s`, whatever values are inserted into it."""
+    """Logs each format string at most once in `period_s`, regardless of the inserted values."""
 
     def __init__(self, log: logging.Logger, period_s: float) -> None:
         self._log, self._period_s = log, period_s

@@ -3,7 +3,7 @@
 The launcher starts one small interpreter and writes the ids of running process groups to its standard input.
 When that pipe closes, the launcher has exited, for whatever reason. The guardian then sends SIGTERM to
 everything still running, and SIGKILL a second later. On Linux it also looks for processes with a tag in their
-environment: they may have been started just as the launcher was killed, or have left their group.
+environment, because a process may have been started just as the launcher was killed, or have left its group.
 
 Linux's parent-death signal is not used for several reasons: it reaches only the direct child, not the
 programs behind a launch prefix or a shell script; it is sent when the *thread* that started the child exits;

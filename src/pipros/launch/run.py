@@ -41,7 +41,7 @@ class RunOptions:
         all_required: whether to stop the launch when any node exits.
         local_only: whether to skip nodes on other machines.
         has_prefixes: whether lines that nodes print on the terminal are prefixed with the node's name.
-        is_child: whether this is a launch child, whose standard output is not visible.
+        is_child: whether this is a launch child, whose standard output is not shown.
     """
 
     output: Output | None = None
@@ -272,7 +272,7 @@ class LaunchRun:
     def stop(self) -> None:
         """Stop all nodes with SIGINT, then SIGTERM, then SIGKILL, with a timeout between the steps.
 
-        Return when all have exited.
+        Return when all have exited, or when even SIGKILL had no effect.
         """
         self._handled_requests = self._stop_requests
         processes = []

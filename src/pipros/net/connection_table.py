@@ -65,13 +65,13 @@ class ConnectionTable:
     When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
     from the same peer if that peer has too many, otherwise a connection from any peer. New connections
     therefore succeed, and a peer that hoards idle connections loses them. Busy connections (those with a call
-    in progress) and links are not closed to make room for new connections. If only those are left, a new link
-    replaces the newest link of the peer with the most links, so that older links survive a flood of new
-    links.
+    in progress) and links are not closed to make room for new connections. If only such connections are left,
+    a new link replaces the newest link of the peer with the most links. Older links therefore survive a flood
+    of new links.
 
     Links cannot use up the limit, because an eighth is reserved for calls. Links that this node itself opens
-    leave a quarter free, so that however many topics the node subscribes to, an eighth remains for peers'
-    links and an eighth for calls.
+    leave a quarter free: regardless of the number of its subscriptions, an eighth remains for peers' links,
+    and an eighth for calls.
 
     Thread-safe.
 
@@ -108,11 +108,14 @@ class ConnectionTable:
         return self._all.count
 
     def add(self, connection: TableEntry) -> bool:
-        """Add a connection, closing an idle one if necessary. Return False if none can be closed."""
+        """Add a connection, closing an idle connection if necessary. Return False if none can be closed."""
         return self._add(connection, is_link=False)
 
     def add_link(self, connection: TableEntry) -> bool:
-        """Add a connection like `add`, and mark it as in constant use."""
+        """Add a connection in constant use, closing an idle connection or another link if necessary.
+
+        Return False if none can be closed.
+        """
         return self._add(connection, is_link=True)
 
     def remove(self, connection: TableEntry) -> None:
@@ -121,7 +124,7 @@ class ConnectionTable:
             self._remove(connection)
 
     def reserve_outgoing(self, limit: int) -> bool:
-        """Reserve a slot for a link that this node is about to open.
+        """Reserve a slot for a link that this node is about to open, closing an idle connection if necessary.
 
         Return False if the node already has `limit` such links, or if a limit of the table is reached.
         """

@@ -3,8 +3,8 @@
 Theory of operation. One thread per link receives large chunks, splits off all complete messages and calls
 `deliver` for each of them, so that most messages are not passed between threads. Queued messages are kept
 undecoded. After a slow delivery, the thread reads the socket again before the next delivery and keeps only
-the newest `queue_size` messages: a slow callback with queue_size=1 gets the newest message, however large the
-messages are and however many the socket holds (ros_comm#536, ros_comm#1901).
+the newest `queue_size` messages: a slow callback with queue_size=1 gets the newest message, regardless of the
+size and number of messages in the socket (ros_comm#536, ros_comm#1901).
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class LinkMemory:
 
     Attributes:
         is_ready: whether the subscriber has accepted the offer of memory.
-        is_slow: whether the publisher has waited for the subscriber in vain. A slow subscriber gets no slot
+        is_slow: whether the publisher's wait for the subscriber has timed out. A slow subscriber gets no slot
             until it has handled all waiting messages.
         known: the number of the newest segment that was sent to the subscriber; 0 for none.
     """

@@ -6,7 +6,7 @@ and there are no delays caused by TCP.
 
 - Topics negotiate the stream in `requestTopic`: a subscriber offers `["PIPROSLOCAL", "v1", <token>]` before
   `["TCPROS"]`, and a publisher with the same token replies `["PIPROSLOCAL", "v1", <name>]`. Genuine nodes
-  skip protocols that they do not know.
+  ignore unknown protocols.
 - Services have no negotiation, so the name is derived from the address that the server registers.
 
 Like ports, abstract names belong to a network namespace: they can be reached from other mount, PID and IPC

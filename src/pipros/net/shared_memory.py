@@ -108,7 +108,7 @@ class TopicMemory:
 
     @property
     def held_slots(self) -> int:
-        """The number of slots that subscribers hold."""
+        """The number of slots that are held by subscribers or a running `publish`."""
         with self._lock:
             return self._table.held_slots
 

@@ -50,7 +50,7 @@ def closed_on_error(sock: socket.socket) -> Iterator[socket.socket]:
 
 
 def listen(host: str, port: int | PortRange = 0, backlog: int = 128) -> socket.socket:
-    """Return a non-blocking listening TCP socket; port 0 selects a free one. `::` also accepts IPv4."""
+    """Return a non-blocking listening TCP socket. Port 0 selects a free port; `::` also accepts IPv4."""
     if not isinstance(port, int):
         return listen_all([host], port, backlog)[0]
     family = socket.AF_INET6 if ":" in host else socket.AF_INET

@@ -41,8 +41,8 @@ class Identity(NamedTuple):
         namespace, which then applies to the node, as in rospy.
 
         Raises:
-            InvalidName: the name is empty or has no letters, or includes a namespace but was not given by
-                `__name:=`.
+            InvalidName: the name is empty or consists of slashes only, or includes a namespace but was not
+                given by `__name:=`.
         """
         arguments = names.parse_arguments(argv)
         special = arguments.special
@@ -55,7 +55,7 @@ class Identity(NamedTuple):
         namespace = names.make_global_namespace(special.get("__ns", environment.namespace))
         full_name = names.canonicalize(names.join(namespace, name))
         if full_name == "/":
-            raise InvalidName(f"[{name}] is not a node name: it has no letters")
+            raise InvalidName(f"[{name}] is not a node name: it must not consist of slashes only")
         namespace = names.namespace(full_name)
         if "__hostname" in special or "__ip" in special:
             environment = replace(environment, hostname=special.get("__hostname"), ip=special.get("__ip"))

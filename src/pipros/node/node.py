@@ -98,7 +98,7 @@ class Node:
             timings: delays and deadlines, for tests and special networks.
 
         Raises:
-            InvalidName: the name is empty, has no letters, or includes a namespace.
+            InvalidName: the name is empty, consists of slashes only, or includes a namespace.
             InvalidEnvironment: `ports`, `PIPROS_PORTS` or `PIPROS_ADVERTISE` has an invalid value.
             ValueError: `ports` is combined with `rpc_port` or `tcpros_port`.
         """

@@ -1,7 +1,7 @@
 """Detect bursts of messages, during which several messages should share a packet.
 
-A packet costs both sides several times as much as a small message, so sending each message in its own packet
-limits the rate of a burst. Outside bursts, no message may wait for others.
+Sending and receiving a packet takes several times as long as processing a small message, so a packet per
+message would limit the rate of a burst. Outside bursts, no message may wait for others.
 """
 
 from __future__ import annotations

@@ -30,8 +30,8 @@ Connect = Callable[[str], Awaitable[LinkEnd]]
 class PublisherConnector:
     """Connects to each publisher of a topic, and reconnects whenever a link ends. For the event loop only.
 
-    A link to a publisher that is no longer listed is kept until the publisher closes it, because a master
-    that has just restarted does not know every node yet.
+    A link to a publisher that is no longer listed is kept until the publisher closes it, because nodes take
+    some time to register again with a master that has restarted.
 
     Attributes:
         attempts: number of attempts to reach a publisher.

@@ -1,6 +1,6 @@
 """A node's registrations with the master, which are repeated after the master has restarted.
 
-The node checks once a second whether the master knows it. If not, the node repeats all its registrations.
+Once a second, the node checks whether it is registered with the master. If not, it repeats all registrations.
 Links between nodes do not depend on the master, so they stay open.
 """
 
@@ -21,7 +21,7 @@ from pipros.node.timings import NODE_TIMINGS
 from pipros.wire.xmlrpc import Fault, encode_call
 
 WATCH_INTERVAL_S = 1.0
-"""Interval at which the node checks whether the master still knows it."""
+"""Interval at which the node checks whether it is still registered."""
 WATCH_DEADLINE_S = 5.0
 """A master that takes longer to answer is considered busy; the next round checks again."""
 UNREGISTERED_AT_ONCE = 20
@@ -203,7 +203,7 @@ class Registrations:
         return True
 
     async def watch(self) -> None:
-        """Register all entries again whenever the master does not know the node. Runs until cancelled."""
+        """Register all entries again whenever the node is not registered. Runs until cancelled."""
         client = AsyncRpcClient(self._master.uri)
         try:
             await self._watch(client)

@@ -5,8 +5,8 @@ Theory of operation. At any moment, a connection has one of these owners:
 - the event loop, while it waits for a request without using a thread;
 - a worker thread, while it handles a call. Before the call, and after the reply to a client that keeps its
   connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it can handle that request
-  much sooner than the event loop could. At most `WAITING_THREADS` threads of a node wait in this way, however
-  many connections there are;
+  much sooner than the event loop could. At most `WAITING_THREADS` threads of a node wait in this way,
+  regardless of the number of connections;
 - the event loop, while it sends the rest of a reply that the client did not read at once.
 
 The owner closes the connection. Others `abort` it, and the owner closes it soon after.
