@@ -227,5 +227,5 @@ def _warn(error: Untrusted) -> None:
 
     warn_once(
         f"WARNING: a cache of pipros is not used: {error}. Other users could put code there that your "
-        "programs run. Remove it, or set ROS_HOME to a folder of your own"
+        "programs run. Remove the cache, or set ROS_HOME to your own folder"
     )

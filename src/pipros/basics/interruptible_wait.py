@@ -120,9 +120,9 @@ class ProgramLife:
 def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: float = 1.0) -> _Item | None:
     """Run `program` in a thread, while this thread waits for it and for signals; return its result.
 
-    The first SIGINT or SIGTERM sets `over`; the program then has `grace_s` to return. Otherwise, the result
-    is None, and the program's daemon thread keeps running. Exceptions that the program raises are raised
-    here.
+    The first SIGINT or SIGTERM sets `over`; the program then has `grace_s` to return. If it takes longer, the
+    result is None, and the program's daemon thread keeps running. Exceptions that the program raises are
+    raised here.
     """
     life = ProgramLife()
     results: list[_Item] = []

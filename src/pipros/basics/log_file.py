@@ -146,7 +146,7 @@ class LogFile:
                 self._lost += text.count("\n")
                 warn_once(
                     f"WARNING: cannot write to log file [{self._path}]: {error.strerror}. "
-                    "Lines are lost until that changes"
+                    "Lines are lost until writing succeeds again"
                 )
 
     def close(self) -> None:

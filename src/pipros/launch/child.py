@@ -90,7 +90,7 @@ class Child:
         if not is_run_id(self._run_id):
             problem = run_id_problem(self._run_id, "--run_id")
             self._run_id = new_run_id()
-            self._console.error(f"WARNING: {problem}. Using a new one for the log files of this run")
+            self._console.error(f"WARNING: {problem}. The log files of this run use a new id")
         self._log = LauncherLog.open(self._environment, self._run_id, self._console)
         server = LaunchServer(
             self._environment,

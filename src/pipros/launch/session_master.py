@@ -202,7 +202,7 @@ def choose_run_id(requested: str | None, running: str | None, console: Console) 
     if running and not is_run_id(running):
         problem = run_id_problem(running, "/run_id on the parameter server")
         running = ""
-        console.error(f"WARNING: {problem}. Using a new one for the log files of this run")
+        console.error(f"WARNING: {problem}. The log files of this run use a new id")
     if requested and running and running != requested:
         raise LaunchError(
             f"run_id on parameter server does not match declared run_id: {running} vs {requested}"

@@ -163,7 +163,10 @@ class Loader:
         return True
 
     def _is_unset(self, error: BaseException | None) -> bool:
-        """Return whether the error is the use of an argument that is declared, or may have been skipped."""
+        """Return whether an unset argument, and not an undeclared argument, caused the error.
+
+        Once text has been skipped, an unknown argument may be declared there.
+        """
         return isinstance(error, UnsetArgument) and (error.is_declared or self.before_unset is not None)
 
     def _process(self, parent: ElementReader) -> None:

@@ -227,8 +227,8 @@ class ConnectionTable:
                     group.count += 1
                     (group.links if is_link else group.idle)[connection] = None
         if evicted is not None:
-            which = "the one idle longest" if was_idle else "its newest link"
-            self.refusals.count(evicted.peer, f"too many connections; {which} was closed for a new one")
+            which = "the connection idle longest" if was_idle else "the newest link"
+            self.refusals.count(evicted.peer, f"too many connections; {which} was closed to make room")
             evicted.abort()
         elif not is_added:
             self.refusals.count(connection.peer, "too many connections, and all are in use")

@@ -85,7 +85,7 @@ class BackgroundLoop:
             raise
         if not done.wait(timeout_s):
             has_given_up = True
-            if not tasks:  # the loop stopped before the coroutine started
+            if not tasks:  # the coroutine has not started, because the loop is busy or has stopped
                 coroutine.close()
             raise TimeoutError(f"{self._name}: no result within {timeout_s} s")
         return tasks[0].result()

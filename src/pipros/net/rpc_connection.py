@@ -228,7 +228,7 @@ class RpcConnection(asyncio.Protocol):
     def _answer(self, request: Request) -> None:
         """Respond at once if the method is fast and the values are small; otherwise start a task."""
         if len(request.body) >= _LARGE_BODY_BYTES:
-            self._server.bodies.note(self, len(request.body))  # released when a thread has read the body
+            self._server.bodies.note(self, len(request.body))  # until a thread has decoded the body
             self._answer_by_task(request, self._answer_to_large(request.body))
             return
         self._server.bodies.forget(self)

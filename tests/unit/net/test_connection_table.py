@@ -145,8 +145,8 @@ def test_the_log_says_whether_an_idle_connection_or_a_link_was_closed(
         connections.add(Peer("caller"))
         connections.add_link(Peer("subscriber"))
     assert [record.getMessage().partition(" (")[0] for record in caplog.records] == [
-        "refused caller: too many connections; the one idle longest was closed for a new one",
-        "refused subscriber: too many connections; its newest link was closed for a new one",
+        "refused caller: too many connections; the connection idle longest was closed to make room",
+        "refused subscriber: too many connections; the newest link was closed to make room",
     ]
 
 
