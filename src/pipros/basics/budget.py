@@ -72,9 +72,9 @@ class Budget:
             return self._take(amount)
 
     def charge(self, amount: float) -> None:
-        """Use an amount even if too little is left, for something that exists already.
+        """Use an amount even if too little is left, for a resource that has already been used.
 
-        Until it is returned, `take` grants that much less.
+        Until the amount is returned, `take` grants that much less.
         """
         with self._lock:
             if not self._is_closed:

@@ -1,4 +1,4 @@
-"""Finds the launch files named on a command line: `package file.launch`, or paths."""
+"""Find the launch files given on a command line as `package file.launch` or as paths."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STDIN = "-"
 
 
 class NoSuchFiles(LaunchError):
-    """Files named on the command line do not exist; they are listed in `files`."""
+    """Files given on the command line do not exist; `files` lists them."""
 
     def __init__(self, files: Sequence[str]) -> None:
         self.files = tuple(files)

@@ -44,7 +44,7 @@ def master_environment(
 
 
 def _uri_here(environment: Environment, port: int) -> str:
-    """Return the URI that determines where a core listens.
+    """Return the URI that determines the address on which a core listens.
 
     Its host is the host in `ROS_MASTER_URI` if that is this computer and neither ROS_HOSTNAME nor ROS_IP is
     set, otherwise `localhost`.

@@ -121,7 +121,10 @@ class Notifier:
 
     @property
     def waiting_count(self) -> int:
-        """The approximate number of unfinished notices: those not yet queued count as one per call."""
+        """The approximate number of unfinished notices.
+
+        The notices of one `notify` call that are not queued yet count as one.
+        """
         queued = sum(len(queue.waiting) for queue in self._queues.values())
         return queued + len(self._tasks) + len(self._unqueued)
 

@@ -54,7 +54,7 @@ def is_local(sock: socket.socket) -> bool:
 
 
 def transport_of(sock: socket.socket) -> str:
-    """Return the protocol of a topic link, as `getBusInfo` names it."""
+    """Return the name of a topic link's protocol in `getBusInfo`."""
     return PROTOCOL if is_local(sock) else "TCPROS"
 
 

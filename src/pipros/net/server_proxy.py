@@ -1,4 +1,4 @@
-"""`xmlrpc.client.ServerProxy` with a time limit, for the facades that must return a `ServerProxy`."""
+"""An `xmlrpc.client.ServerProxy` with a time limit, for facades that must return a `ServerProxy`."""
 
 from __future__ import annotations
 

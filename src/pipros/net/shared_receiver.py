@@ -139,7 +139,7 @@ class AcknowledgementPipe:
 
     def acknowledge(self, slot: Slot, *, in_use: bool) -> None:
         if self._descriptor >= 0:
-            with contextlib.suppress(OSError):  # the publisher has ended, or does not read
+            with contextlib.suppress(OSError):  # the publisher has ended, or does not read the pipe
                 os.write(self._descriptor, encode_acknowledgement(slot, in_use=in_use))
 
     def lend(self, slot: Slot, lent: Any) -> None:
@@ -241,7 +241,7 @@ class SlotReceiver:
         return HeldSlot(pipe, memory, (frame.segment, frame.first), start, frame.second)
 
     def _map(self, frame: ControlFrame) -> None:
-        from pipros.net.shared_segment import map_segment  # only with large messages
+        from pipros.net.shared_segment import map_segment  # imported here because only large messages need it
 
         if not 0 < frame.second <= _SLOTS or not 0 < frame.first <= 2 * self._limit_bytes:
             raise NoSharedMemory(f"shared memory of {frame.second} times {frame.first} bytes was announced")

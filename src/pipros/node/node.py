@@ -89,11 +89,11 @@ class Node:
             environment: defaults to `os.environ`.
             log: defaults to a logger named after the node.
             on_shutdown_request: called with the reason when a peer requests the node's shutdown, or another
-                node has taken its name; defaults to `shutdown`, with a warning in the log in the second case.
+                node has taken its name. By default, the node shuts down, in the second case with a warning.
             rpc_port: the port for the slave API; 0 selects a free port.
             tcpros_port: the port for topics and services; 0 selects a free port.
-            ports: a range such as `11400-11420`, from which one free port is selected for both. It cannot be
-                combined with `rpc_port` or `tcpros_port`. Defaults to `PIPROS_PORTS`.
+            ports: a range such as `11400-11420`; its first free port is used for both. Cannot be combined
+                with `rpc_port` or `tcpros_port`. Defaults to `PIPROS_PORTS`.
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
             timings: delays and deadlines, for tests and special networks.
 

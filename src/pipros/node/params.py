@@ -145,7 +145,7 @@ class Parameters:
         return self._fetch(self._resolve(name))
 
     def for_names(self, resolve: Callable[[str], str]) -> Parameters:
-        """Return an object that resolves names in another way, and shares the cache."""
+        """Return an object that shares the cache, but resolves names with `resolve`."""
         other = copy(self)
         other._resolve = resolve
         return other
@@ -214,7 +214,7 @@ class Parameters:
             self._note_own_change(key)
 
     def observe(self, observer: Callable[[], object]) -> None:
-        """Call `observer`, from any thread, after each change of a cached parameter. It must not block."""
+        """Call `observer`, which must not block, after each change of a cached parameter, in any thread."""
         self._observers.append(observer)
 
     def search(self, name: str) -> str | None:

@@ -1,4 +1,4 @@
-"""The link from a publication to one of its subscribers."""
+"""The link from a publication to one subscriber."""
 
 from __future__ import annotations
 

@@ -238,7 +238,7 @@ class ServiceLink:
 
     @property
     def is_kept_by_server(self) -> bool:
-        """Whether the server keeps the connection open for further calls, as it does with a Unix stream."""
+        """Whether the connection is a Unix stream, which the server keeps open for further calls."""
         return local_stream.is_local(self.sock)
 
     def close(self) -> None:

@@ -23,7 +23,8 @@ def set_private_params(node: Node) -> None:
 
     Raises:
         YamlError: a value is not valid YAML.
-        Unreachable, Refused: see `Parameters.set`.
+        Unreachable: the master does not answer.
+        Refused: the master refuses a value.
     """
     given = node.identity.arguments.params
     if not given:

@@ -43,7 +43,7 @@ class StatisticsPublisher:
         self._publisher = advertise("/statistics", self._class, queue_size=10)
 
     def arrived(self, topic: str, header: Mapping[str, str], size: int, message: Any) -> None:
-        """Count a received message. Called in the thread that received it."""
+        """Count a received message. Called in the thread that received the message."""
         if topic in UNMEASURED:
             return
         publisher = header.get("callerid", "?")
