@@ -116,7 +116,7 @@ class Environment:
         Raises:
             InvalidEnvironment: see `PortRange.parse`.
         """
-        from pipros.basics.ports import PortRange  # the variable is rarely set
+        from pipros.basics.ports import PortRange  # imported here, because the variable is rarely set
 
         return PortRange.parse(self.ports) if self.ports else None
 

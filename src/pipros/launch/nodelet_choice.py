@@ -52,7 +52,7 @@ def arguments_of(node: LaunchNode) -> NodeletArguments | None:
         return None
     try:
         words = [word for word in shlex.split(node.arguments) if ":=" not in word]
-    except ValueError:  # reported when the node is started
+    except ValueError:  # the error is reported when the node is started
         return None
     match words:
         case ["load", plugin, manager, *_]:

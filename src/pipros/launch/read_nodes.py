@@ -89,7 +89,7 @@ def _read(reader: ElementReader, name: str) -> LaunchNode:
 
 
 def _working_folder(reader: ElementReader) -> WorkingFolder | None:
-    # Noetic accepts only this spelling.
+    # Besides `ROS_HOME`, Noetic accepts only this spelling.
     if reader.text("cwd") == "ros_home":
         return WorkingFolder.ROS_HOME
     return reader.choice("cwd", WorkingFolder)

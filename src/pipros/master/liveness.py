@@ -216,7 +216,7 @@ class Liveness:
         self._pids[node, api] = (
             pid,
             count,
-        )  # a node that was restarted on the same port has registered again
+        )  # a new id is accepted if the restarted node has registered again
         return ProbeResult.THERE
 
 

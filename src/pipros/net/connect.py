@@ -76,7 +76,7 @@ class Connector:
         try:
             sock.connect(address)
         except TimeoutError as error:
-            if error.errno is not None:  # the system's attempt has failed, not just this slice
+            if error.errno is not None:  # the system has given up; the timeout of a slice has no errno
                 raise
             self._wait(sock, until)
         sock.settimeout(None)

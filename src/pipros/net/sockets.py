@@ -251,7 +251,7 @@ def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
 
 def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
     if sys.platform != "win32" and hasattr(select, "poll"):
-        poll = select.poll()  # select() itself cannot watch descriptors of 1024 or more
+        poll = select.poll()  # select() cannot watch descriptor numbers above 1023
         poll.register(sock, select.POLLOUT if is_write else select.POLLIN)
         return bool(poll.poll(timeout_s * 1000))
     reading, writing = ([], [sock]) if is_write else ([sock], [])

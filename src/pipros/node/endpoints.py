@@ -330,7 +330,7 @@ class Endpoints:
 
     def attach(self, connection: TcprosConnection) -> None:
         """Pass a connection to the topic or service named in its header, or refuse the connection."""
-        if not connection.fields:  # the connection is broken, so no reply is possible
+        if not connection.fields:  # an empty header is not answered
             connection.sock.close()
             return
         topic, service = connection.fields.get("topic"), connection.fields.get("service")

@@ -69,7 +69,7 @@ class InProcessLink:
         waiting = self._waiting
         waiting.put(message)
         if waiting.qsize() > (self.queue_size or LONGEST_QUEUE):
-            with contextlib.suppress(Empty):  # the link's thread may already have taken it
+            with contextlib.suppress(Empty):  # the link's thread may already have taken the message
                 if waiting.get_nowait() is None:
                     waiting.put(None)
                 self.statistics.dropped += 1
@@ -83,7 +83,7 @@ class InProcessLink:
             finally:
                 lock.release()
             statistics.frames += 1
-            del message  # so that it is not kept in memory until the next message arrives
+            del message  # so that the message is not kept in memory until the next one
 
     def close(self) -> None:
         """Stop delivering, and drop all queued messages. May be called repeatedly, from any thread."""

@@ -96,7 +96,7 @@ class CachedParameter:
         elif key == self.key:
             self.changes += 1
             self.value = value
-        elif value == {}:  # the parameter was deleted, or is an empty namespace; the notices are the same
+        elif value == {}:  # deleted, or an empty namespace: both cause the same notice
             self.invalidate()
         else:
             self.changes += 1

@@ -93,7 +93,7 @@ class Publication:
         self._lock = threading.Lock()
         self._links_lock = threading.Lock()
         self._batch = MessageBatch()
-        self._memory_sharing: SharedPublication | None = None  # set once a subscriber accepts it
+        self._memory_sharing: SharedPublication | None = None  # set once a subscriber accepts shared memory
         self._received = context.received
         self._received_before = 0  # the value of `_received` at the last message
         self._packet_sharing = PacketSharing(

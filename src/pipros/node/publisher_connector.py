@@ -45,7 +45,7 @@ class PublisherConnector:
         self._connect = connect
         self._listed: set[str] = set()
         self._linked: set[str] = set()
-        self._refused: set[str] = set()  # URIs that refused a connection; tried again later
+        self._refused: set[str] = set()  # publishers that refused a connection, to be tried again
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._warnings = ThrottledWarnings(
             context.log, context.loop, f"cannot receive [{topic}] from %d more publishers; the last is %s"

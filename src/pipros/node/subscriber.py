@@ -269,7 +269,7 @@ class Subscription:
         if last is None:
             callbacks = self.callbacks
         else:
-            # a callback that is added now gets the message either from `last` or with the other callbacks
+            # A callback that is added concurrently gets the message from `last` or with the other callbacks.
             with self._lock:
                 last.message = message
                 callbacks = self.callbacks
