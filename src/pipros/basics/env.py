@@ -45,7 +45,7 @@ class Environment:
         ipv6: whether `ROS_IPV6` is `on`.
         namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` if unset.
         package_path: the folders in `ROS_PACKAGE_PATH`; the first takes precedence.
-        ros_home: `ROS_HOME`, or `~/.ros` if unset. A leading `~` is expanded, also in `log_dir`,
+        ros_home: `ROS_HOME`, or `~/.ros` if unset. A leading `~` is expanded, as in `log_dir`,
             `test_results_dir` and `python_log_config`.
         log_dir: `ROS_LOG_DIR`, or `<ros_home>/log` if unset.
         test_results_dir: `ROS_TEST_RESULTS_DIR`, or `<ros_home>/test_results` if unset.

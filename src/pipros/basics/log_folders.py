@@ -13,7 +13,7 @@ _BLOCK_BYTES = 512  # the unit of st_blocks, on every system that has it
 
 
 def log_folders(environment: Environment | None = None) -> list[tuple[Path, str]]:
-    """Return the existing log folders, each with the description that Noetic gives it."""
+    """Return the existing log folders, each with Noetic's description of it."""
     environment = environment or Environment.from_os()
     known = [(environment.log_dir, "ROS node logs"), (environment.ros_home / "rosmake", "rosmake logs")]
     return [(folder, label) for folder, label in known if folder.is_dir()]

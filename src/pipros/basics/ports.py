@@ -1,8 +1,8 @@
 """The ports that the nodes of a process may open, and the address at which peers reach them.
 
-`PIPROS_PORTS=11400-11420` limits the nodes to a range. `PIPROS_ADVERTISE` is for nodes in a container or
-behind a router, which peers reach at an address other than the bound address. Its value is `HOST` if the
-ports are the same, `HOST:31400-31420` to map these ports to those in `PIPROS_PORTS` in the same order, or
+`PIPROS_PORTS=11400-11420` limits the nodes to a range. `PIPROS_ADVERTISE` is for nodes that peers reach at an
+address other than the bound address, such as nodes in a container or behind a router. Its value is `HOST` if
+the ports are the same, `HOST:31400-31420` to map these ports to those in `PIPROS_PORTS` in the same order, or
 `HOST:31400-31420=11400-11420,21311=11311` to map each advertised range to a range of bound ports.
 """
 

@@ -23,7 +23,7 @@ class RoomCommand(NamedTuple):
 
     Attributes:
         target: the function that runs the command, as `module:function`.
-        purpose: a line for lists of commands.
+        purpose: a one-line description for lists of commands.
         heading: the heading in `pipros --help` under which the command is listed.
         subcommands: the command's subcommands, separated by spaces, for completion.
     """
@@ -48,8 +48,8 @@ class Room(NamedTuple):
         limits: the NamedTuple class of its limits, as `module:name`; empty if it has none.
         check: a `pipros.health.room_check.RoomCheck` for `pipros doctor`, as `module:name`; empty if it has
             none.
-        offers: modules and objects that other parts use if the room is installed, by the names that they
-            pass to `offered`.
+        offers: modules and objects that other parts use if the room is installed, by the names that these
+            parts pass to `offered`.
         share: its ROS packages in `pipros/share`.
         facades: its packages in `facades`, which have Noetic's names.
         extras: the distribution's extras that it uses, with their requirements.
@@ -72,7 +72,8 @@ class Room(NamedTuple):
 def rooms() -> Iterator[Room]:
     """Yield the installed rooms: those in `pipros` by name, then those of other distributions.
 
-    The search for the latter is delayed until they are reached, because it takes longer than most commands.
+    Other distributions are searched only when the iteration reaches them, because this takes longer than most
+    commands.
     """
     yield from own_rooms()
     yield from _rooms_of_others()

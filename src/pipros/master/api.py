@@ -45,7 +45,8 @@ class MasterApi:
         shutdown: Callable[[str], bool],
         limits: Limits | None = None,
     ) -> None:
-        """
+        """Create the method table.
+
         Args:
             notify: delivers notices.
             shutdown: function that stops the master, given the reason; returns False if the caller is not

@@ -60,7 +60,8 @@ class Liveness:
         *,
         ask: Ask | None = None,
     ) -> None:
-        """
+        """Store the settings; `start` begins probing.
+
         Args:
             on_gone: called with the name and API of each node that has ended.
             probing: the intervals and timeouts; by default, those of `Probing()`.

@@ -91,7 +91,8 @@ class Notifier:
         *,
         connect: Callable[[str], NoticeClient] = AsyncRpcClient,
     ) -> None:
-        """
+        """Store the settings; `notify` opens connections when needed.
+
         Args:
             limits: `notices` limits each node's queue, and `notice_s` limits the time to respond to a notice.
                 The default is the process-wide limits.

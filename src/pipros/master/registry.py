@@ -97,7 +97,7 @@ class Registry:
     its name back and shut down its successor.
 
     As in genuine masters, a topic's type is kept after the last publisher and subscriber have unregistered,
-    but only for as many unused topics as the limits allow. The topic that has been unused for longest is
+    but only for as many unused topics as the limits allow. The type that has been unused for longest is
     forgotten first.
 
     If all registrations together would exceed `registration_bytes`, the methods that register raise

@@ -43,7 +43,8 @@ class MasterServer:
         advertised: AdvertisedAddress,
         admits: Callable[[ThisMachineCaller], bool] | None,
     ) -> None:
-        """
+        """Create the parts of the master; `start` opens the port.
+
         Args:
             hosts: the addresses to listen on.
             advertised: the address at which nodes reach the port.

@@ -88,7 +88,8 @@ class Lookups:
         resolve: Resolve | None = None,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """
+        """Store the settings; lookups start threads when needed.
+
         Args:
             limit: maximum number of simultaneous lookups, applied separately to urgent lookups (such as those
                 of `find`) and to others; further lookups are queued.

@@ -20,8 +20,8 @@ class LinkTimings(NamedTuple):
         turn_s: how long a link may deliver before the topic's other links get the lock. (Passing the lock on
             after each message would cost more than delivering the messages.)
         drain_limit_s: how long reading may continue if the peer sends faster than the link reads.
-        quiet_s: if a socket was full, its TCP window was closed, so the peer has more data to send. Reading
-            continues until nothing has arrived for this time.
+        quiet_s: how long reading continues without new data if the socket was full. (A full socket closes its
+            TCP window, so the peer has more data to send.)
         keep_memory_s: time without large messages after which a topic's shared memory is freed.
     """
 
