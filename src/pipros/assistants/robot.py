@@ -1,4 +1,4 @@
-"""Query a running system for tools: the master, and messages on topics.
+"""Access to a running system for the tools: calls to the master, and messages on topics.
 
 Each call opens new connections and closes them again: calls are rare, a permanent subscription would be a
 constant load on the robot, and the master may have been restarted in between.
@@ -73,7 +73,7 @@ class RobotAccess:
     """Access to the ROS system to which an environment refers. Thread-safe.
 
     Attributes:
-        limits: the limits of the room for assistants.
+        limits: the limits of the server for assistants.
     """
 
     def __init__(self, environment: Environment, limits: AssistantLimits | None = None) -> None:
@@ -93,7 +93,9 @@ class RobotAccess:
             with GraphClient(NAME, self.environment, timeout_s=MASTER_S) as client:
                 yield client
         except Unreachable as error:
-            raise ToolRefused("the master does not answer; the tool doctor says why", str(error)) from None
+            raise ToolRefused(
+                "the master does not answer; the tool doctor finds the reason", str(error)
+            ) from None
 
     def state(self, below: str = "/") -> tuple[SystemState, dict[str, str]]:
         """Return the registrations of topics and services in a namespace, and all topics' types."""
@@ -121,7 +123,7 @@ class RobotAccess:
         return name, str(types[name])
 
     def definition_of(self, kind: str) -> list[str]:
-        """Return the lines of the definition that a publisher of this type sends; empty if there is none."""
+        """Request a type's definition from its publishers, and return its lines; empty if none sends it."""
         state, types = self.state()
         topics = [topic for topic, each in types.items() if each == kind and state.publishers.get(topic)]
         if not topics:
@@ -147,7 +149,7 @@ class RobotAccess:
         `is_enough` is called after each message, in the thread that received it.
         """
         with self.client() as client:
-            client.master.get_system_state()  # fails at once without a master
+            client.master.get_system_state()  # fail immediately if there is no master
         received: list[SampledMessage] = []
         lock, over = threading.Lock(), threading.Event()
         left = self.limits.assistant_sample_bytes
@@ -165,7 +167,7 @@ class RobotAccess:
 
         with self._counted(over), Node(NAME, anonymous=True, environment=self.environment) as node:
             began_s = time.monotonic()
-            with suppress(PiprosError):  # the master has ended
+            with suppress(PiprosError):  # the master was stopped
                 if is_on(node, "/use_sim_time"):
                     node.use_simulated_time()
             for topic in topics:
@@ -189,7 +191,7 @@ class RobotAccess:
             return check_topic(gather_topic(name, self.environment, wait_s=wait_s, over=over))
 
     def close(self, wait_s: float = ENDING_S) -> None:
-        """End all calls that are receiving messages, and wait until their nodes have unregistered."""
+        """End all calls that are receiving messages, and wait up to `wait_s` until their nodes are closed."""
         with self._changed:
             for each in self._waits:
                 each.set()

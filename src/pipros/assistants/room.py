@@ -8,12 +8,12 @@ ROOM = Room(
     subcommands={
         "mcp": RoomCommand(
             "pipros.assistants.commands.mcp:main",
-            "serve tools to an assistant, which read the system, or act after approval",
+            "serve an assistant with tools that read the system, or act after approval",
             "Connect the system to others",
             "approve",
         )
     },
     limits="pipros.assistants.limits:AssistantLimits",
-    # mcp: the first version tried; its 3.x may change the classes that this room uses.
+    # mcp 2.3 is the oldest tested version; mcp 3 may change the classes used here.
     extras={"mcp": ("mcp>=2.3,<3", "pillow>=10.1")},
 )

@@ -168,13 +168,13 @@ def _with_context(tool: Tool) -> inspect.Signature:
 
 
 def _identity(request: Any) -> Hashable:
-    """Identify the client that sent a request, by token and session over HTTP; otherwise the only client."""
+    """Return a client's identity: token and session over HTTP, a constant over standard input and output."""
     headers = getattr(request, "headers", {})
     return headers.get("authorization", ""), headers.get("mcp-session-id", "")
 
 
 async def _watch(request: Any, over: threading.Event) -> None:
-    """Set an event when a request's connection is closed. Does nothing for standard input and output."""
+    """Set an event when a request's connection is closed. Return immediately if `request` is None (stdio)."""
     while request is not None and not over.is_set():
         if await request.is_disconnected():
             over.set()

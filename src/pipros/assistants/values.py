@@ -43,7 +43,7 @@ def shown(value: Any, count: int = 1) -> Any:
 
 
 def whole(value: Any) -> Any:
-    """Convert a message for the human who decides about it. Nothing is shortened."""
+    """Convert a message for the human who must approve it. Nothing is shortened."""
     if hasattr(value, "_slot_types"):
         return {name: whole(getattr(value, name)) for name in value.__slots__}
     if isinstance(value, (bytes, bytearray)):

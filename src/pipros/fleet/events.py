@@ -14,7 +14,7 @@ class Events:
     """
 
     def __init__(self, limit: int) -> None:
-        """`limit`: maximum number of queued events; later ones are dropped."""
+        """Create an empty queue. While `limit` events are queued, new events are dropped."""
         self._limit = limit
         self._waiting: OrderedDict[tuple[str, str], Callable[[], object]] = OrderedDict()
         self._changed = threading.Condition()

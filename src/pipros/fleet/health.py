@@ -1,4 +1,4 @@
-"""The check of fleet agents for `pipros doctor`."""
+"""Health check of fleet agents, for `pipros doctor`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.health.room_check import RoomCheck, RoomReply
 
 
 def link(node: str, reply: RoomReply) -> Findings:
-    """Find an agent whose link is down."""
+    """Yield a finding if an agent's link is down."""
     reason = reply.failure or ("" if reply.success else "no router is connected")
     if reason:
         yield error(

@@ -23,16 +23,16 @@ TOKENS_PER_MEMBER: Final = 4
 
 
 class Members:
-    """The set of tokens that are present. Of each name, the newest `TOKENS_PER_MEMBER` tokens are kept.
+    """The set of tokens that are present. For each name, the newest `TOKENS_PER_MEMBER` tokens are kept.
 
     Thread-safe: Zenoh's threads update the set, and the agent's thread reads it.
 
     Attributes:
-        crowded: names that had more tokens than that.
+        crowded: names that have had more tokens.
     """
 
     def __init__(self, limit: int) -> None:
-        """`limit` is the maximum number of names, and also of tokens of further names that wait for room."""
+        """Create an empty set for at most `limit` names. Up to `limit` tokens of further names can wait."""
         self.crowded: set[str] = set()
         self._waiting: dict[Token, None] = {}
         self._limit = limit

@@ -40,7 +40,7 @@ class FleetOutbox(Generic[Item]):
     """
 
     def __init__(self, limit_bytes: int, bandwidth_kbit: float = 0.0) -> None:
-        """`limit_bytes`: maximum size of all queued messages. `bandwidth_kbit`: 0 for no limit."""
+        """Create an empty queue for up to `limit_bytes` of messages. A bandwidth of 0 means no limit."""
         self.dropped: dict[str, int] = {}
         self.bytes = 0
         self._limit_bytes = limit_bytes

@@ -17,20 +17,20 @@ class PresenceListener(Protocol):
     """Methods that `Presence` calls."""
 
     def on_joined(self, token: Token) -> None:
-        """A member joined, or a different instance of its agent is now the newest."""
+        """Handle a member that has joined, or whose newest agent instance has changed."""
 
     def on_returned(self, member: str) -> None:
-        """A token reappeared, so messages from the member may have been lost."""
+        """Handle a token that has reappeared: messages from the member may have been lost."""
 
     def on_left(self, member: str) -> None: ...
 
     def on_older_namesake(self) -> None:
-        """A member with the same name as this one joined earlier."""
+        """Handle the discovery of an older member with the same name as this one."""
 
     def on_other_version(self, token: Token) -> None: ...
 
     def on_crowded(self, member: str) -> None:
-        """A member has more tokens than `TOKENS_PER_MEMBER`; only the newest count."""
+        """Handle a member with more tokens than `TOKENS_PER_MEMBER`. Only the newest tokens count."""
 
 
 class Presence:
@@ -40,7 +40,7 @@ class Presence:
     """
 
     def __init__(self, member: str, instance: str, limit: int, listener: PresenceListener) -> None:
-        """`member`, `instance`: identify this member's agent. `limit`: maximum number of tokens."""
+        """Identify this member's agent by `member` and `instance`. See `Members` for `limit`."""
         self._member = member
         self._instance = instance
         self._members = Members(limit)

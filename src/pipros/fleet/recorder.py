@@ -58,7 +58,7 @@ class _RecordedTopic:
     """A recorded topic of one agent instance."""
 
     def __init__(self, member: str, entry: DirectoryEntry, instance: str, latched: dict[int, int]) -> None:
-        """`latched`: size in bytes of each publisher's latched message, including those of past instances."""
+        """Create a topic. `latched` has the sizes of latched messages by publisher, including past instances."""
         self.member = member
         self.entry = entry
         self.instance = instance
@@ -107,7 +107,11 @@ class FleetRecorder:
         log: logging.Logger,
         limits: Limits | None = None,
     ) -> None:
-        """`topics`: names or wildcard patterns of topics to record even if no member requests them."""
+        """Store the settings.
+
+        Args:
+            topics: names or wildcard patterns of topics to record even if no member requests them.
+        """
         self.dropped = 0
         self._link = link
         self._files = files

@@ -41,7 +41,11 @@ class ShownMembers:
         warn: Callable[[str], object],
         wake: Callable[[], object],
     ) -> None:
-        """`wake` is called, from any thread, when `update` has work to do."""
+        """Store the settings.
+
+        Args:
+            wake: called from any thread if `update` has work to do.
+        """
         self.members: dict[str, ShownMember] = {}
         self._node = node
         self._link = link

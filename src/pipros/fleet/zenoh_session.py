@@ -133,9 +133,9 @@ class SessionLink:
     ) -> None:
         """Send a sample, which is lost if no router is connected.
 
-        If a link is full, the sample is dropped after `FULL_US`, or after a millisecond at a router. With
-        `waits`, it waits up to 5 s on each link and delays other samples meanwhile, so use this only for
-        rare, small samples.
+        If a link is full, the sample is dropped after `FULL_US`, or after a millisecond at a router. If
+        `waits` is true, the sample instead waits up to 5 s on each link and delays other samples, so set
+        this only for rare, small samples.
 
         Raises:
             LinkFailed: the session was closed.

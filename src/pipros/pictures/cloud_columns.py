@@ -40,7 +40,8 @@ class Columns:
     Attributes:
         count: number of points in the cloud.
         step: distance between chosen points; 1 if all were chosen.
-        problem: rviz's error text if the cloud cannot be shown; otherwise empty.
+        problem: the reason why the cloud cannot be shown, for a wrong data size in rviz's words; empty if it
+            can be shown.
     """
 
     count: int
@@ -115,7 +116,7 @@ def point_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) 
 
 
 def strided(data: bytes | memoryview, offset: int, step: int, width: int) -> bytes:
-    """Return the `width` bytes at each of `offset`, `offset + step`, …, joined.
+    """Concatenate the `width` bytes at each of the positions `offset`, `offset + step`, ….
 
     The n-th bytes of all values are copied by one slice, so that alignment does not matter.
 

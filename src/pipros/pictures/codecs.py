@@ -78,7 +78,7 @@ class OpenCVCodec:
                 if data
                 else None
             )
-        except self._cv2.error as error:  # for example, more pixels than it accepts
+        except self._cv2.error as error:  # for example, because the image has too many pixels
             raise PictureError(f"OpenCV cannot decode the image ({len(data)} bytes): {error}") from error
         if image is None:
             raise PictureError(f"OpenCV cannot decode the image ({len(data)} bytes)")

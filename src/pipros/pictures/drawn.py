@@ -1,7 +1,7 @@
 """Pictures of messages, of at most `SIDE` pixels: images, clouds and scans from above, grids, and plots.
 
-All pictures are encoded here, so that none carries texts of the sender, such as comments of a JPEG file.
-Pillow (`pipros[pictures]`) draws and encodes them.
+All pictures are encoded here, so that they contain no text from the sender, such as JPEG comments. Pillow
+(`pipros[pictures]`) draws and encodes them.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _FAR_M: Final = 1e6
 
 @dataclass(frozen=True, slots=True)
 class EncodedPicture:
-    """A picture file, encoded here, so that it carries no text of a message.
+    """A picture file that was encoded by this module. It contains no text from the sender.
 
     Attributes:
         kind: its media type.
@@ -53,8 +53,8 @@ def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
     """Return a picture of a message, a note that explains it, and facts about the message.
 
     Args:
-        limit_pixels: the size of an image or grid.
-        limit_bytes: the size of the picture.
+        limit_pixels: maximum number of pixels of an image, or of cells of a grid.
+        limit_bytes: maximum size of the encoded picture.
 
     Raises:
         PictureError: the message's type cannot be drawn, or the message is malformed or too large.
@@ -76,7 +76,7 @@ def picture_of(message: Any, limit_pixels: int, limit_bytes: int) -> Drawn:
 
 
 def encoded(image: Image.Image, limit_bytes: int) -> EncodedPicture:
-    """Return a picture as PNG if it is small enough, otherwise as JPEG; it is shrunk until it fits."""
+    """Encode a picture as PNG, or as JPEG if the PNG is too large. Shrink the picture until it fits."""
     image.thumbnail((SIDE, SIDE))
     while True:
         for kind, options in (("png", {}), ("jpeg", {"quality": 85}), ("jpeg", {"quality": 60})):
@@ -89,7 +89,7 @@ def encoded(image: Image.Image, limit_bytes: int) -> EncodedPicture:
 
 
 def plot(lines: Mapping[str, Line], limit_bytes: int) -> EncodedPicture:
-    """Return curves over time. The picture has numbers, but no names: the colours are those of `colours`."""
+    """Draw curves over time. The axes show numbers but no names; see `colours` for each curve's colour."""
     points = [point for line in lines.values() for point in line]
     left, right = _range(x for x, _ in points)
     low, high = _range(y for _, y in points)
@@ -118,7 +118,7 @@ def plot(lines: Mapping[str, Line], limit_bytes: int) -> EncodedPicture:
 
 
 def colours(names: Iterable[str]) -> dict[str, str]:
-    """Return the colours in which `plot` draws curves, as `#rrggbb`."""
+    """Return the colour in which `plot` draws each curve, as `#rrggbb`."""
     return {name: "#%02x%02x%02x" % _COLOURS[at % len(_COLOURS)] for at, name in enumerate(names)}  # noqa: UP031
 
 
@@ -137,7 +137,7 @@ def _image(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[s
     every = max(max(width, height) // SIDE, 1)
     is_colour = found.color in (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
     if found.depth != "8U" and (is_colour or found.depth not in ("16U", "32F")):
-        raise PictureError(f"cannot show images of the encoding [{printable(message.encoding)}]")
+        raise PictureError(f"cannot show images with the encoding [{printable(message.encoding)}]")
     size = found.channels * found.bits // 8
     data = memoryview(message.data)
     tops = range(0, height * message.step, message.step * every)
@@ -159,7 +159,7 @@ def _image(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[s
                 "brightest": high,
             },
         )
-    if not is_colour:  # Bayer patterns and YUV, too, which are shown in grey
+    if not is_colour:  # grey images, and Bayer patterns and YUV, which are shown in grey
         return Image.frombytes("L", shape, b"".join(row[::every] for row in rows)), "", facts
     order = (0, 1, 2) if found.color in (Color.RGB, Color.RGBA) else (2, 1, 0)
     planes = [b"".join(row[at :: size * every] for row in rows) for at in order]
@@ -225,7 +225,7 @@ def _from_above(
     if is_line:
         draw.line([((high - y) * scale, (right - x) * scale) for x, y, _ in kept], "white", 2)
     radius = 2 if len(kept) < 2000 else 1 if len(kept) < 20_000 else 0
-    for x, y, z in kept:  # x is up and y is left, as seen from above by someone who looks ahead
+    for x, y, z in kept:  # in the picture, x points up and y points left
         share = int(255 * (z - bottom) / (top - bottom))
         across, down = (high - y) * scale, (right - x) * scale
         colour = (share, 255 - abs(2 * share - 255), 255 - share)

@@ -1,1 +1,1 @@
-"""Policies: what clients of servers may publish, call and set. Reads policy files and decides about acts."""
+"""Policies, which define what a server's clients may do. Reads policy files, and decides about acts."""

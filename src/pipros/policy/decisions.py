@@ -55,7 +55,7 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The last message for a condition. `reason` says why it does not satisfy the condition, if so."""
+    """The last check of a condition. `reason` is empty if the message satisfied the condition."""
 
     received_s: float
     reason: str = ""
@@ -67,7 +67,7 @@ class PolicyState:
 
     Attributes:
         accepted: the allowed acts, by kind and name.
-        readings: the last message for each condition.
+        readings: the last check of each condition.
     """
 
     accepted: dict[tuple[ActKind, str], Accepted] = field(default_factory=dict)
@@ -102,11 +102,11 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
     before = state.accepted.get((act.kind, act.name)) or Accepted()
     if rule.stop is not None and now_s - before.last_s >= (rule.time_limit_s or math.inf):
-        before.values = {**before.values, **stopped_values(rule)}  # the guardian has sent the stop
+        before.values = {**before.values, **stopped_values(rule)}  # by now, the guardian has sent the stop
     check_changes(check.limited, before.values, now_s - before.last_s, act.name)
     values = {**before.values, **{path: value for path, (value, _) in check.limited.items()}}
     if len(values) > (most := process_limits().policy_values):
-        reason = f"{act.name} has had too many values whose change is limited"
+        reason = f"{act.name}: {len(values)} fields or elements with change_per_s would be stored"
         raise ActRefused(f"{reason}; {limit_text('policy_values', most)}", rule.place)
     for name in rule.requires:
         check_condition(policy.conditions[name], state.readings.get(name), now_s)
@@ -123,7 +123,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
 
 
 def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
-    """Return the rule for a name, and check that the type is the rule's.
+    """Return the rule for a name. Check that the type and the MD5 sum equal those of the rule.
 
     Raises:
         ActRefused: no rule has this name, or the type or its definition differs.
@@ -166,7 +166,7 @@ def check_condition(condition: Condition, reading: Reading | None, now_s: float)
 
 
 def read_condition(condition: Condition, message: Any, now_s: float) -> Reading:
-    """Return whether a message satisfies a condition, as a `Reading`."""
+    """Check whether a message satisfies a condition."""
     value = message
     for step in condition.path:
         try:

@@ -1,4 +1,4 @@
-"""Read the rules for fields, parameters and conditions in the file of a policy."""
+"""Read the rules for fields, parameters and conditions from a policy file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _FIELD_KEYS = ("range", "one_of", "unit", "change_per_s", "start", "count")
 
 
 def place_of(section: Settings, key: str = "") -> str:
-    """Return the location of a key for texts that clients read. It does not reveal the file's folder."""
+    """Return the location of a key, for error texts sent to clients. It does not reveal the file's folder."""
     file, colon, name = section.place(key).partition(": ")
     return f"{os.path.basename(file)}{colon}{name}"
 
@@ -64,7 +64,12 @@ def read_fields(section: Settings, message_class: Any) -> FieldTree:
 
 
 def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> FieldRule:
-    """Parse a rule. `is_number` and `is_element` say whether it is for numbers and for all array elements."""
+    """Parse a rule.
+
+    Args:
+        is_number: whether the field is a number.
+        is_element: whether the rule applies to all elements of an array.
+    """
     unit_name = spec.text("unit", "")
     if unit_name not in UNITS:
         raise spec.error("unit", f"must be one of {', '.join(filter(None, UNITS))}, got {unit_name!r}")
@@ -92,7 +97,7 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> F
     count = None
     if "count" in spec.values:
         if not is_element:
-            raise spec.error("count", "applies to all elements of an array, such as points[]")
+            raise spec.error("count", "applies only to all elements of an array, such as points[]")
         count = whole(spec, "count", 1_000_000)
     elif spec.key.startswith(("topics", "services", "actions", "launch")) and not (
         "range" in spec.values or values or change is not None

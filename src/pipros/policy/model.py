@@ -36,7 +36,7 @@ class ActKind(Enum):
     RECORD = "recordings"
 
 
-RUNS: Final = (ActKind.LAUNCH, ActKind.RECORD)  # acts that start a program, which ends after the time limit
+RUNS: Final = (ActKind.LAUNCH, ActKind.RECORD)  # acts that start a program with a time limit
 
 
 @dataclass(frozen=True, slots=True)

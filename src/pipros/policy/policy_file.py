@@ -76,7 +76,7 @@ class _PolicyReader:
                     raise section.error(key, "is a topic of an action in this policy. Remove one of the two")
                 rules[kind, key] = self._act(section.section(key), kind, key, conditions)
         if not rules:
-            raise self._top.error("", "must name at least one of topics, services, actions and parameters")
+            raise self._top.error("", "must have at least one rule, such as one in the section topics")
         for condition in conditions.values():
             if (ActKind.TOPIC, condition.topic) in rules:
                 raise self._top.section("conditions").error(
@@ -124,7 +124,7 @@ class _PolicyReader:
         return ActRule(place_of(section), kind, name, *found, per_minute, requires, time_limit_s=limit_s)
 
     def _action(self, section: Settings, name: str, conditions: Mapping[str, Condition]) -> Iterator[ActRule]:
-        """Yield the rules for an action's goal and cancel topics. The key `fields` is about the goal."""
+        """Yield the rules for an action's goal and cancel topics. The key `fields` applies to the goal."""
         section.only((*_ACT_KEYS, "time_limit_s"))
         type_name = section.text("type")
         if not type_name.endswith("Action"):
@@ -135,7 +135,7 @@ class _PolicyReader:
         goal_class = self._loaded(section, f"{type_name}Goal")
         parts = dict(zip(goal_class.__slots__, goal_class._slot_types, strict=True))
         if "goal" not in parts:
-            raise section.error("type", f"{goal_class._type} is not the goal of an action")
+            raise section.error("type", f"{goal_class._type} is not the goal type of an action")
         below = read_fields(section, self._loaded(section, parts["goal"]))
         place = place_of(section)
         free = FieldTree(FieldRule(place, is_any=True))

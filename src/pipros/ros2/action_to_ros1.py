@@ -210,7 +210,7 @@ class ActionToRos1:
         return all(each.connection_count for each in (self._goal_out, self._cancel_out, *self._subscribers))
 
     def _get_result(self, index: int, request: bytes) -> bytes:
-        """Wait until a goal ends, and return its result in the type of a pair."""
+        """Wait until a goal ends, and return the `get_result` reply of the type at `index`."""
         pair = self._pairs[index]
         key, _ = split_id(request)
         with self._changed:

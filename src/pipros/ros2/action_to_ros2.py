@@ -204,7 +204,7 @@ class ActionToRos2:
                 self._cancelled_early.add(message.id, time.monotonic())
             is_one = bool(message.id) and not stamp_ns
             is_unsent = is_one and any(not goal.is_sent and not goal.ended_s for goal in meant)
-        if not is_unsent:  # `_execute` cancels goals that the ROS 2 server does not know yet
+        if not is_unsent:  # `_execute` cancels goals that have not been sent yet
             self._cancel_in_ros2(GoalInfo(id_in_ros2(message.id) if message.id else NO_ID, stamp_ns))
 
     def _cancel_in_ros2(self, goal: GoalInfo) -> None:
@@ -284,7 +284,7 @@ class ActionToRos2:
             if goal.ended_s:
                 return
             goal.status, goal.text, goal.ended_s = status, text, time.monotonic()
-            self._result_out.publish(message)  # publish before `close` can see that the goal has ended
+            self._result_out.publish(message)  # before the lock is released, because `close` checks `ended_s`
         self._publish_status()
 
     # -- from ROS 2 ----------------------------------------------------------------------------

@@ -165,7 +165,7 @@ class TopicToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # keep those that were never listed: they may be new
+        self._forget(self._publishing - now)  # nodes that were never listed may be new
         self._publishing = now
         is_wanted = self._is_latched or any(each.subscriber_count for each in list(self._publishers.values()))
         if is_wanted and self._subscriber is None:

@@ -1,4 +1,4 @@
-"""The ROS 2 distributions that pipros knows, and how they differ on the wire and in bags."""
+"""The supported ROS 2 distributions, and how they differ on the wire and in bags."""
 
 from __future__ import annotations
 

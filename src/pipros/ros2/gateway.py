@@ -181,7 +181,7 @@ class Gateway:
     def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
         """Return the topics, services and actions to pass, and add the others to `skipped`."""
         wanted: dict[Key, _Wanted] = {}
-        # The direction is that of messages, calls and goals: those of a ROS 1 service go to ROS 1.
+        # The direction is that of messages, calls and goals: calls to a ROS 1 service go to ROS 1.
         kinds: tuple[tuple[RuleKind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
             (
                 RuleKind.TOPIC,

@@ -76,7 +76,7 @@ class Endpoint:
 
 @dataclass(frozen=True, slots=True)
 class EngineProblem:
-    """A topic that a peer does not receive or send, or a node that peers do not see.
+    """A problem: a peer cannot receive or send a topic, or peers do not list a node of this engine.
 
     Attributes:
         kind: role of the peer's endpoint; None for a node of this engine.

@@ -169,7 +169,7 @@ class TypePairs:
             return self._actions[key]
 
     def all_of_action(self, ros1_type: str) -> tuple[ActionPair, ...]:
-        """Return the pairs for all ROS 2 names of a ROS 1 action. Raises the same errors as `of_ros1`."""
+        """Return the pairs for all ROS 2 types of a ROS 1 action. Raises the same errors as `of_ros1`."""
         with self._lock:
             return tuple(self.of_action(ros1_type, each) for each in self._plans.ros2_actions(ros1_type))
 

@@ -1,4 +1,4 @@
-"""What simulated robots replace; `pipros.packages.well_known` gives this advice."""
+"""Packages that the simulated robots replace; `pipros.packages.well_known` suggests the replacements."""
 
 _SIMULATOR = "roslaunch pipros_sim sim.launch simulates robots with cmd_vel, odom and scan in a flat world."
 _MAPPING = (

@@ -8,7 +8,7 @@ class SimulationLimits(NamedTuple):
 
     Attributes:
         turtles: turtles in one turtlesim.
-        simulated_robots: robots in one simulation, and moving obstacles.
+        simulated_robots: robots in one simulation; also the maximum number of moving obstacles.
         teleports: teleports queued for one turtle until the next tick.
     """
 

@@ -1,4 +1,4 @@
-"""A simulated robot with a master of its own, which other parts offer for practice; see `Room.offers`."""
+"""A simulated robot with its own master, which other rooms offer for practice; see `Room.offers`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ENDING_S: Final = 10.0
 
 @contextmanager
 def simulated_robot(environment: Environment) -> Iterator[Environment]:
-    """Context manager that runs a robot, at most for a day. The value is the environment with its master.
+    """Context manager that runs a robot for at most a day. Its value is an environment with its master.
 
     Raises:
         PiprosError: the simulation does not start.

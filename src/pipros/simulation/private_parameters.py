@@ -25,7 +25,7 @@ def private_text(node: Node, name: str, default: str) -> str:
     """Return the frame ID in a parameter, without a leading slash, or `default` if it is not set.
 
     Raises:
-        InvalidParameter: the value is not a string.
+        InvalidPrivateParameter: the value is not a string.
     """
     value = private_value(node, name, default)
     if not isinstance(value, str):
@@ -37,7 +37,7 @@ def private_number(node: Node, name: str, default: float) -> float:
     """Return the finite number in a parameter, or `default` if the parameter is not set.
 
     Raises:
-        InvalidParameter: the value is not a finite number.
+        InvalidPrivateParameter: the value is not a finite number.
     """
     value = private_value(node, name, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

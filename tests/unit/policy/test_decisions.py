@@ -176,7 +176,7 @@ def test_elements_whose_change_is_limited_do_not_accumulate_without_end() -> Non
     decide(JOINTS, publish("/arm", joints(*[0.0] * (most - 20))), state, 0.0)
     wide = joints(0.0, 0.0)
     wide.points = [*joints(0.0).points, *joints(*[0.0] * 100).points]
-    assert "has had too many values whose change is limited" in refusal(
+    assert "fields or elements with change_per_s would be stored" in refusal(
         JOINTS, publish("/arm", wide), state, 1.0
     )
 

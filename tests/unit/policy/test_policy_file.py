@@ -93,7 +93,7 @@ def test_a_policy_has_the_rules_of_its_file() -> None:
         ("type: double", "type: float", "must be one of bool, int, double, str, got 'float'"),
         ("services:", "topics:", "p.yaml:10: the key topics occurs twice"),
         ("fields:\n      target_pose.h", "fields: !!python/name:os.system\n      x", "p.yaml"),
-        (POLICY, "conditions: {}", "must name at least one of topics, services, actions and parameters"),
+        (POLICY, "conditions: {}", "must have at least one rule, such as one in the section topics"),
         (POLICY, "- 1", "must be a mapping, got list"),
     ],
 )

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Serve until the client closes the connection, or until Ctrl-C. Return the exit code."""
+    """Run `pipros mcp approve`, or serve until the client disconnects or Ctrl-C. Return the exit code."""
     parser = ArgumentParser(
         prog="pipros mcp",
         description="Serves tools for assistants (Model Context Protocol) that read the running system and "
@@ -116,7 +116,7 @@ def _serve(options: Namespace) -> int:
 
 
 def _acts(policy: str, robot: RobotAccess, environment: Environment) -> ApprovedActs:
-    """Return the acts that a policy allows. From then on, other programs can approve them."""
+    """Return the acts that a policy allows, and make it possible to approve them in other programs."""
     from pipros.policy.policy_file import read_policy
     from pipros.server.approved_acts import ActLimits, ApprovedActs
 
@@ -139,7 +139,7 @@ def _acts(policy: str, robot: RobotAccess, environment: Environment) -> Approved
 
 
 def _end_at_once_by_signals(stack: ExitStack) -> None:
-    """Exit immediately on SIGINT and SIGTERM, without waiting for the library's thread, which blocks."""
+    """Make SIGINT and SIGTERM exit immediately, without waiting for the library's blocked thread."""
 
     def end(number: int, _frame: object) -> None:
         stack.close()

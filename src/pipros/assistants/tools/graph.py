@@ -109,7 +109,7 @@ class GraphTools:
             return Answer([line for part in parts for line in _lines(part)])
         with suppress(PiprosError, ValueError):
             return Answer(list(_service_lines(type)))
-        with suppress(PiprosError):  # without a master, the type is also unknown
+        with suppress(PiprosError):  # without a master, there are no publishers to ask
             if lines := self._robot.definition_of(type):
                 return Answer(
                     [f"type {type}", *lines], "This type is not installed here; a publisher sent it."

@@ -129,7 +129,7 @@ class Pairing:
         return _first(ros1, candidates, self.catalog.has_action, self.catalog)
 
     def ros2_actions(self, ros1: str) -> list[str]:
-        """Return all ROS 2 actions for a ROS 1 action: those of the user's rules, or the built-in ones.
+        """Return all ROS 2 actions for a ROS 1 action. The user's rules replace the built-in ones.
 
         Raises the same errors as `ros2_type`.
         """

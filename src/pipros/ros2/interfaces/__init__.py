@@ -1,1 +1,1 @@
-"""ROS 2 interface definitions: their language, their type hashes, and the types that pipros knows."""
+"""ROS 2 interface definitions: their language, their type hashes, and the bundled types."""

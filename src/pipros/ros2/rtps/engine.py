@@ -121,7 +121,7 @@ class RtpsEngine:
                 return None
 
         del type_hash
-        dds_service(service)  # checks the name
+        dds_service(service)  # raises if the name is not legal
         kind = dds_type(type_name)[:-1]
         server = self._open(
             lambda: RtpsServer(

@@ -20,7 +20,7 @@ class RtpsSettings:
         announce_to: addresses for announcements, in addition to known peers: a multicast group or hosts.
         local_hosts: this machine's addresses; peers there get larger datagrams.
         request_bytes: maximum number of bytes to request from a writer at a time.
-        static_hosts: addresses of static peers, to which data may be sent whoever announces them.
+        static_hosts: addresses of static peers. Data may be sent to them regardless of who announced them.
     """
 
     me: ParticipantData

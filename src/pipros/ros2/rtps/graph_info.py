@@ -190,7 +190,7 @@ class GraphInfo:
         ((size, info),) = fitting.items()
         if info.guid[:12] != sender_prefix:
             return
-        self.forget(sender_prefix)  # a participant has one GUID, whatever it writes
+        self.forget(sender_prefix)  # replaces an entry under another GUID: a participant has only one
         self.others[info.guid] = info
         if size not in self._sizes:
             self._sizes.add(size)

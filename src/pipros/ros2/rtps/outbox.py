@@ -19,7 +19,7 @@ BURST_EVERY_S: Final = 0.0003
 
 
 class Outgoing(NamedTuple):
-    """A datagram in parts, which the system joins."""
+    """A datagram in parts, which the operating system joins."""
 
     address: Address
     parts: tuple[Buffer, ...]

@@ -76,8 +76,8 @@ _KNOWN: Final = frozenset(each & ~_REQUIRED for each in Parameter)
 def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: bool) -> tuple[Parameters, int]:
     """Return the parameters that start at `position`, and the position after them.
 
-    A truncated list ends after its last complete parameter. Parameters that nothing reads are left out, and
-    so are a parameter's values beyond `_MAX_VALUES`, because each takes more memory than its bytes.
+    A truncated list ends after its last complete parameter. Unused parameters are left out, and so are a
+    parameter's values beyond `_MAX_VALUES`, because a decoded value takes more memory than an encoded one.
     """
     head = _HEADS[is_little]
     found: Parameters = {}

@@ -1,12 +1,12 @@
 """A participant without sockets: datagrams and the time in, datagrams and events out.
 
-Theory of operation. Announcements of the participant (SPDP) are repeated for as long as it exists; they find
-other participants. Two built-in pairs of writers and readers (SEDP), which are reliable and keep their
-history for late readers, announce each side's endpoints to the other. A local and a remote endpoint with the
-same topic and type, and compatible quality of service, match, and samples flow between them. A peer is
-considered gone if it announces that it is leaving, or if it is silent for longer than its lease.
+Theory of operation. The participant announces itself repeatedly for as long as it exists (SPDP), so that
+participants find each other. Two built-in pairs of writers and readers (SEDP), which are reliable and keep
+their history for late readers, announce each side's endpoints to the other. A local and a remote endpoint
+with the same topic and type, and compatible quality of service, match, and samples flow between them. A peer
+is considered gone if it announces that it is leaving, or if it is silent for longer than its lease.
 
-The engine never raises because of a datagram. It is not thread-safe.
+The core never raises because of a datagram. It is not thread-safe.
 """
 
 from __future__ import annotations
@@ -302,7 +302,7 @@ class ParticipantCore:
             pass
 
     def handle(self, datagram: bytes, host: str, now: float) -> Iterator[int]:
-        """Handle a datagram step by step; yield the work of each step in units of some 20 us.
+        """Handle a datagram step by step; yield the work of each step in units of about 20 us.
 
         Other methods may be called between the steps.
         """

@@ -106,7 +106,7 @@ class Peers:
     """
 
     def __init__(self, limits: Limits, hosts: frozenset[str] = frozenset()) -> None:
-        """`hosts`: addresses of this machine and of static peers, to which data may be sent."""
+        """Create an empty table. Data may be sent to `hosts`: this machine's addresses and static peers."""
         self._limits = limits
         self._hosts = hosts
         self._kept = Budget(limits.of(Ros2Limits).ros2_discovery_bytes)

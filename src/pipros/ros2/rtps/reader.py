@@ -1,14 +1,14 @@
 """RTPS readers, which deliver each writer's samples in order and request missing ones.
 
 Theory of operation. A sample of a reliable writer is delivered after all earlier samples that exist for this
-reader; heartbeats and GAPs show which do not exist. Samples that arrive early wait, within a budget of bytes.
-A missing sample is requested when a heartbeat reveals it, and again at doubling intervals. If `MAX_REQUESTS`
-requests in a row yield no data, the samples before the first early one are skipped. There is one request at
-a time: while the requested samples arrive, heartbeats cause no further request, because repeated samples
-would displace new ones. Until a writer's first heartbeat arrives, empty ACKNACKs ask for one, because the
-writer may have sent its heartbeat before it knew this reader. Fast DDS responds to these only if their base
-is 0, but Cyclone DDS rejects that base as malformed. From best-effort writers, late and repeated samples are
-dropped.
+reader; heartbeats and GAPs show which samples do not exist. Samples that arrive early wait, within a budget
+of bytes. A missing sample is requested when a heartbeat reveals it, and again at doubling intervals. If
+`MAX_REQUESTS` requests in a row yield no data, the samples before the first early one are skipped. There is
+one request at a time: while the requested samples arrive, heartbeats cause no further request, because
+repeated samples would displace new ones. Until a writer's first heartbeat arrives, empty ACKNACKs ask for
+one, because the writer may have sent its heartbeat before it discovered this reader. Fast DDS responds to
+these only if their base is 0, but Cyclone DDS rejects that base as malformed. From best-effort writers, late
+and repeated samples are dropped.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ class Reader:
         return bool(self._waiting)
 
     def work(self, guid: bytes) -> int:
-        """Return how much the data kept for a writer adds to the work of a submessage."""
+        """Return the units of work that the data kept for a writer adds to the handling of a submessage."""
         writer = self.writers.get(guid)
         return 0 if writer is None else (len(writer.early) + len(writer.assemblies)) // KEPT_PER_WORK
 

@@ -105,7 +105,7 @@ class RtpsServer:
         )
 
     def _on_request(self, sample: RtpsSample) -> None:
-        """Queue a request. A participant may use half of what the others leave; they take turns."""
+        """Queue a request. Participants take turns; each may use half of the memory that the others leave."""
         client = sample.writer[:12]
         with self._lock:
             budget = self._clients.get(client) or Budget(self._queued.limit, self._queued, part=0.5)
@@ -123,7 +123,7 @@ class RtpsServer:
                     self._forget(self._turns.pop()[1])
 
     def _forget(self, sample: RtpsSample) -> None:
-        """Return the bytes of a request. The caller holds the lock."""
+        """Return the bytes of a request to its budget. The caller holds the lock."""
         client = sample.writer[:12]
         budget = self._clients[client]
         budget.give_back(cost_bytes(sample))
@@ -238,9 +238,9 @@ class RtpsClient:
         return self._participant.wait_for(lambda core: self._server(core) is not None, timeout_s)
 
     def _server(self, core: ParticipantCore) -> _Target | None:
-        """Return the newest server, preferably one of known style, or None if there is no server.
+        """Return the newest server whose style is known, otherwise the newest server; None if there is none.
 
-        A server that was killed stays in the list until its lease ends, beside the one started in its place.
+        A server that was killed stays in the list until its lease ends, in addition to its replacement.
         """
         writers = core.reader(self._reader.entity).writers
         offering = {guid[:12] for guid in writers}

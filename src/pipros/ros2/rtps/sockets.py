@@ -156,7 +156,7 @@ class SocketBacklog:
 
     @property
     def handled_until(self) -> float:
-        """All datagrams read before this time have been returned by `next`."""
+        """Time before which all datagrams that were read have been returned by `next`."""
         while self._times and not self._times[0][1]:
             self._times.popleft()
         return self._times[0][0] if self._times else self._read_at

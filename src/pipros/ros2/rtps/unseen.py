@@ -14,10 +14,10 @@ _MAX_BYTES: Final = 1 << 20
 
 
 def hint_for(discovery: Discovery, table: Path = _TABLE) -> str | None:
-    """Return what to do if no participant was found although a program of the domain runs on this machine.
+    """Return a hint for users if a program on this machine uses the domain but cannot be found, or None.
 
-    A range without multicast finds no program that announces itself by multicast only, as rmw_cyclonedds of
-    Humble does. Such programs listen on the domain's multicast port, which Linux lists in `table`.
+    A program that announces itself only by multicast, like Humble's rmw_cyclonedds, is not found if the range
+    excludes multicast. Such programs listen on the domain's multicast port, which Linux lists in `table`.
     """
     if discovery.range is not DiscoveryRange.LOCALHOST:
         return None

@@ -126,7 +126,7 @@ class ZenohSubscriber:
         self._callback = callback
         self._arrivals = Arrivals()
         self._wait_from_s = 0.0
-        # Publishers in Lyrical use the plain key only while they know a subscriber's token.
+        # In Lyrical, publishers use the plain key only while there is a subscriber's token.
         key, _, token = connection.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
         channel = zenoh.handlers.RingChannel(max(1, qos.depth))
         if qos.durability is Durability.TRANSIENT_LOCAL:

@@ -50,7 +50,7 @@ def wrapped(angle: float) -> float:
 
 
 def combined(first: Pose, second: Pose) -> Pose:
-    """Convert `second`, a pose relative to `first`, to the frame that `first` is relative to."""
+    """Convert `second`, a pose relative to `first`, to the frame in which `first` is given."""
     cosine, sine = math.cos(first.yaw), math.sin(first.yaw)
     return Pose(
         first.x + cosine * second.x - sine * second.y,

@@ -1,13 +1,13 @@
-"""Advance simulated time only when other nodes have answered: the members, in the order of `/lockstep`.
+"""Advance simulated time only when other nodes, the members listed in `/lockstep`, have answered.
 
-Theory of operation. After each step with scans the simulator calls the service `~advance` of one member after
-the other, with the new time and the numbers of messages that were sent to this member so far
-(`pipros.node.delivery`), by the simulator and by the other members. The member handles these messages, does
-what is due at that time, and answers with the numbers of messages that it has sent itself, and the time at
-which something is due next: then it is also asked after a step without scans. At the end, the simulator
-handles what the members have sent to it. So the steps are a fixed sequence, whatever the speed of the
-machine, and the whole system repeats its trace if its members are deterministic. It begins when all topics
-between them are connected, because a message that is published before is lost in some runs only.
+Theory of operation. After each step with scans, the simulator calls the service `~advance` of each member, in
+the order of the list. The request contains the new time and the numbers of messages that the simulator and
+the other members have sent to this member so far (`pipros.node.delivery`). The member handles these messages,
+performs the work that is due, and replies with the numbers of messages that it has sent, and with the time of
+its next work; it is called at that time even if the step has no scans. Finally, the simulator handles the
+messages that the members have sent to it. The steps thus form a fixed sequence regardless of the machine's
+speed, and the whole system repeats its trace if its members are deterministic. The lockstep begins when all
+topics between the nodes are connected, because earlier messages are lost in some runs but not in others.
 
 A member that fails or does not answer in time is left out from then on.
 """
@@ -71,7 +71,7 @@ class Lockstep:
         return bool(self._clients)
 
     def missing(self) -> list[str]:
-        """Return the members that do not offer their service yet, or else the missing connections."""
+        """Return the members that do not offer their service yet or, if all do, the missing connections."""
         missing = []
         for name, client in self._clients.items():
             try:
@@ -105,7 +105,7 @@ class Lockstep:
         return missing
 
     def settle(self, now: Time, *, has_scans: bool) -> bool:
-        """Ask the members that may have something to do. Return whether one of them holds the time."""
+        """Call the members that may have work to do. Return whether one of them requires the time to stop."""
         due = [name for name in self._clients if has_scans or self._due_ns[name] <= in_ns(now)]
         if not due:
             return False
@@ -140,7 +140,7 @@ class Lockstep:
         self._sent.update({each[:3]: each for each in sent})
 
     def count(self, step_s: float) -> None:
-        """Count a step, and report the factor from time to time."""
+        """Count a step, and call `report` every `REPORT_S` of simulated time."""
         before, self._simulated_s = self._simulated_s, self._simulated_s + step_s
         if before // REPORT_S != self._simulated_s // REPORT_S:
             self.report()
@@ -151,7 +151,7 @@ class Lockstep:
             client.close()
 
     def report(self) -> None:
-        """Print the ratio of simulated time to real time since all members were present."""
+        """Log the ratio of simulated time to real time since all members were present."""
         taken_s = time.monotonic() - self._began_s
         if self._simulated_s and taken_s:
             factor = self._simulated_s / taken_s

@@ -1,4 +1,4 @@
-"""A moving obstacle: a disc that walks from point to point, waits for robots, and turns back."""
+"""A moving obstacle: a disc that moves from point to point, waits for robots, and turns back."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Obstacle:
         self._next, self._direction, self._waited_s = 1 % len(self._points), 1, 0.0
 
     def step(self, duration_s: float, is_free: Callable[[float, float, float], bool]) -> None:
-        """Move on. If `is_free` denies the next place (x, y, radius), wait, and turn back after a while."""
+        """Advance if `is_free` returns True for the next x, y and radius. Otherwise wait, then turn back."""
         x, y = self._points[self._next]
         left, way = math.hypot(x - self.x, y - self.y), self._speed * duration_s
         if left > way:

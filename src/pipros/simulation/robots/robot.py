@@ -65,13 +65,13 @@ class SimulatedRobot:
         self._command_s = now_s
 
     def planned(self, now_s: float, duration_s: float) -> Motion:
-        """Return the motion of the wheels in the next step unless the robot is blocked."""
+        """Return the motion of the wheels in the next step, provided that the robot is not blocked."""
         if now_s - self._command_s > self.settings.command_timeout_s or self.battery.is_empty:
             return Motion()
         return Motion(self._command.forwards * duration_s, self._command.turn * duration_s)
 
     def on_ground(self, motion: Motion, now_s: float) -> Motion:
-        """Return the motion of the robot if its wheels make this motion: less, if they slip."""
+        """Return the robot's motion over ground for a motion of its wheels. It is smaller if they slip."""
         if not self.settings.wheel_slip or motion == Motion():
             return motion
         if now_s >= self._slip_until_s:
@@ -82,7 +82,7 @@ class SimulatedRobot:
         return Motion(float(left + right) / 2, float(right - left) / self.settings.wheel_separation)
 
     def step(self, motion: Motion, ground: Motion, duration_s: float, *, is_blocked: bool) -> None:
-        """Perform a motion of the wheels, and the resulting one on the ground.
+        """Perform a motion of the wheels, and the resulting motion over ground.
 
         If `is_blocked` is true, the robot only turns on the spot, and its wheels turn accordingly.
         """

@@ -66,7 +66,7 @@ class RobotEndpoints:
 
         Args:
             lock: held while the simulation is used.
-            names: names for this robot, as returned by `Interface.of`.
+            names: names for this robot, as returned by `RobotInterface.of`.
         """
         self.names: Final = names
         self._name = name
@@ -101,7 +101,7 @@ class RobotEndpoints:
         return self._robot.settings.laser is not None and bool(self._scan.connection_count)
 
     def publish_motion(self, stamp: Time) -> None:
-        """Publish odometry, true pose and wheels to any subscribers, and the bumper if it has changed."""
+        """Publish odometry, true pose and wheel joints if they have subscribers; the bumper if it changed."""
         robot, names = self._robot, self.names
         if self._odom.connection_count:
             self._odom.publish(self._odometry(stamp, names.odom_frame, robot.odometry))

@@ -84,7 +84,7 @@ class RobotsNode:
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
 
     def run(self) -> None:
-        """Run the simulation until the node is shut down: in lockstep with its members, or at its speed."""
+        """Run until the node is shut down: in lockstep while there are members, otherwise at `speed`."""
         if self._lockstep.has_members:
             self._run_in_lockstep()
         due_s = time.monotonic()
@@ -110,11 +110,11 @@ class RobotsNode:
             lockstep.close()
 
     def _wait_for_members(self) -> bool:
-        """Let time pass, but nothing move, until all members are there. Return False at a shutdown.
+        """Advance the time without moving anything until all members are ready. Return False at shutdown.
 
-        Nodes need some time to start, because they wait for transforms. The lockstep begins at a multiple of
-        `START_STEPS`, which is the first one unless the members need very long, so that all timestamps are
-        repeatable, too.
+        Time must advance, because nodes that start wait for transforms. The lockstep begins at a multiple of
+        `START_STEPS`: at the first one, unless a member starts very slowly. Timestamps are thus repeatable,
+        too.
         """
         missing = [""]
         while missing or self.simulation.steps % START_STEPS:
@@ -159,7 +159,7 @@ class RobotsNode:
                     endpoints.publish_battery(stamp)
 
     def stamp(self) -> Time:
-        """Return the time for timestamps."""
+        """Return the current time for timestamps: simulated time or, without `/clock`, wall time."""
         if not self._has_clock:
             return Time(*divmod(time.time_ns(), 1_000_000_000))
         return Time(*divmod(self.simulation.steps * _STEP_NS, 1_000_000_000))

@@ -1,4 +1,4 @@
-"""`draw_square`: drives a turtle along a square repeatedly."""
+"""`draw_square`: drives a turtle repeatedly along a square."""
 
 from __future__ import annotations
 

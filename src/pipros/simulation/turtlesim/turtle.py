@@ -3,7 +3,7 @@
 Coordinates are in metres from the lower left corner of the picture, x to the right and y up; angles are in
 radians, 0 to the right, counter-clockwise. Positions and velocities are in double precision. The side of the
 world, the arguments of services and the published pose are in single precision, as in genuine turtlesim,
-because this shows in the published numbers: the first turtle is at 5.544444561004639.
+because the rounding is visible in the published numbers: the first turtle is at 5.544444561004639.
 """
 
 from __future__ import annotations

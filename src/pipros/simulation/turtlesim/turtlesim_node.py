@@ -209,7 +209,7 @@ class Turtlesim:
 
     @contextlib.contextmanager
     def _failures(self) -> Iterator[None]:
-        """Log the error if the world rejects a request, and make the service call fail."""
+        """In the block, if the world rejects a request, log the error and make the service call fail."""
         try:
             yield
         except TurtleRejected as error:

@@ -68,7 +68,7 @@ class TurtleWorld:
         """Add a turtle. An empty name is replaced by `turtle` and a new number.
 
         Raises:
-            Rejected: the name is taken, or there are too many turtles.
+            TurtleRejected: the name is taken, or there are too many turtles.
         """
         if len(self.turtles) >= self._limit:
             raise TurtleRejected(f"too many turtles; the limit is {self._limit} (turtles in PIPROS_LIMITS)")
@@ -90,7 +90,7 @@ class TurtleWorld:
         """Remove a turtle. Its lines remain.
 
         Raises:
-            Rejected: no turtle has this name.
+            TurtleRejected: no turtle has this name.
         """
         if name not in self.turtles:
             raise TurtleRejected(f"Tried to kill turtle [{name}], which does not exist")
@@ -113,7 +113,7 @@ class TurtleWorld:
     def tick(self, now_s: float) -> list[tuple[Turtle, TurtleColor]]:
         """Move all turtles. Return them with the colours that their sensors measure.
 
-        `now_s` is on the same clock as `Command.arrived_s`, and determines whether commands have expired.
+        `now_s` is on the clock of `TurtleCommand.arrived_s`, and determines whether commands have expired.
         """
         seen = []
         for turtle in self.turtles.values():
