@@ -243,7 +243,7 @@ def test_a_remapping_in_the_environment_of_the_server_changes_nothing(
     moved = LocalAssistant(master.uri, policy=policy)
     try:
         with Human(moved.approvals) as human:
-            assert "names no topic /other/cmd_vel" in reason(
+            assert "has no rule for the topic /other/cmd_vel" in reason(
                 moved.call("publish", topic="cmd_vel", message={})
             )
             assert not moved.call("publish", **DRIVE).is_error
@@ -286,7 +286,7 @@ def test_a_service_is_called_and_its_time_limit_calls_the_stop(
     wait_until(lambda: calls[:2] == [True, False])
     wait_until(lambda: len(calls) >= 3)  # the stop is repeated
     assert not assistant.call("call_service", service="/motor", request={"data": False}).is_error
-    assert "names no service /other" in reason(assistant.call("call_service", service="/other", request={}))
+    assert "has no rule for the service /other" in reason(assistant.call("call_service", service="/other", request={}))
 
 
 def test_a_parameter_is_set(assistant: LocalAssistant, make_node: MakeNode) -> None:
@@ -297,7 +297,7 @@ def test_a_parameter_is_set(assistant: LocalAssistant, make_node: MakeNode) -> N
         with Human(assistant.approvals) as human:
             assert "/speed must" in reason(assistant.call("set_parameter", name="/speed", value=value))
         assert human.seen == []
-    assert "names no parameter /" in reason(assistant.call("set_parameter", name="/", value=1))
+    assert "has no rule for the parameter /" in reason(assistant.call("set_parameter", name="/", value=1))
     assert params.get("/speed") == 0.5
 
 
@@ -362,7 +362,7 @@ def test_launch_files_and_recordings_are_started_and_stopped(
     wait_until(lambda: "/talker" not in nodes())
     [bag] = assistant.call("list_bags").data
     assert bag == rows[recording]["name"]
-    assert "names no recording /other" in reason(
+    assert "has no rule for the recording /other" in reason(
         assistant.call("record", topics=["/say", "/other"], seconds=5)
     )
     assert assistant.call("stop_run", run=99).is_error

@@ -130,9 +130,9 @@ def test_a_remapping_of_the_server_does_not_lead_around_the_policy(
         RosbridgeClient(url) as client,
     ):
         client.send("advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
-        assert "the policy names no topic /other" in refusal(client)
+        assert "the policy has no rule for the topic /other" in refusal(client)
         client.send("advertise", topic="/allowed", type="geometry_msgs/Twist")
-        assert "the policy names no topic /other" in refusal(client)
+        assert "the policy has no rule for the topic /other" in refusal(client)
 
 
 def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url: str, driven: Inbox) -> None:
@@ -166,7 +166,10 @@ def test_rosbridge_calls_services_with_the_permitted_values_only(url: str, robot
             False,
             True,
         )
-        assert "the policy names no service /other" in client.call("/other", {"data": False})["values"]
+        assert (
+            "the policy has no rule for the service /other"
+            in client.call("/other", {"data": False})["values"]
+        )
         client.send("advertise_service", service="/new", type="std_srvs/SetBool")
         assert "the policy does not let clients offer services" in refusal(client)
     assert calls == [False]
@@ -183,13 +186,13 @@ def test_rosapi_sets_the_permitted_parameters_only(ros: RosSystem, tmp_path: Pat
         for name, value, text in (
             ("/speed", "1.5", "/speed must be from 0 to 1, got 1.5"),
             ("/speed", "NaN", "/speed must be a finite number"),
-            ("/", '{"speed": 2}', "the policy names no parameter /"),
+            ("/", '{"speed": 2}', "the policy has no rule for the parameter /"),
             ("speed", "0.5", "name must be a global name, got speed"),
         ):
             assert text in client.call("/rosapi/set_param", {"name": name, "value": value})["values"]
         assert client.call("/rosapi/get_param", {"name": "/speed"})["values"]["value"] == "0.5"
         deleted = client.call("/rosapi/delete_param", {"name": "/speed"})
-        assert "the policy names no service /rosapi/delete_param" in deleted["values"]
+        assert "the policy has no rule for the service /rosapi/delete_param" in deleted["values"]
 
 
 def test_globs_must_allow_what_the_policy_allows(make_node: MakeNode) -> None:
@@ -239,7 +242,7 @@ def test_a_condition_follows_its_topic(make_node: MakeNode, robot: Node, driven:
             # It is refused in any case, after the drive.
             client.send("advertise", topic="/other", type="geometry_msgs/Twist")
             texts = [refusal(client)]
-            while "the policy names no topic /other" not in texts[-1]:
+            while "the policy has no rule for the topic /other" not in texts[-1]:
                 texts.append(refusal(client))
             return "must be one of 1; got 0" in "".join(texts)
 
@@ -292,7 +295,7 @@ def test_foxglove_publishes_calls_and_sets_what_the_policy_allows(
         channel = {"encoding": "ros1", "schemaName": "geometry_msgs/Twist"}
         client.send("advertise", channels=[{"id": 1, "topic": "/cmd_vel", **channel}])
         client.send("advertise", channels=[{"id": 2, "topic": "/other", **channel}])
-        assert "the policy names no topic /other" in client.next("status")["message"]
+        assert "the policy has no rule for the topic /other" in client.next("status")["message"]
         body = struct.pack("<6d", 0.2, 0, 0, 0, 0, 0)
         for bad, text in (
             (struct.pack("<6d", 0.4, 0, 0, 0, 0, 0), RULE),

@@ -37,7 +37,7 @@ NAME: Final = "pipros_mcp"
 MASTER_S: Final = 5.0
 """Time limit for a call to the master."""
 ENDING_S: Final = 2.0
-"""Maximum time to wait for the end of nodes."""
+"""Maximum time to wait for nodes to shut down."""
 ASKED_TOPICS: Final = 3
 """Maximum number of topics whose publishers are asked for the definition of a type."""
 CLOCK_S: Final = 0.5

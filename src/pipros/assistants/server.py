@@ -34,11 +34,11 @@ from pipros.server.approved_acts import ApprovedActs, Caller
 from pipros.server.daemon_pool import DaemonPool
 
 CALLS: Final = 4
-"""Calls of tools that read that run at a time; others wait."""
+"""Maximum number of concurrent calls of tools that only read; further calls wait."""
 ACTS: Final = 16
-"""The same for tools that act, so that a stop does not wait for other acts."""
+"""Maximum number of concurrent calls of tools that act: enough that a stop need not wait for other acts."""
 GONE_S: Final = 0.2
-"""Interval at which a connection over HTTP is looked at during an act."""
+"""Interval at which an HTTP connection is checked during a call."""
 
 Tool = Callable[..., Answer]
 Bind = Callable[[Caller], Tool]

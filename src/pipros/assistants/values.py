@@ -10,7 +10,7 @@ from pipros.graph.message_path import PathStep, extract, parse_path
 from pipros.graph.message_tree import message_tree
 
 ROW_VALUES: Final = 500
-"""Maximum number of values of a message in an answer, if the answer has only this message."""
+"""Maximum number of values of a message in an answer that contains only this message."""
 
 
 def steps_of(part: str) -> list[PathStep]:

@@ -191,7 +191,7 @@ class Authority:
 
 @contextlib.contextmanager
 def _writable_by_owner_only() -> Iterator[None]:
-    """Within the block, create files and folders that others cannot change, whatever the umask."""
+    """In the block, new files and folders are writable only by their owner, regardless of the umask."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:

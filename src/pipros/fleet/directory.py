@@ -65,7 +65,7 @@ class Directory:
 
 @dataclass(frozen=True, slots=True)
 class TopicRequests:
-    """The topics that a member wants to receive from another.
+    """The topics that a member requests from another member.
 
     Attributes:
         instance: identifies the run of the member's agent.

@@ -48,7 +48,7 @@ def not_agents(nodes: Iterable[str]) -> list[str]:
 def is_returned(name: str, member: str, others: Iterable[str], local: Container[str]) -> bool:
     """Return whether a name on a member's master may be one that the fleet created on another master.
 
-    A relay between masters, such as a gateway to ROS 2 on each of them, brings such names back. If they were
+    A relay between masters, such as a gateway to ROS 2 on each of them, returns such names. If they were
     shared again, they would become longer each time.
 
     Args:

@@ -58,7 +58,7 @@ class _RecordedTopic:
     """A recorded topic of one agent instance."""
 
     def __init__(self, member: str, entry: DirectoryEntry, instance: str, latched: dict[int, int]) -> None:
-        """Create a topic. `latched` has the sizes of latched messages by publisher, including past instances."""
+        """Create a topic. `latched`: size of each publisher's latched message, including past instances."""
         self.member = member
         self.entry = entry
         self.instance = instance

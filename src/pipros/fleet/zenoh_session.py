@@ -33,8 +33,8 @@ except ImportError as error:
 LEASE_MS: Final = 4000
 """Time without data after which a link is closed. Each side sends at least four keep-alives in that time."""
 TCP_S: Final = 15.0
-"""Timeout for the TCP connection that measures the way to the router before each first connection. Three lost
-packets delay it by seven seconds.
+"""Timeout for the TCP connection that measures the round-trip time to the router before a session is opened.
+Three lost packets delay it by seven seconds.
 """
 CONNECT_S: Final = 1.0
 CONNECT_ROUND_TRIPS: Final = 15

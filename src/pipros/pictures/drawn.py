@@ -28,9 +28,9 @@ POINTS: Final = 60_000
 _MARGIN = 40
 _COLOURS = ((31, 119, 180), (214, 39, 40), (44, 160, 44), (255, 127, 14), (148, 103, 189), (23, 190, 207))
 _LUMA: Final = {Color.YUV422: 1, Color.YUV422_YUY2: 0}
-"""The first byte of a row with a luma."""
+"""Offset of the first luma byte in a row."""
 _FAR_M: Final = 1e6
-"""Points beyond are left out, as are those that are not finite."""
+"""Points with larger coordinates are left out, as are those with coordinates that are not finite."""
 
 
 @dataclass(frozen=True, slots=True)

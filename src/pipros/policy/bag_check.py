@@ -26,7 +26,7 @@ class BagCheck:
     Attributes:
         passed: number of permitted messages.
         refused: the refused messages, by the line and key of the rule.
-        other_topics: number of messages on each topic that the policy does not name.
+        other_topics: number of messages on each topic for which the policy has no rule or condition.
     """
 
     passed: int = 0

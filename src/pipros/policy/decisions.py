@@ -132,7 +132,7 @@ def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5s
     if rule is None:
         hint = similar_names(name, [known for section, known in policy.rules if section is kind])
         shown = printable(ascii(name)[1:-1])  # escapes look-alike letters of other alphabets
-        raise ActRefused(f"the policy names no {kind.value[:-1]} {shown}. {hint}".rstrip())
+        raise ActRefused(f"the policy has no rule for the {kind.value[:-1]} {shown}. {hint}".rstrip())
     if rule.type and kind is not ActKind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
         shown = printable(ascii(type_name)[1:-1])
         if type_name == rule.type:

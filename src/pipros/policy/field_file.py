@@ -20,7 +20,7 @@ UNITS: Final = {
     **dict.fromkeys(("deg", "deg/s", "deg/s^2"), math.pi / 180),
     "km/h": 1 / 3.6,
 }
-"""Units, and what one of them is in the unit of messages (REP 103)."""
+"""Units in policy files, with the factors that convert them to the units of messages (REP 103)."""
 
 ORDERED = frozenset((*INTEGERS, *FLOATS, *TIMES))
 """Types whose values can have a range."""

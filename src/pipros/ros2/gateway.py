@@ -50,7 +50,7 @@ Open = TopicToRos1 | TopicToRos2 | ServiceToRos1 | ServiceToRos2 | ActionToRos1 
 Key = tuple[RuleKind, Direction, str]
 """Identifies a topic, service or action. The name is the one on the publishing or offering side."""
 _Wanted = tuple[object, Callable[[], Open]]
-"""A version, and a function that opens the topic, service or action. A new version requires opening again."""
+"""A version, and a function that opens the topic, service or action. A new version is opened again."""
 
 
 def new_identity(node: Node) -> str:
@@ -278,7 +278,7 @@ class Gateway:
         raise errors[0]
 
     def _pair_of(self, rule: StaticRule | None) -> TypePair:
-        """Return the type pair that a rule names for a topic without publishers."""
+        """Return the type pair given by a rule for a topic without publishers."""
         if rule is None:
             raise PiprosError("no node publishes it")
         return self._pairs.of_rule(rule)

@@ -29,7 +29,7 @@ _ENDING_S: Final = 0.3
 
 
 HINT_S: Final = 10.0
-"""Time after which a gateway that has found no participant says what may be the reason."""
+"""Time after which a gateway that has found no participant prints a possible reason."""
 
 
 class AlreadyRunning(PiprosError):

@@ -115,7 +115,7 @@ class TypePairs:
             return self._pair(plan, self._definitions[plan.ros1_type])
 
     def of_rule(self, rule: StaticRule) -> TypePair:
-        """Return the pair for the types that a rule names. Raises the same errors as `of_ros1`."""
+        """Return the pair for the types given by a rule. Raises the same errors as `of_ros1`."""
         if not rule.ros1_type:
             return self.of_ros2(rule.ros2_type)
         found = installed_class(rule.ros1_type)

@@ -8,4 +8,4 @@ INSTEAD = {
     **dict.fromkeys(("gazebo", "gazebo_ros", "husky_gazebo", "turtlebot3_gazebo"), _SIMULATOR),
     **dict.fromkeys(("hector_mapping", "hector_slam_launch"), _MAPPING),
 }
-"""What to use instead of packages that courses use in their exercises."""
+"""Replacements for packages that courses use in their exercises."""

@@ -18,7 +18,7 @@ from pipros.server.limited_process import LimitedProcess
 
 WORDS: Final = ("pipros_sim", "localized.launch", "headless:=true")
 TOPIC: Final = "/odom"
-"""Is published once the robot can drive."""
+"""Topic that is published once the robot can drive."""
 LIMIT_S: Final = 86_400.0
 START_S: Final = 60.0
 ENDING_S: Final = 10.0

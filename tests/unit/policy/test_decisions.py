@@ -69,7 +69,7 @@ def test_only_values_inside_all_ranges_pass(values: list[float]) -> None:
 def test_a_name_that_the_policy_does_not_have_is_refused(name: str) -> None:
     if name != "/cmd_vel":
         text = refusal(BASE, publish(name, twist()))
-        assert text.startswith("the policy names no topic")
+        assert text.startswith("the policy has no rule for the topic")
         assert text.isascii()
 
 

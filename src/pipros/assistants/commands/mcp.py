@@ -27,10 +27,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `pipros mcp approve`, or serve until the client disconnects or Ctrl-C. Return the exit code."""
     parser = ArgumentParser(
         prog="pipros mcp",
-        description="Serves tools for assistants (Model Context Protocol) that read the running system and "
-        "bags, over standard input and output, or with --http to clients on this machine. With a policy, "
-        "other tools act, after a human has approved each act: `pipros mcp approve` in another terminal "
-        "asks, and so does the page. docs/assistants.md has files that configure clients.",
+        description="Serves assistants (Model Context Protocol) with tools that read the running system and "
+        "bags, over standard input and output or, with --http, to clients on this machine. With a policy, "
+        "further tools act on the system after a human has approved each act, with `pipros mcp approve` in "
+        "another terminal or on the page. docs/assistants.md contains configuration files for clients.",
     )
     parser.add_argument(
         "what", nargs="?", choices=("approve",), help="ask at this terminal about acts that wait"
@@ -109,7 +109,7 @@ def _serve(options: Namespace) -> int:
         import asyncio
 
         if sys.stdin.isatty():
-            print("An assistant starts this command, and talks to it. Ctrl-C ends it.", file=sys.stderr)
+            print("This command should be started by an assistant. Press Ctrl-C to end it.", file=sys.stderr)
         _end_at_once_by_signals(stack)
         asyncio.run(server.run_stdio_async())
     return 0

@@ -28,7 +28,7 @@ from pipros.pictures.drawn import colours, plot
 SUFFIXES: Final = (".bag", ".mcap")
 ROWS: Final = 100
 PLOT_POINTS: Final = 3000
-"""Messages that a plot or statistics decode."""
+"""Maximum number of messages that are decoded for a plot or for statistics."""
 
 Seconds = Annotated[float, Field(ge=0.0, le=1e9, description="seconds after the bag's first message")]
 Bag = Annotated[str, Field(min_length=1, max_length=500, description="a name from list_bags")]

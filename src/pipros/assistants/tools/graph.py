@@ -30,7 +30,7 @@ class GraphTools:
         self._robot = robot
 
     def list_nodes(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:
-        """List the nodes below a namespace, with what each publishes, subscribes to and serves."""
+        """List the nodes below a namespace, with their published topics, subscribed topics and services."""
         with self._robot.client() as client:
             ns = client.resolve(below)
         state, _ = self._robot.state()

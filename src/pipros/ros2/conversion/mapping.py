@@ -5,10 +5,10 @@ The rules are those of ros1_bridge, and its YAML files can be used unchanged
 
 - a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, and other packages to those of the same name;
 - types correspond to types of the same name, and fields to fields of the same name, ignoring case;
-- rules name further packages, types or fields that correspond. A rule that names fields must name
+- rules declare further corresponding packages, types or fields. A rule that lists fields must list
   all of them.
 
-ros1_bridge does not support actions; here, rules name them with the keys `ros1_action_name`,
+ros1_bridge does not support actions; here, rules declare them with the keys `ros1_action_name`,
 `ros2_action_name`, `goal_fields_1_to_2`, `result_fields_1_to_2` and `feedback_fields_1_to_2`.
 """
 
@@ -27,10 +27,10 @@ Fields = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True)
 class MessageRule:
-    """Two messages that correspond (`std_msgs/String`, `std_msgs/msg/String`).
+    """Two corresponding message types (`std_msgs/String`, `std_msgs/msg/String`).
 
     Attributes:
-        fields: all fields that correspond; None to match them by name.
+        fields: all corresponding fields; None to match fields by name.
     """
 
     ros1: str
@@ -50,7 +50,7 @@ class ServiceRule:
 
 @dataclass(frozen=True, slots=True)
 class ActionRule:
-    """Two actions that correspond (`nav_msgs/GetMap`, `nav2_msgs/action/GetMap`)."""
+    """Two corresponding actions (`nav_msgs/GetMap`, `nav2_msgs/action/GetMap`)."""
 
     ros1: str
     ros2: str

@@ -104,7 +104,7 @@ class Pairing:
         """Pair two messages, and link their fields.
 
         Raises:
-            NotConvertible: each side has fields that the other lacks, and no rule names them.
+            NotConvertible: each side has fields that the other lacks, and no rule maps them.
         """
         kind = WHOLE_MESSAGES.get(ros1.type)
         if kind is not None and kind is WHOLE_MESSAGES.get(ros2.type):

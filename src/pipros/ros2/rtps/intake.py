@@ -1,4 +1,4 @@
-"""Pass datagrams from the sockets to a `ParticipantCore`, in steps that each take little time."""
+"""Pass datagrams from the sockets to a `ParticipantCore`, in short steps."""
 
 from __future__ import annotations
 

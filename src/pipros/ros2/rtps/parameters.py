@@ -191,7 +191,7 @@ def read_locator(value: bytes, is_little: bool) -> Address | None:
 
 
 def related_sample(identity: SampleIdentity) -> bytes:
-    """Encode inline QoS that names a related sample, in both the standard's parameter and Fast DDS's.
+    """Encode inline QoS that identifies a related sample, in the standard's parameter and in Fast DDS's.
 
     Fast DDS before 2.14 ignores the standard's parameter.
     """
@@ -204,7 +204,7 @@ def related_sample(identity: SampleIdentity) -> bytes:
 
 
 def read_related_sample(inline: Parameters | None) -> SampleIdentity | None:
-    """Return the related sample that inline QoS names in either parameter, or None if there is none.
+    """Return the related sample that either parameter of inline QoS identifies, or None if there is none.
 
     The sequence number is read as little-endian: peers on big-endian machines are not supported.
     """

@@ -230,8 +230,8 @@ class Reader:
     def _pass(self, writer: WriterProxy, end: int) -> None:
         """Deliver the samples before `end` that have arrived, and expect `end` next.
 
-        This includes samples in a GAP that arrived before it: writers also send a GAP for samples that their
-        history no longer contains.
+        Samples that a GAP covers are delivered if they arrived before it: writers also send a GAP for
+        samples that their history no longer contains.
         """
         early = writer.early
         if end - writer.expected < len(early):  # fast for short GAPs: a datagram can contain thousands

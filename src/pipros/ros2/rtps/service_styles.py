@@ -1,9 +1,10 @@
 """Service requests and replies in the styles of rmw_fastrtps and rmw_cyclonedds.
 
-In the style of rmw_fastrtps, inline QoS names the related sample: a request names the client's reply reader,
-and a reply names the request. In the style of rmw_cyclonedds, 16 bytes precede the message: a client number
-and a sequence number, which the reply repeats. A peer that receives the other style misreads it, and may run
-out of memory. Therefore, the style is chosen for each peer, and nothing is sent to peers of unknown style.
+In the style of rmw_fastrtps, inline QoS refers to a related sample: in a request, to the client's reply
+reader, and in a reply, to the request. In the style of rmw_cyclonedds, 16 bytes precede the message: a client
+number and a sequence number, which the reply repeats. A peer that receives the other style misreads it, and
+may run out of memory. Therefore, the style is chosen for each peer, and nothing is sent to peers of unknown
+style.
 """
 
 from __future__ import annotations
@@ -74,8 +75,8 @@ class ServiceRequest:
     Attributes:
         payload: CDR without `head`.
         writer: the client's request writer.
-        reply_reader: the client's reply reader, if the request names it.
-        related: the sample that the reply must name (rmw_fastrtps).
+        reply_reader: the client's reply reader, if the request specifies it.
+        related: the sample to which the reply must refer (rmw_fastrtps).
         head: the 16 bytes that the reply must repeat (rmw_cyclonedds).
     """
 
@@ -96,7 +97,7 @@ def with_head(payload: bytes, head: bytes) -> bytes:
 
 
 def read_request(sample: RtpsSample, style: Style) -> ServiceRequest | None:
-    """Return a request, or None if it is too short or names a reader of another participant."""
+    """Return a request, or None if it is too short or refers to another participant's reader."""
     if style is Style.CYCLONE:
         found = split_head(sample.payload)
         if found is None:

@@ -33,7 +33,7 @@ _WORKERS: Final = 16
 """Maximum number of requests that a service handles at a time."""
 _TOKEN_S: Final = 0.5
 _NO_TOKEN_S: Final = 10.0
-"""How long a subscriber does not wait for tokens after a publisher had none."""
+"""Time during which a subscriber does not wait for tokens, after a publisher turned out to have none."""
 _SERVICE_QOS: Final = TopicQos(depth=10)
 
 

@@ -30,9 +30,9 @@ from pipros.node.delivery import Sent, sent_by, wait_until_handled
 from pipros.simulation.robots.errors import InvalidSettings
 
 PARAMETER: Final = "/lockstep"
-"""The names of the members, in the order in which they are asked."""
+"""Parameter with the names of the members, in the order in which they are called."""
 ANSWER_S: Final = 30.0
-"""Real time in which a member must answer."""
+"""Real time within which a member must answer."""
 REPORT_S: Final = 60
 """Simulated time between two reports of the factor."""
 

@@ -23,9 +23,9 @@ SCAN_STEPS: Final = 5
 BATTERY_STEPS: Final = 50
 """Steps between two battery messages: 1 Hz."""
 START_STEPS: Final = 200
-"""Steps to a time at which a lockstep may begin: 4 s."""
+"""The lockstep begins at a multiple of this number of steps: 4 s."""
 SLOW_S: Final = 0.5
-"""Real time of a step in the last second before that, while members are missing."""
+"""Real duration of a step in the last second before each such multiple, while members are missing."""
 LATE_S: Final = 0.1
 """If the simulation is behind by more than this, it skips the missed steps."""
 

@@ -23,7 +23,7 @@ FRAME_S: Final = 1 / 30
 """Minimum interval of updates for a browser."""
 
 _Drawn = tuple[int, int]
-"""State of the picture in a browser: `World.clears` and `World.lines_drawn`."""
+"""State of the picture in a browser: `TurtleWorld.clears` and `TurtleWorld.lines_drawn`."""
 
 
 class TurtlePage:
