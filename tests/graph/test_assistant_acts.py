@@ -286,7 +286,9 @@ def test_a_service_is_called_and_its_time_limit_calls_the_stop(
     wait_until(lambda: calls[:2] == [True, False])
     wait_until(lambda: len(calls) >= 3)  # the stop is repeated
     assert not assistant.call("call_service", service="/motor", request={"data": False}).is_error
-    assert "has no rule for the service /other" in reason(assistant.call("call_service", service="/other", request={}))
+    assert "has no rule for the service /other" in reason(
+        assistant.call("call_service", service="/other", request={})
+    )
 
 
 def test_a_parameter_is_set(assistant: LocalAssistant, make_node: MakeNode) -> None:

@@ -343,7 +343,10 @@ def test_the_page_does_what_the_policy_allows(running: RosSystem, tmp_path: Path
         bad = next(browser.watch("publishing", message="linear: {x: 0.4}", **publishing))
         assert f"linear.x of /cmd_vel must be from -0.3 to 0.3 m/s, got 0.4 m/s ({RULE})" in bad["error"]
         other = {**publishing, "name": "/other"}
-        assert "names no topic /other" in next(browser.watch("publishing", message="{}", **other))["error"]
+        assert (
+            "has no rule for the topic /other"
+            in next(browser.watch("publishing", message="{}", **other))["error"]
+        )
         assert browser.act("set_param", name="/speed", value="0.5") is True
         refused = browser.act("set_param", name="/speed", value="3")
         assert "/speed must be from 0 to 1, got 3" in refused["error"]

@@ -93,10 +93,10 @@ def test_another_type_and_another_definition_are_refused() -> None:
 
 
 def test_a_rule_for_a_topic_allows_neither_a_service_nor_a_parameter() -> None:
-    assert "names no service" in refusal(
+    assert "has no rule for the service" in refusal(
         BASE, Act(ActKind.SERVICE, "/cmd_vel", twist(), Twist._type, Twist._md5sum)
     )
-    assert "names no parameter" in refusal(BASE, Act(ActKind.PARAMETER, "/cmd_vel", 1))
+    assert "has no rule for the parameter" in refusal(BASE, Act(ActKind.PARAMETER, "/cmd_vel", 1))
 
 
 def test_the_limit_of_a_32_bit_field_is_the_nearest_number_with_32_bits() -> None:
@@ -283,9 +283,9 @@ def test_a_launch_file_has_the_arguments_of_its_rule() -> None:
         (launch(map="$(env HOME)"), "must be one of 'room', 'hall'"),
         (launch(fast=1), "must be one of True"),
         (launch(rate=1), "no rule for the argument 'rate'"),
-        (launch("my_robot/../base.launch"), "names no launch_file"),
-        (Act(ActKind.RECORD, "/image", {}), "names no recording /image"),
-        (Act(ActKind.TOPIC, "/scan", {}), "names no topic /scan"),
+        (launch("my_robot/../base.launch"), "has no rule for the launch_file"),
+        (Act(ActKind.RECORD, "/image", {}), "has no rule for the recording /image"),
+        (Act(ActKind.TOPIC, "/scan", {}), "has no rule for the topic /scan"),
     ):
         assert text in refusal(policy, wrong)
     state = PolicyState()
