@@ -39,7 +39,7 @@ class Requests(Protocol):
 
 
 class Asked(Protocol):
-    """A request from another member, implemented by `pipros.fleet.zenoh_session.Question`."""
+    """A request from another member, implemented by `pipros.fleet.zenoh_session.ZenohQuestion`."""
 
     key: str
     payload: bytes
