@@ -308,8 +308,8 @@ class Agent:
 
     def on_other_version(self, token: Token) -> None:
         self._warn(
-            f"[{token.member}] has version {token.version} of the fleet protocol, and this member has "
-            f"{keys.VERSION}; it is ignored"
+            f"[{token.member}] is ignored: it uses version {token.version} of the fleet protocol, and this "
+            f"member uses version {keys.VERSION}"
         )
 
     def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:

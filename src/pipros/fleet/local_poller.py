@@ -1,4 +1,4 @@
-"""Polling of the local master: its names, and the types of its topics and services."""
+"""Poll the local master for its names, and for the types of its topics and services."""
 
 from __future__ import annotations
 

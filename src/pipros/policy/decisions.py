@@ -114,7 +114,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
         while before.times and before.times[0] <= now_s - MINUTE_S:
             before.times.popleft()
         if len(before.times) >= rule.per_minute:
-            raise ActRefused(f"{act.name} is allowed {rule.per_minute} times a minute", rule.place)
+            raise ActRefused(f"{act.name} exceeds the limit of {rule.per_minute} per minute", rule.place)
         before.times.append(now_s)
     before.last_s = now_s
     before.values = values
@@ -136,7 +136,7 @@ def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5s
     if rule.type and kind is not ActKind.PARAMETER and (type_name, md5sum) != (rule.type, rule.md5sum):
         shown = printable(ascii(type_name)[1:-1])
         if type_name == rule.type:
-            raise ActRefused(f"{name} has another definition of {shown} than the policy", rule.place)
+            raise ActRefused(f"{name}: the definition of {shown} differs from the installed one", rule.place)
         raise ActRefused(f"{name} must have the type {rule.type}, got {shown}", rule.place)
     return rule
 

@@ -235,7 +235,7 @@ def _stop(section: Settings, message_class: Any) -> Any:
     if size > (most := process_limits().policy_stop_bytes):
         raise section.error("stop", f"must have at most {most} bytes, got {size}")
     if value is not None and not message.__slots__:
-        raise section.error("stop", f"cannot differ from other values, because {message._type} has no fields")
+        raise section.error("stop", f"must differ from other messages, but {message._type} has no fields")
     return None if value is None else message
 
 

@@ -16,14 +16,14 @@ from pipros.basics.errors import PiprosError
 
 
 class Reliability(Enum):
-    """Whether lost messages are sent again. The values are ROS 2 names."""
+    """Reliability policy: whether lost messages are sent again. The values are ROS 2 names."""
 
     RELIABLE = "reliable"
     BEST_EFFORT = "best_effort"
 
 
 class Durability(Enum):
-    """Whether late subscribers receive earlier messages. The values are ROS 2 names."""
+    """Durability policy: whether late subscribers receive earlier messages. The values are ROS 2 names."""
 
     VOLATILE = "volatile"
     TRANSIENT_LOCAL = "transient_local"

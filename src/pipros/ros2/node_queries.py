@@ -1,4 +1,4 @@
-"""Queries to nodes, each in its own thread, because a node may not respond."""
+"""Query nodes in separate threads, because a node may not respond."""
 
 from __future__ import annotations
 

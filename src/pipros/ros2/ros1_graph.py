@@ -117,7 +117,7 @@ class Ros1Poller:
         return {name: kind for name, (kind, _) in self._actions.items()}
 
     def _kept(self, names: Mapping[_Key, str]) -> dict[str, Ros1Topic]:
-        """Return the topics of the last graph that have the same type and one of the same publishers."""
+        """Return the topics of the last graph that still have the same type and at least one publisher."""
         kept = {}
         for name, kind, publishers in names:
             last = self._topics.get(name)

@@ -48,7 +48,7 @@ class Direction(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether a name passes, and if not, the reason to show to users."""
+    """Decision whether a name passes, with the reason for users if it does not."""
 
     passes: bool
     reason: str = ""

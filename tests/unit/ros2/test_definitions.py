@@ -52,13 +52,13 @@ def test_a_definition_without_fields_has_one_byte() -> None:
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
-        ("int32", "a field name must be a letter"),
+        ("int32", "a field name must begin with a letter"),
         ("int32[0] x", "the length must be at least 1"),
         ("int32[<=99999999999] x", "is not a type"),
         ("int32[999999999] x", "is longer than"),
         ("int32<=4 x", "only strings have a maximum length"),
         ("a/b/c/d x", "is not a type"),
-        ("int32 9x", "a field name must be a letter"),
+        ("int32 9x", "a field name must begin with a letter"),
         ("int32 x\nint8 x", "x is declared twice"),
     ],
 )

@@ -110,7 +110,7 @@ def metadata_text(metadata: BagMetadata) -> str:
 
 
 def metadata_record(metadata: BagMetadata) -> str:
-    """Return the copy of the metadata that an MCAP or SQLite file contains."""
+    """Return the copy of the metadata to be stored in an MCAP or SQLite file."""
     return yaml.safe_dump(_values(metadata), sort_keys=False)
 
 

@@ -19,7 +19,7 @@ PHASES = 8
 
 
 class RunRole(Enum):
-    """How a conversion treats the bytes of an item."""
+    """Role of an item's bytes in a conversion."""
 
     COPY = "copy"
     DROP = "drop"

@@ -23,7 +23,7 @@ HEADER = "std_msgs/msg/Header"
 
 
 class Form(Enum):
-    """Whether a field is a single value, an array or a sequence."""
+    """Form of a field: a single value, an array or a sequence."""
 
     SINGLE = "single"
     ARRAY = "array"

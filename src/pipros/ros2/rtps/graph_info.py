@@ -135,7 +135,7 @@ def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
 
 
 class Knowledge(Enum):
-    """Whether the GID size in a domain is known; MIXED if both sizes were seen."""
+    """Knowledge of the GID size in a domain; MIXED if both sizes were seen."""
 
     UNKNOWN = "unknown"
     KNOWN = "known"

@@ -101,7 +101,7 @@ class Assembly:
             self._arrived += end - first
 
     def _use(self, size: int) -> bool:
-        """Use bytes, reserving them from the budget in larger steps; return False if it is used up."""
+        """Use bytes, taken from the budget in larger steps. Return False if the budget is used up."""
         self._used_bytes += size
         if self._used_bytes > self._reserved_bytes:
             step = max(size, min(_STEP_BYTES, self.sample_bytes))

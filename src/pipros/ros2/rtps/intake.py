@@ -21,7 +21,7 @@ _LOG = logging.getLogger("pipros.ros2")
 class Intake:
     """Passes datagrams to a `ParticipantCore`, at most `WORK_AT_ONCE` units at a time. Not thread-safe.
 
-    A datagram that causes more work is continued by the next call.
+    If a datagram causes more work, the next call continues it.
 
     Attributes:
         failures: number of datagrams that revealed a bug in the core.
@@ -38,7 +38,7 @@ class Intake:
         self._handled_until = 0.0
 
     def __bool__(self) -> bool:
-        """Whether datagrams were read but not yet handled."""
+        """Return whether datagrams were read but not yet handled."""
         return self._current is not None or bool(self._backlog)
 
     @property

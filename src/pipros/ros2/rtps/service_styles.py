@@ -28,7 +28,7 @@ _CLIENT_ID, _SERVICE_ID = "clientid", "serviceid"
 
 
 class Style(Enum):
-    """How peers relate replies to requests."""
+    """Method by which a peer relates replies to requests."""
 
     FAST = "rmw_fastrtps"
     CYCLONE = "rmw_cyclonedds"

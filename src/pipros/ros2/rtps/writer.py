@@ -1,9 +1,9 @@
 """RTPS writers, which keep a history of samples and the state of each matched reader.
 
 Theory of operation. `write` sends a sample immediately to each reader, followed by a heartbeat that need not
-be answered. But a reliable reader gets new samples only after it has answered a heartbeat that announces no
-samples. Until then, it may not have discovered the writer, and Cyclone DDS begins with the sample after those
-that the first heartbeat announces. While a reliable reader has not acknowledged all samples, further
+be answered. However, a reliable reader gets new samples only after it has answered a heartbeat that announces
+no samples. Until then, it may not have discovered the writer, and Cyclone DDS begins with the sample after
+those that the first heartbeat announces. While a reliable reader has not acknowledged all samples, further
 heartbeats, which must be answered, are sent at doubling intervals. The reader requests missing samples, and
 gets them again, or a GAP if they are no longer kept. If a reader's participant had considered the writer's
 participant lost, the reader starts again: samples that it requests count as unacknowledged, even if it had
