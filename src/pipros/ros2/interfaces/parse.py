@@ -155,7 +155,9 @@ def _field(declaration: str, package: str) -> Ros2Field:
     if match is None:
         raise ValueError(f"[{type_text}] is not a type")
     if not _NAME.fullmatch(name):
-        raise ValueError(f"a field name must begin with a letter, then have letters, digits and _, got [{name}]")
+        raise ValueError(
+            f"a field name must begin with a letter and contain only letters, digits and _, got [{name}]"
+        )
     base, characters = match["base"], int(match["characters"] or 0)
     if base not in PRIMITIVES:
         base = full_name(base, package)
