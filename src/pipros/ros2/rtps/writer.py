@@ -292,7 +292,10 @@ class Writer:
             yield Outgoing(reader.address, (reader.head, final))
 
     def match(self, guid: bytes, address: Address, requested: Qos, fragment_bytes: int, now: float) -> None:
-        """Add a reader, or change its address. Send it the history if both sides are transient_local."""
+        """Add a reader, or change its address.
+
+        A reliable reader gets the history if both sides are transient_local.
+        """
         if guid in self.readers:
             self.readers[guid].address = address
             return
