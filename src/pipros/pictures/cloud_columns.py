@@ -40,8 +40,8 @@ class Columns:
     Attributes:
         count: number of points in the cloud.
         step: distance between chosen points; 1 if all were chosen.
-        problem: the reason why the cloud cannot be shown, for a wrong data size in rviz's words; empty if it
-            can be shown.
+        problem: error text if the cloud cannot be shown (rviz's text if the data size is wrong); otherwise
+            empty.
     """
 
     count: int

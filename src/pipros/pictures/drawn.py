@@ -1,4 +1,4 @@
-"""Pictures of messages, of at most `SIDE` pixels: images, clouds and scans from above, grids, and plots.
+"""Draw messages, at most `SIDE` pixels wide and high: images, grids, plots, clouds, scans and paths.
 
 All pictures are encoded here, so that they contain no text from the sender, such as JPEG comments. Pillow
 (`pipros[pictures]`) draws and encodes them.

@@ -192,8 +192,8 @@ class ActTools:
         topics: Annotated[list[Name], Field(min_length=1, max_length=50)],
         seconds: Annotated[float, Field(ge=1.0, le=3600.0)],
     ) -> Answer:
-        """Record topics into a new bag in the folder that the user allowed, until stop_run or for a time. A
-        human must approve this."""
+        """Record topics into a new bag in the folder that the user allowed, for `seconds` or until stop_run.
+        A human must approve this."""
         node = self._acts.system().node
         acts = [Act(ActKind.RECORD, node.resolve(each), {}) for each in topics]
         folder = self._bags

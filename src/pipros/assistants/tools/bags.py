@@ -129,7 +129,7 @@ class BagTools:
 
     def show_bag(self, bag: Bag, topic: Name, at_s: Seconds = 0.0) -> Answer:
         """Show a topic's first message at or after a time in a bag as a picture: an image, a point cloud, a
-        laser scan or an occupancy grid."""
+        laser scan, a path or an occupancy grid."""
         with self._opened(bag) as reader:
             found = next(self._messages(reader, topic, at_s, 1e9), None)
         if found is None:
