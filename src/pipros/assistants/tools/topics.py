@@ -66,8 +66,8 @@ class TopicTools:
         return Answer(rows, note, figures)
 
     def show_topic(self, topic: Name, wait_s: Wait = 5.0) -> Answer:
-        """Show the latest message on a topic as a picture: an image, an occupancy grid, or a point cloud, laser
-        scan or path seen from above."""
+        """Show the latest message on a topic as a picture: an image, an occupancy grid, or a point cloud,
+        laser scan or path seen from above."""
         name, kind = self._robot.type_of(topic)
         samples = self._robot.sample([name], wait_s, bool)
         message: Any = next((message for _, message in decoded(samples.received)), None)
