@@ -90,7 +90,7 @@ def serve_http(server: MCPServer[Any], port: int, token_file: str | None) -> int
 
     Raises:
         BadTokenFile: the file cannot be read, or is not private.
-        ServerFailed: the port is in use.
+        ServerFailed: the server cannot listen on the port, for example because it is in use.
     """
     secret = Secret(tokens=read_tokens(token_file) if token_file else ())
     with contextlib.suppress(KeyboardInterrupt):

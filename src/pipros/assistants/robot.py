@@ -117,7 +117,7 @@ class RobotAccess:
             types = dict(client.master.get_topic_types())
             publishers = SystemState.from_state(client.master.get_system_state()).publishers
         if name not in types:
-            raise ToolRefused("this topic does not exist; list_topics names those that do", name)
+            raise ToolRefused("this topic does not exist; list_topics lists all topics", name)
         if not publishers.get(name):
             raise ToolRefused("no node publishes this topic", name)
         return name, str(types[name])

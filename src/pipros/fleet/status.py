@@ -76,7 +76,7 @@ def counters_of(link: SessionLink, member: str) -> Counters | None:
 
 
 def history_of(link: SessionLink, member: str) -> list[HistoryFile] | None:
-    """Return a router's recorded files for a member, oldest first, or None if no router keeps a history.
+    """Return a router's recordings of a member, oldest first, or None if no router keeps a history.
 
     Raises:
         LinkFailed: the router cannot read its files, or has too many requests.

@@ -134,7 +134,7 @@ class ActTools:
                 publisher = self._publisher(system, f"{name}/goal")
                 if not publisher.connection_count:
                     raise ToolRefused(
-                        "no action server is connected; list_actions names the running servers", name
+                        "no action server is connected; list_actions lists the running servers", name
                     )
                 self._acts.note_goal(identity, name)
                 publisher.publish(value)
@@ -198,7 +198,7 @@ class ActTools:
         acts = [Act(ActKind.RECORD, node.resolve(each), {}) for each in topics]
         folder = self._bags
         if folder is None:
-            raise ToolRefused("the user has not allowed any folder; pipros mcp --bags FOLDER does")
+            raise ToolRefused("the user has not allowed a folder; see pipros mcp --bags")
         bag = f"assistant-{time.strftime('%Y-%m-%d-%H-%M-%S')}-{secrets.token_hex(2)}.bag"
 
         def carry_out(system: System) -> Answer:
@@ -218,7 +218,7 @@ class ActTools:
         """Stop a launch file or a recording that was started here, and wait some seconds for its end."""
         has_ended = self._acts.end_run(run)
         if has_ended is None:
-            raise ToolRefused("this run does not exist; list_runs shows those that do", run)
+            raise ToolRefused("this run does not exist; list_runs lists all runs", run)
         return Answer([], figures={"has_ended": has_ended})
 
     # -- shared by these tools ------------------------------------------------------------

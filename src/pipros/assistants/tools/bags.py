@@ -157,7 +157,7 @@ class BagTools:
 
     def _root(self) -> Path:
         if self._folder is None:
-            raise ToolRefused("the user has not allowed any folder; pipros mcp --bags FOLDER does")
+            raise ToolRefused("the user has not allowed a folder; see pipros mcp --bags")
         return self._folder
 
     def _file(self, bag: str) -> Path:

@@ -32,7 +32,7 @@ class FrameTools:
         ]
         return Answer(
             rows,
-            "The rate of static frames, and of those with one message, means nothing.",
+            "The rate is meaningless for static frames and for frames with a single message.",
             {"frames": len(rows)},
         )
 

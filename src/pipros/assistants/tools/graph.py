@@ -73,7 +73,7 @@ class GraphTools:
         with self._robot.client() as client:
             kind = type_of(client.master, client.resolve(service))
         if kind is None:
-            raise ToolRefused("this service does not exist; list_services names those that do", service)
+            raise ToolRefused("this service does not exist; list_services lists all services", service)
         return Answer([{"service": service, "type": kind}, *_service_lines(kind)])
 
     def list_actions(self, below: Namespace = "/", cursor: Cursor = 0) -> Answer:

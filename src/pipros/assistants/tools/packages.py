@@ -57,5 +57,7 @@ def _folder(robot: RobotAccess, package: str) -> Path:
         raise ToolRefused("this is not the name of a package", package)
     found = PackageIndex.from_environment(robot.environment).get(package)
     if found is None:
-        raise ToolRefused("this package is not installed; list_packages names those that are", package)
+        raise ToolRefused(
+            "this package is not installed; list_packages lists the installed packages", package
+        )
     return found.path
