@@ -33,10 +33,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         "another terminal or on the page. docs/assistants.md contains configuration files for clients.",
     )
     parser.add_argument(
-        "what", nargs="?", choices=("approve",), help="ask at this terminal about acts that wait"
+        "what", nargs="?", choices=("approve",), help="ask at this terminal whether to approve acts"
     )
     parser.add_argument("--bags", type=Path, metavar="FOLDER", help="the folder whose bags may be read")
-    parser.add_argument("--policy", metavar="FILE", help="what the tools that act may do; see pipros policy")
+    parser.add_argument("--policy", metavar="FILE", help="what tools may do to the system; see pipros policy")
     parser.add_argument("--simulate", action="store_true", help="run a simulated robot, and serve it instead")
     parser.add_argument(
         "--http",

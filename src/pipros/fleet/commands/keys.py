@@ -11,7 +11,9 @@ USAGE = "create|add|renew|revoke|list FOLDER [NAME] [options]"
 
 def main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros fleet keys", USAGE)
-    add_flag(parser, "--observer", help="for add: a member that receives what is shared, and changes nothing")
+    add_flag(
+        parser, "--observer", help="for add: a member that receives shared topics, but cannot change anything"
+    )
     parser.add_option("--days", metavar="N", type="int", default=365, help="validity of a certificate (365)")
     options, arguments = parser.parse_args(list(argv))
     if not 1 <= options.days <= 36_500:

@@ -17,7 +17,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_option(
         "--keys",
         metavar="FOLDER",
-        help="the folder of `pipros fleet keys create`: TLS, for listed members only",
+        help="use TLS, with the folder made by `pipros fleet keys create`; only listed members may connect",
     )
     parser.add_option(
         "--connect", metavar="ADDRESS", action="append", help="another router to connect to; may be repeated"
@@ -25,13 +25,13 @@ def main(argv: Sequence[str]) -> int:
     add_flag(parser, "--without-tls", help="listen on a network without TLS; everyone on it is trusted")
     parser.add_option("--history", metavar="DIR", help="record the members' messages in MCAP files")
     parser.add_option(
-        "--history-mb", metavar="N", type="int", default=1000, help="size of all these files (1000)"
+        "--history-mb", metavar="N", type="int", default=1000, help="maximum total size of these files (1000)"
     )
     parser.add_option(
         "--history-topic",
         metavar="NAME",
         action="append",
-        help="a topic to record although no member receives it, such as /odom or /camera/*; may be repeated",
+        help="a topic to record even if no member receives it, such as /odom or /camera/*; may be repeated",
     )
     options, arguments = parser.parse_args(list(argv))
     history = _history_of(options)

@@ -31,17 +31,19 @@ def _serve(argv: Sequence[str]) -> int:
     )
     parser.add_option("--domain", metavar="N", type="int", help="the ROS 2 domain (ROS_DOMAIN_ID, or 0)")
     parser.add_option("--distro", help="the ROS 2 distribution: humble, jazzy, kilted or lyrical (jazzy)")
-    parser.add_option("--rules", metavar="FILE", help="what passes: allow and deny lists, and static rules")
+    parser.add_option(
+        "--rules", metavar="FILE", help="use the allow lists, deny lists and static rules in FILE"
+    )
     parser.add_option(
         "--mapping",
         metavar="FILE",
         action="append",
         default=[],
-        help="types that correspond, as in the mapping files of ros1_bridge; may be repeated",
+        help="use the mapping rules in FILE, in the format of ros1_bridge; may be repeated",
     )
     add_reading_options(parser)
     add_flag(parser, "--zenoh", help=f"connect to rmw_zenoh instead of DDS, at its router {ROUTER}")
-    parser.add_option("--router", metavar="ENDPOINT", help="the router of Zenoh; implies --zenoh")
+    parser.add_option("--router", metavar="ENDPOINT", help="the address of the Zenoh router; implies --zenoh")
     add_flag(parser, "--force-types", help="pass messages even if the hashes of their types differ")
     options, arguments = parser.parse_args(without_remappings(argv))
     if arguments:
