@@ -1,13 +1,13 @@
 """Zenoh keys of the fleet protocol.
 
-Every key begins with the name of the member that publishes to it or answers its queries.
+The second part of every key is the name of the member that publishes to the key or answers its queries.
 
     pipros/<member>/live/<version>/<instance>     liveliness token: the member is present
     pipros/<member>/directory                     its directory document, sent on change and on request
     pipros/<member>/wanted/<other>                topics wanted from <other>, sent on change and on request
-    pipros/<member>/t/<topic>                     messages of its topic
+    pipros/<member>/t/<topic>                     messages of one of its topics
     pipros/<member>/in/<other>/<topic>            messages for a topic of another member
-    pipros/<member>/s/<caller>/<service>          calls to its service by another member
+    pipros/<member>/s/<caller>/<service>          calls to one of its services by another member
     pipros/<member>/get/<caller>                  reads of its parameters by another member
     pipros/<member>/set/<caller>                  changes to its parameters by another member
     pipros/<member>/definition/<type>             the definition of a message type

@@ -40,7 +40,7 @@ class Presence:
     """
 
     def __init__(self, member: str, instance: str, limit: int, listener: PresenceListener) -> None:
-        """Identify this member's agent by `member` and `instance`. See `Members` for `limit`."""
+        """Create an empty set for the agent `instance` of `member`. See `Members` for `limit`."""
         self._member = member
         self._instance = instance
         self._members = Members(limit)
@@ -89,7 +89,7 @@ class Presence:
         self._prune_at_s = now_s + RETURN_S
 
     def remove_departed(self, *, is_connected: bool, now_s: float) -> None:
-        """Remove members that have left. None is removed while the link is down."""
+        """Remove members that have left. No member is removed while the link is down."""
         for key, due_s in list(self._leaving.items()):
             if not is_connected:
                 del self._leaving[key]

@@ -121,7 +121,7 @@ class ShownMembers:
         sizes = {name: shown.directory.size for name, shown in self.members.items()}
         shares = fair_shares(sizes, limit)
         for name, shown in sorted(self.members.items(), key=lambda each: shares[each[0]] >= sizes[each[0]]):
-            shown.update(shares[name])  # first the members that must give up topics
+            shown.update(shares[name])  # members that must give up topics come first
             if shares[name] < sizes[name]:
                 self._warn(
                     f"[{name}] offers too many topics and services; the first {shares[name]} of its "

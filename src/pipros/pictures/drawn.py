@@ -1,4 +1,4 @@
-"""Draw messages, at most `SIDE` pixels wide and high: images, grids, plots, clouds, scans and paths.
+"""Draw images, grids, plots, clouds, scans and paths as pictures of at most `SIDE` by `SIDE` pixels.
 
 All pictures are encoded here, so that they contain no text from the sender, such as JPEG comments. Pillow
 (`pipros[pictures]`) draws and encodes them.

@@ -300,7 +300,7 @@ class TopicToRos1:
         durability_of = {each.key: each.qos.durability for each in publishers}
         with self._lock:
             absent = self._latched.keys() - durability_of.keys()
-            for key in absent & self._absent:  # a publisher absent only once may be new
+            for key in absent & self._absent:  # a publisher that is absent only once may be new
                 self._forget(key)
             self._absent = absent
         desired: dict[Durability, TopicQos] = {}

@@ -76,7 +76,7 @@ class Endpoint:
 
 @dataclass(frozen=True, slots=True)
 class EngineProblem:
-    """A problem: a peer cannot receive or send a topic, or peers do not list a node of this engine.
+    """A topic that cannot be exchanged with a peer, or a node of this engine that peers do not list.
 
     Attributes:
         kind: role of the peer's endpoint; None for a node of this engine.

@@ -1,4 +1,4 @@
-"""`pipros mcp`: serves tools to an assistant. `pipros mcp approve`: asks a human to approve its acts."""
+"""`pipros mcp` serves tools to an assistant; `pipros mcp approve` asks a human to approve their acts."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def write_endpoint(endpoint: EndpointData) -> bytes:
 
 
 def write_key(name: Parameter, guid: bytes) -> bytes:
-    """Return the payload that announces the end of a participant or endpoint: its key alone."""
+    """Return the payload that announces the end of a participant or endpoint. It contains only the key."""
     return PARAMETER_LIST + parameter(name, guid) + SENTINEL
 
 

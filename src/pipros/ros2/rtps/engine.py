@@ -254,8 +254,7 @@ class RtpsEngine:
     def _warn_of_mismatches(self) -> None:
         """Log each remote endpoint that matches no local one, once.
 
-        This does not happen immediately after the event, because an action may be offered under several
-        types, one after another.
+        The warnings are delayed, because an action may be offered with several types, one after another.
         """
         if not self._has_mismatches:
             return

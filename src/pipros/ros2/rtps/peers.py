@@ -61,7 +61,8 @@ class Peer:
     def renew(self, data: ParticipantData, payload: bytes | memoryview) -> bool:
         """Replace the peer's own announcement.
 
-        Return False, and change nothing, if there is no room for the new one, or it has no usable address.
+        Return False, and change nothing, if there is no room for the new announcement, or if it has no usable
+        address.
         """
         cost, address = cost_bytes(payload), self.choose(data.discovery)
         if address is None or not self.kept.hold(self._cost, cost):

@@ -14,7 +14,7 @@ _MAX_BYTES: Final = 1 << 20
 
 
 def hint_for(discovery: Discovery, table: Path = _TABLE) -> str | None:
-    """Return a hint for users if a program on this machine uses the domain but cannot be found, or None.
+    """Return a hint if a program on this machine uses the domain but cannot be found, otherwise None.
 
     A program that announces itself only by multicast, like Humble's rmw_cyclonedds, is not found if the range
     excludes multicast. Such programs listen on the domain's multicast port, which Linux lists in `table`.

@@ -112,9 +112,8 @@ class RobotsNode:
     def _wait_for_members(self) -> bool:
         """Advance the time without moving anything until all members are ready. Return False at shutdown.
 
-        Time must advance, because nodes that start wait for transforms. The lockstep begins at a multiple of
-        `START_STEPS`: at the first one, unless a member starts very slowly. Timestamps are thus repeatable,
-        too.
+        Time must advance, because starting nodes wait for transforms. The lockstep begins at a multiple of
+        `START_STEPS`, so that timestamps are repeatable: at the first one unless a member starts very slowly.
         """
         missing = [""]
         while missing or self.simulation.steps % START_STEPS:
