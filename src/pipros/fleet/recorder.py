@@ -292,7 +292,7 @@ class FleetRecorder:
             return
         if token.member == ROUTER:
             if is_present and token.instance != self._instance:
-                self._warn("another router records the history of this fleet; only one should")
+                self._warn("another router also records the history of this fleet; only one router should")
         elif token.member in self._members.present():
             self._workers.run(self._request_directory, token.member)
         else:

@@ -243,12 +243,15 @@ class RtpsEngine:
             case Mismatched():
                 self._has_mismatches = True
             case OverLimit(prefix):
-                self._warn(prefix, "a ROS 2 participant has announced too much; the rest is ignored")
+                self._warn(
+                    prefix,
+                    "a ROS 2 participant has announced too many endpoints; further endpoints are ignored",
+                )
             case Elsewhere(prefix, host):
                 self._warn(
                     prefix,
-                    f"a ROS 2 participant at {host} is ignored, as its addresses are in other networks; "
-                    "name them in ROS_STATIC_PEERS to allow them",
+                    f"a ROS 2 participant at {host} is ignored, because its addresses are in other networks; "
+                    "add them to ROS_STATIC_PEERS to allow them",
                 )
 
     def _warn_of_mismatches(self) -> None:

@@ -233,7 +233,7 @@ def test_participants_that_announce_too_much_are_logged(
     for number in range(50):
         engine_and_stranger[1].add_writer(f"rt/{number}", "ShapeType", Qos())
 
-    expected = ["a ROS 2 participant has announced too much; the rest is ignored"]
+    expected = ["a ROS 2 participant has announced too many endpoints; further endpoints are ignored"]
     wait_until(lambda: caplog.messages == expected, what=lambda: str(caplog.messages))
 
 
@@ -255,8 +255,8 @@ def test_participants_with_addresses_of_other_networks_are_logged(caplog: pytest
         assert not engine.has_peers
     (warning,) = caplog.messages
     assert warning == (
-        "a ROS 2 participant at 127.0.0.1 is ignored, as its addresses are in other networks; "
-        "name them in ROS_STATIC_PEERS to allow them"
+        "a ROS 2 participant at 127.0.0.1 is ignored, because its addresses are in other networks; "
+        "add them to ROS_STATIC_PEERS to allow them"
     )
 
 
