@@ -46,9 +46,9 @@ class Admission:
             return
         if origin == "null":
             raise Denied(
-                "Pages without an origin may not connect here. For an HTML file opened by double click, run "
-                "'python -m http.server --bind 127.0.0.1' in its folder and open http://127.0.0.1:8000; "
-                f"{self.null_origin_option} allows such files, but also every website."
+                "Pages without an origin may not connect here. If you opened an HTML file by double-clicking "
+                "it, run 'python -m http.server --bind 127.0.0.1' in its folder and open "
+                f"http://127.0.0.1:8000; {self.null_origin_option} allows such files, but also every website."
             )
         raise Denied(f"Pages from {printable(origin)} may not connect here; --origin allows them.")
 

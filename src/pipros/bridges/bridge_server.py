@@ -1,4 +1,4 @@
-"""One port for all bridges and the page, which admits clients and passes each to its protocol's handler.
+"""Server for all bridges and the page on one port. It passes each admitted client to its protocol's handler.
 
 A client chooses its protocol with the WebSocket subprotocol; the handler "" serves clients without one. The
 token, if one is required, is in the header `Authorization: Bearer`, in the URL (the last segment of the path,
@@ -71,7 +71,7 @@ class Session(Protocol):
 
     @property
     def is_unused(self) -> bool:
-        """Whether the client has no subscriptions, publications, services and pending requests."""
+        """Whether the client has no subscriptions, publications, services or pending requests."""
 
     def close(self) -> None:
         """Release the client's resources after its connection has closed."""
@@ -333,8 +333,8 @@ class BridgeServer:
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.
 
-        Only clients without topics and services are disconnected and, if none is left, clients of an address
-        that has more than half of all clients. Return False if there is none.
+        Disconnect only a client without topics and services or, if all clients have some, a client of an
+        address that has more than half of all clients. Return False if no client can be disconnected.
         """
         by_silence = sorted(self._clients, key=lambda client: client.active_s)
         hosts = Counter(client.host for client in by_silence)
@@ -371,7 +371,7 @@ class BridgeServer:
 
 
 def _origin(request: Request) -> str | None:
-    """Return a request's origin, or None if it has none. Several `Origin` headers give an invalid origin."""
+    """Return a request's origin: None without an `Origin` header, an invalid origin with several."""
     values = request.headers.get_all("Origin")
     return None if not values else ", ".join(values)
 

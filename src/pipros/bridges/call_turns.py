@@ -20,14 +20,15 @@ T = TypeVar("T")
 P = ParamSpec("P")
 
 PART_OF_A_CLIENT: Final = 1 / 4
-"""Largest part of the concurrent calls that one client gets."""
+"""Largest share of the concurrent calls that one client may have."""
 
 
 class CallTurns:
     """Runs calls that may block for minutes. Thread-safe; no method blocks.
 
     Each client may always run one call. Beyond these, the calls of all clients share `at_once` threads. A
-    client gets a quarter of them, and at most half of what the other clients leave; its further calls wait.
+    client gets at most a quarter of them, and at most half of those that the other clients leave; its further
+    calls wait.
     """
 
     def __init__(self, name: str, at_once: int) -> None:
@@ -36,7 +37,7 @@ class CallTurns:
         self._workers = Workers(name)
 
     def user(self) -> ClientCalls:
-        """Return the calls of a new client."""
+        """Return an object that runs the calls of a new client."""
         return ClientCalls(self._workers, Budget(self._calls_of_a_client, self._slots, part=0.5, own=1))
 
     def close(self) -> None:
@@ -47,8 +48,8 @@ class CallTurns:
 class QuestionTurns:
     """Runs short calls of all clients in turns, in a few threads. Thread-safe; no method blocks.
 
-    A thread for each client would not be faster: these threads would wait for each other, and delay the rest
-    of the program.
+    A thread per client would not be faster: the threads would wait for each other, and delay the rest of the
+    program.
     """
 
     def __init__(self, name: str, threads: int) -> None:
@@ -97,7 +98,7 @@ class QuestionTurns:
             try:
                 call()
             except Exception:
-                logger.exception("unexpected error in a question of a client")
+                logger.exception("unexpected error in a client's request")
 
 
 class ClientCalls:
@@ -141,7 +142,7 @@ class ClientCalls:
         return await asyncio.wrap_future(future)
 
     def close(self) -> None:
-        """Drop the calls that wait. Running calls are not interrupted, but no longer count."""
+        """Drop the waiting calls. Running calls are not interrupted, but no longer count against limits."""
         with self._lock:
             self._waiting.clear()
             self._slots.close()

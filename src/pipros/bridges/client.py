@@ -3,8 +3,8 @@
 Theory of operation. `ClientOutbox` wakes the event loop once for all clients. No task writes a client's
 frames: the event loop writes them until the socket buffer is full, and again when asyncio reports that there
 is room. A connection whose buffer stays full is aborted if the client reads nothing for `bridge_stall_s`.
-Frames bypass websockets' `send`, which copies a large message twice and takes several times as long for a
-small one, and `broadcast`, which does not report a full buffer. Frame headers are therefore encoded here
+Frames bypass websockets' `send`, which copies a large message twice and is several times slower for a small
+message, and `broadcast`, which does not report a full buffer. Frame headers are therefore encoded here
 (unmasked, without extensions; RFC 6455). A large frame is sent without copying it; while it is being written,
 control frames wait.
 """
@@ -103,7 +103,7 @@ class BridgeConnection(PortConnection):
             self.transport.set_write_buffer_limits(high=0)
 
     def enter(self, shares: ClientShares) -> None:
-        """Admit the client of a bridge, with its shares, which are returned when the connection is lost."""
+        """Admit a client of a bridge. When the connection is lost, its shares are given back."""
         self.shares = shares
         self.admit(shares.input, shares.message_bytes)
 
@@ -290,7 +290,7 @@ class BridgeClient:
 
     async def replace(self) -> None:
         """Disconnect the client in favour of a new one. Return once it is disconnected."""
-        self.end("A new client needs the place of this one, which was not used.", CloseCode.TRY_AGAIN_LATER)
+        self.end("This unused connection makes room for a new client.", CloseCode.TRY_AGAIN_LATER)
         await self._connection.wait_closed()
 
     def close(self) -> None:

@@ -18,15 +18,16 @@ class BridgeLimits(NamedTuple):
         bridge_parsed_bytes: the approximate memory for a client's parsed message; for a client that may not
             change the system, a quarter of it. The same limit applies to all of its published messages that
             are kept for later subscribers.
-        bridge_asset_bytes: an asset that a Foxglove client fetches; all assets being sent may have twice as
-            many.
-        bridge_kept_bytes: the names and ids that one client makes a server keep.
+        bridge_asset_bytes: an asset that a Foxglove client fetches. All assets being sent may have twice this
+            size together.
+        bridge_kept_bytes: the names and ids that a server stores for one client.
         bridge_client_bytes: everything that a server holds for one client: incomplete, parsed, queued and
             latched messages, names and ids. The sum of `bridge_queue_bytes` and three messages applies
             instead if it is larger.
-        bridge_total_bytes: the same for all clients of a server, beyond 256 KiB for each. A client gets at
-            most half of what the others leave.
-        bridge_stall_s: the time for which a client may leave a full connection unread.
+        bridge_total_bytes: the same for all clients of a server together, besides 256 KiB per client. A
+            client gets at most half of what the others leave.
+        bridge_stall_s: the time after which a client that does not read from a full connection is
+            disconnected.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
         bridge_client_rate_bytes: bytes per second that a client may send; faster clients are slowed down.
     """

@@ -19,9 +19,9 @@ from typing import Final
 from pipros.basics.budget import Budget
 
 UNCOUNTED_BYTES: Final = 64 * 1024
-"""Size up to which a queue needs no room in a budget, so that small messages cost no time for it."""
+"""Queues up to this size do not use the budget, because accounting for small messages would take time."""
 _STEP_BYTES: Final = 256 * 1024
-"""Larger queues take room from a budget in these steps."""
+"""Larger queues take room from the budget in steps of this size."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,7 +186,7 @@ class ClientOutbox:
 
     @property
     def is_closed(self) -> bool:
-        """Whether nothing can be sent any more."""
+        """Whether the outbox discards everything."""
         return self._is_closed
 
     @property

@@ -1,10 +1,9 @@
 """Rate limits for the messages from one client of a bridge. Performs no I/O.
 
-Theory of operation. Messages and bytes per second have fixed limits. Processor time is not limited for a
-client that is alone, which may publish as fast as the machine allows. If several clients keep the server
-busy, each gets an equal part of `BUSY_SHARE` of one processor, because Python runs one thread at a time: a
-client that sends a request now and then would otherwise wait for every busy one, several times for each
-request.
+Theory of operation. Messages and bytes per second have fixed limits. The processor time of a single client is
+not limited, so that it can publish as fast as the machine allows. If several clients keep the server busy,
+each gets an equal part of `BUSY_SHARE` of one processor, because Python runs one thread at a time: otherwise,
+a client that sends a request now and then would wait for every busy client, several times per request.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ BURST_S: Final = 1.0
 BUSY_SHARE: Final = 0.8
 """Part of one processor that several busy clients share."""
 BUSY_S: Final = 0.03
-"""Processor time (s) from which on a client is busy, as a sum that fades within about a second."""
+"""A client is busy above this recent processor time (s), a sum that decays within about a second."""
 
 
 class SharedWork:

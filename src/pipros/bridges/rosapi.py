@@ -261,7 +261,7 @@ SERVICES: Final[Mapping[str, str]] = {
     "topics_and_raw_types": "TopicsAndRawTypes",
     "topics_for_type": "TopicsForType",
 }
-"""Types of the services by the names of their handlers."""
+"""Service types, keyed by the names of their handlers."""
 
 QUESTIONS: Final = frozenset(SERVICES) - {"set_param", "delete_param"}
 """The services that do not change the system."""

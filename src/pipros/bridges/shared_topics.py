@@ -62,7 +62,7 @@ OnError = Callable[[PiprosError], object]
 """Called in the same thread as `OnMessage`."""
 
 PENDING_CHANGES: Final = 32
-"""Maximum number of pending subscriptions and unsubscriptions of one client that does not wait."""
+"""A client with this many pending subscriptions and unsubscriptions has to wait for its turn."""
 REPORTED_TYPES: Final = 10
 """Maximum number of wrong types that are reported to one client."""
 

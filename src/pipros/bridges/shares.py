@@ -16,13 +16,13 @@ from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.pace import SharedWork
 
 PART: Final = 0.5
-"""Largest part of what other clients leave that one client gets."""
+"""One client gets at most this part of what the other clients leave."""
 OWN_BYTES: Final = 256 * 1024
 """Memory that each client has regardless of the other clients."""
 OWN_TOPICS: Final = 8
 """Topics that each client may receive, and publish, regardless of the other clients."""
 READ_AHEAD_BYTES: Final = 256 * 1024
-"""Complete messages that a server reads before it has handled the previous ones."""
+"""Maximum size of the complete messages that a server reads before it has handled earlier messages."""
 PATIENCE: Final = 1
 """Refusals after which a client that exceeds its share again is disconnected."""
 
@@ -161,7 +161,7 @@ class ClientShares:
         message_bytes: maximum size of a message from the client.
         memory: everything that the server holds for the client. The other budgets are parts of it.
         input: messages from the client that are incomplete or have not been handled.
-        kept: names and ids that the client made the server keep.
+        kept: names and ids that the server stores for the client.
         parsed: approximate memory for the client's current message, once parsed.
         calls: approximate memory for the requests of pending service calls.
         queue: messages and responses that the client has not read.
@@ -193,7 +193,7 @@ class ClientShares:
         self._kept_limit = limits.of(BridgeLimits).bridge_kept_bytes
 
     def keep(self, size_bytes: int) -> None:
-        """Count what a request makes the server keep.
+        """Count memory that the server keeps because of a request.
 
         Raises:
             LimitExceeded: the client exceeds its share for the first time, or others have used up the memory.
@@ -205,7 +205,7 @@ class ClientShares:
             raise ExceedsShare(text) if self.kept.refusals > PATIENCE else LimitExceeded(text)
 
     def release(self, size_bytes: int) -> None:
-        """Stop counting what the server no longer keeps."""
+        """Stop counting memory that the server no longer keeps."""
         self.kept.give_back(size_bytes)
 
     def close(self) -> None:

@@ -1,6 +1,6 @@
-"""Observes a running system at a bounded rate, so as not to disturb it.
+"""Observes a running system with a bounded rate of calls.
 
-The master knows the registrations. Each node knows its connections (`getBusInfo`) and their traffic
+The master reports the registrations. Each node reports its connections (`getBusInfo`) and their traffic
 (`getBusStats`); rates are computed from the difference between two responses.
 """
 
@@ -52,8 +52,8 @@ class Traffic(NamedTuple):
     Attributes:
         rate, bandwidth: messages and bytes per second.
         quiet_s: time (s) since a message was last counted.
-        interval_s: mean interval (s) between messages when their count last increased with each of the
-            stored responses; None if this never happened.
+        interval_s: mean interval (s) between messages, computed when the count last increased with every
+            stored response; None if this has not happened yet.
     """
 
     rate: float

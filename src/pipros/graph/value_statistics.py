@@ -14,7 +14,7 @@ FIELDS: Final = 200
 
 
 def numbers_in(value: Any, name: str = "") -> Iterator[tuple[str, float]]:
-    """Yield the numbers in a value with the names of their fields. The elements of an array have one name."""
+    """Yield the numbers in a value with their fields' names. Elements of an array share one name."""
     if isinstance(value, (bool, int, float)):
         yield name or "value", float(value)
     elif isinstance(value, TVal):
@@ -29,7 +29,7 @@ def numbers_in(value: Any, name: str = "") -> Iterator[tuple[str, float]]:
 
 @dataclass(slots=True)
 class Summary:
-    """Statistics of the values of a field. NaN and infinity only count in `not_finite`."""
+    """Statistics of the values of a field. NaN and infinity count only in `not_finite`."""
 
     count: int = 0
     not_finite: int = 0

@@ -1,7 +1,7 @@
 """Find publishers and subscribers of a topic that are not connected because their types differ.
 
-The master knows one type per topic: that of the node that registered first. Each node knows its own types,
-but is queried only while it lacks an expected connection.
+The master stores one type per topic: the type of the node that registered first. Each node reports its own
+types, but is queried only while it lacks an expected connection.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Test whether the master can connect to this machine, as it must when publishers change."""
+"""Test whether the master can connect to this machine, which it does when publishers change."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
     """Return a URI that was registered with the master but that the master did not call within a second.
 
     The result is empty if the master called the URI, or if the test is not possible because no port is free
-    or the master does not answer. A parameter is set briefly, because the master notifies other nodes that
-    subscribe to it. (A topic would be noticed by recorders of all topics.)
+    or the master does not answer. The test subscribes to a parameter and sets it briefly under another name,
+    because the master notifies all subscribers except the node that sets the parameter. (Programs that record
+    all topics would subscribe to a test topic.)
     """
     name = f"/{names.anonymous('pipros_doctor')}"
     called = threading.Event()

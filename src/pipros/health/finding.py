@@ -44,7 +44,7 @@ class Finding:
 
 
 Findings = Iterator[Finding]
-"""What a check returns."""
+"""Result of a check."""
 
 
 def error(rule: str, summary: str, cure: str, *subjects: str) -> Finding:

@@ -44,7 +44,7 @@ AT_ONCE = 16
 """Maximum number of nodes queried concurrently."""
 
 _STAMP_SHARE = 1 / 6
-"""Share of the timeout for a publisher during which it may be silent before its stamps are left out."""
+"""Share of a publisher's timeout after which its stamps are left out, if it has sent no message."""
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024

@@ -324,7 +324,7 @@ def clocks(system: SystemReport) -> Findings:
             "clock-unused",
             f"/clock is published by {', '.join(map(listed, publishers))}, but /use_sim_time is not set, so "
             "nodes use the wall clock",
-            "rosparam set /use_sim_time true, before the nodes are started.",
+            "Run `rosparam set /use_sim_time true` before starting the nodes.",
             "/clock",
         )
     if len(publishers) > 1:
@@ -387,7 +387,7 @@ def _port(uri: str) -> int:
 
 
 def rooms(system: SystemReport) -> Findings:
-    """Find the problems that rooms see in the replies of their nodes."""
+    """Find the problems that the rooms' checks derive from their nodes' replies."""
     for node, reply in sorted(system.room_replies.items()):
         yield from reply.check.judge(node, reply)
 

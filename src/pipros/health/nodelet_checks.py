@@ -11,7 +11,7 @@ from pipros.health.finding import Findings, warning
 from pipros.health.system_report import SystemReport
 
 INPUTS = "/inputs"
-"""The end of the name of the service, std_srvs/Trigger, with which managers of pipros report."""
+"""Suffix of the name of the std_srvs/Trigger service of pipros's nodelet managers."""
 
 _DROPPED = re.compile(r"(\S+) [\d.]+ Hz, ([1-9]\d*) of (\d+) dropped")
 
@@ -34,8 +34,8 @@ def slow_nodelets(system: SystemReport) -> Findings:
                 "slow-nodelet",
                 f"The nodelet [{listed(name)}] dropped {dropped} of {received} messages of [{listed(topic)}] "
                 "within a minute",
-                "It is slower than its input. Lower the rate or the size of the input, or load it into a "
-                "manager of its own.",
+                "It is slower than its input. Lower the rate or the size of the input, or load the nodelet "
+                "into its own manager.",
                 name,
                 topic,
             )

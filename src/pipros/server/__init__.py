@@ -1,1 +1,1 @@
-"""What all servers for clients share: secrets, origins, ports, TLS, and the pages of single nodes."""
+"""Code shared by all servers for clients: secrets, origins, ports, TLS, and the pages of single nodes."""

@@ -123,9 +123,9 @@ class ActGate:
     def calling(self, service: str, request: Any, type_name: str, md5sum: str) -> Iterator[None]:
         """Check a service call, then run it as the body of a `with` statement; see `check_message`.
 
-        `service` is a global name; `request` may be serialized. A time limit starts with the call, and again
-        at its end, because the service may have acted only then. If there is a time limit, this blocks until
-        the guardian is ready.
+        `service` is a global name; `request` may be serialized. A time limit starts with the call and
+        restarts when the call ends, because the service may have acted only then. If there is a time limit,
+        this blocks until the guardian is ready.
         """
         rule = None
         if self.policy is not None:

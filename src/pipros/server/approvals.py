@@ -107,7 +107,7 @@ class Approvals:
 
         Raises:
             ActRefused: the human has refused, or has not answered within `wait_s`; `over` was set; or too
-                many acts wait.
+                many acts are waiting.
         """
         key = (client, question.tool, question.name)
         identity = secrets.token_hex(8)

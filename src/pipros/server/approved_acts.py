@@ -1,6 +1,7 @@
 """Acts that a policy allows and a human approves, one by one, logged on `/pipros/acts`.
 
-For clients that are not trusted with their own connection to ROS; `act_gate.py` serves the others.
+This module serves clients that are not trusted with their own connection to ROS; `act_gate.py` serves the
+others.
 """
 
 from __future__ import annotations
@@ -188,7 +189,7 @@ class ApprovedActs:
 
     @contextmanager
     def _logged(self, tool: str, name: str, values: str) -> Iterator[Callable[..., None]]:
-        """Log the outcome of an act, which is the `with` block. Yield a function that logs earlier events."""
+        """Log the outcome of the act in the `with` block. Yield a function that logs earlier events."""
 
         def note(outcome: str, **more: str) -> None:
             kept = values[: self.limits.characters]

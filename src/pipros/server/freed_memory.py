@@ -17,7 +17,7 @@ import sys
 from typing import Final
 
 LARGE_BYTES: Final = 1024 * 1024
-"""Traffic of clients that have left from which on returning their memory is worthwhile."""
+"""Minimum traffic of departed clients that makes returning their memory worthwhile."""
 MESSAGE_BYTES: Final = 1024
 """Memory that a message can leave behind besides its data."""
 DELAY_S: Final = 3.0

@@ -1,4 +1,4 @@
-"""The process that stops robots when a server of clients cannot: when it is killed, stuck, or cut off.
+"""Process that stops robots if their clients' server cannot, because it was killed, hangs or is cut off.
 
 The server writes lines of JSON to the standard input: the message that stops each topic, and each act that
 starts a time limit. The process publishes the stop when the limit has passed, and all pending stops when the
@@ -28,16 +28,16 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 
 REPETITIONS: Final = 5
-"""How often a stop is published, `REPEAT_S` apart, unless another act follows."""
+"""Number of times that a stop is published, `REPEAT_S` apart, unless another act follows."""
 REPEAT_S: Final = 0.1
 CONNECTING_S: Final = 2.0
-"""Maximum time (s) for subscribers to connect before an act is allowed. Those that hang do not block it."""
+"""Maximum time (s) to wait for subscribers before an act is allowed, even if some have not connected."""
 ENDING_S: Final = 2.0
 """Maximum time (s) that the process lives after its last stop."""
 CALL_S: Final = 5.0
 """Time limit (s) of a call that stops what a service moves."""
 CALL: Final = "call "
-"""Precedes the name of a service in keys. No topic has a blank in its name."""
+"""Prefix of service names in keys. Names of topics do not contain blanks."""
 
 
 @dataclass(slots=True)
@@ -50,7 +50,7 @@ class Stop:
 
 
 class Stops:
-    """The pending stops by topic and, for goals, by id. Performs no I/O.
+    """Pending stops, keyed by topic and, for goals, by id. Performs no I/O.
 
     `publish` sends a message on a topic. Not thread-safe.
     """
@@ -92,7 +92,7 @@ class Stops:
 
 
 class ServiceStop:
-    """Stops what a service moves by calling it, with at most one call at a time. Used like a publisher."""
+    """Calls a service to stop what it moves, with at most one call at a time. Used like a publisher."""
 
     def __init__(self, node: Node, service: str, service_class: Any) -> None:
         self._client = node.client(service, service_class)

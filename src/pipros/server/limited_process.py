@@ -1,4 +1,4 @@
-"""Programs with a time limit, which also end when the process that started them ends, for whatever reason.
+"""Run programs with a time limit. They also end if the process that started them ends for any reason.
 
 `LimitedProcess` runs this module as a small process between itself and the program. That process sends SIGINT
 to the program when the time has passed or its own standard input ends, and kills the program if it does not

@@ -1,16 +1,17 @@
-"""A port for HTTP requests and WebSockets, with limits on the data that each client makes it hold.
+"""A port for HTTP requests and WebSockets, with limits on the data that it holds for each client.
 
 Theory of operation. Until a client is admitted, it may send `login_bytes`. Afterwards, all data that has been
 read but not handled counts against the client's budget: the beginning of an incomplete frame, the frames of
 an incomplete message, each with its overhead, and complete messages. If more than `READ_AHEAD_BYTES` are
 complete, the connection is not read until they have been handled. An incomplete message must grow by a MiB,
-or end, within `request_s`. A client that exceeds its budget is told so in the close frame and disconnected.
+or end, within `request_s`. A client that exceeds its budget is disconnected; the close frame contains the
+reason.
 
-Frames of a few bytes cost far more time than bytes: a single read can contain 40,000 of them. Data is
-therefore parsed in parts. After a part that took long, the connection rests for `RESTS` times as long, so
-that other clients are served, and for a while the parts of all connections are small, because twenty clients
-can send such data at the same moment. Rests have a maximum duration, because a part may also have taken long
-only because Python collected garbage meanwhile.
+The time for parsing depends far more on the number of frames than on their size, and a single read can
+contain 40,000 frames. Data is therefore parsed in parts. After a part that took long, the connection rests
+for `RESTS` times as long, so that other clients are served, and for a while the parts of all connections are
+small, because twenty clients can send such data at the same moment. Rests have a maximum duration, because a
+part may have taken long only because Python collected garbage meanwhile.
 """
 
 from __future__ import annotations
@@ -42,17 +43,17 @@ UNSENT_BYTES: Final = 131_072
 """Maximum number of unsent bytes in the kernel. With more, a browser on a slow link would get old views."""
 
 FRAME_BYTES: Final = 300
-"""Memory of a frame besides its data. Uncounted, a client could fill the memory with empty frames."""
+"""Memory of a frame besides its data. It is counted, because empty frames could fill the memory."""
 READ_AHEAD_BYTES: Final = 256 * 1024
-"""Complete messages that are read before the previous ones have been handled."""
+"""Maximum size of the complete messages that are read before earlier messages have been handled."""
 _UNCOUNTED_BYTES: Final = 16 * 1024
 PART_BYTES: Final = 64 * 1024
-"""Received data that is parsed without a rest."""
+"""Size of the parts in which received data is parsed."""
 SMALL_PART_BYTES: Final = 2 * 1024
 SMALL_PARTS_S: Final = 10.0
-"""Time for which parts are small after one took long."""
+"""Time for which parts are small after a part took long."""
 LONG_S: Final = 0.005
-"""Processor time from which on a part takes long. Frames of 64 kB take a hundredth of it."""
+"""A part takes long if it needs more processor time than this. Frames of 64 kB need a hundredth of it."""
 RESTS: Final = 40
 MAX_REST_S: Final = 1.0
 _GROWTH_BYTES: Final = 1024 * 1024
@@ -259,7 +260,7 @@ class PortConnection(ServerConnection):
         """Replace the limits on unauthenticated clients, because this client has authenticated.
 
         Args:
-            input: the data that the client may make the server hold.
+            input: the memory for the data that the server holds for the client.
             message_bytes: maximum size of a message.
         """
         self._accepted_socket.admit()

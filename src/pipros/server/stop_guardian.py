@@ -122,7 +122,7 @@ class StopGuardian:
         self._send({"op": "stop", "key": key, "id": identity})
 
     def _send(self, line: Mapping[str, Any]) -> bool:
-        """Write a line, which is short enough to be written whole or not at all. Return whether it was."""
+        """Write a line, which is too short to be written in part. Return whether it was written."""
         process = self._process
         if process is None or process.stdin is None or self._is_closed:
             return False

@@ -16,7 +16,7 @@ from pipros.server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, wait
 KEYS: Final = {"y": ONCE, "m": FOR_A_MINUTE, "n": REFUSE}
 POLL_S: Final = 0.5
 LINE_BYTES: Final = 1000
-"""Maximum length of a typed line; the rest counts as another one."""
+"""Maximum length of a typed line; the rest counts as another line."""
 
 
 def ask_humans(
@@ -71,7 +71,7 @@ def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
 
 
 def _acts(found: list[Mapping[str, Any]]) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
-    """Yield the acts that wait, with their programs; those with the least time left first."""
+    """Yield the waiting acts with their programs, sorted by the time that is left."""
     acts = [(program, act) for program in found for act in program["waiting"]]
     yield from sorted(acts, key=lambda each: float(each[1]["left_s"]))
 

@@ -1,4 +1,4 @@
-"""TLS settings of a server, the fingerprint of its certificate, and the error if a server cannot start."""
+"""TLS settings of a server, the fingerprint of its certificate, and the error raised if it cannot start."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ LOWEST_MARKED_LEVEL: Final = 4
 _LONGEST_MARK: Final = 200
 _CONDITION: Final = re.compile(r"""([^{=]+)\{((?:[^{}'"]|'[^']*'|"[^"]*")+)\}((?:[/=].*)?)""", re.DOTALL)
 _ANGLES: Final = ("roll_deg", "pitch_deg", "yaw_deg")
-"""Angles in degrees that a quaternion has besides its fields."""
+"""Angles in degrees that can be plotted for a quaternion, besides its fields."""
 _QUATERNION: Final = "geometry_msgs/Quaternion"
 
 
@@ -48,7 +48,7 @@ class CurveField:
 
     Attributes:
         expression: computes the number; None for a plain field.
-        condition: messages for which it is not true are left out; None for no condition.
+        condition: messages that do not satisfy it are left out; None for no condition.
     """
 
     topic: str

@@ -15,9 +15,10 @@ class PageLimits(NamedTuple):
         page_layout_bytes: a panel layout, stored by a browser or in a file.
         page_topics: topics that all browsers connected to a page watch together.
         page_bags: bags that all browsers connected to a page have opened together.
-        page_rewind_s: the past that a page keeps for its browsers.
-        page_rewind_bytes: the messages of that past.
-        page_rewinds: browsers that look at the past together; each may keep `page_rewind_bytes` alive.
+        page_rewind_s: the time span for which a page keeps messages for its browsers.
+        page_rewind_bytes: the messages that are kept for this time span.
+        page_rewinds: browsers that show kept messages at the same time; each may keep `page_rewind_bytes`
+            alive.
         page_notes_bytes: the file of a bag's notes.
         page_record_spare_bytes: free disk space below which a page's recording ends.
         page_export_bytes: the messages that a browser exports from a bag.

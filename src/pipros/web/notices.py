@@ -1,4 +1,4 @@
-"""Recent changes in a system: sources that became stale or came back, and errors."""
+"""Recent changes in a system: sources that became stale or recovered, and errors."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Notices:
         self._failing: dict[tuple[Kind, str], str] = {}
 
     def note_stale(self, kind: Kind, ages_s: Mapping[str, float], now_s: float) -> None:
-        """Note sources of a kind that became stale or came back. `ages_s` has the ages of their last data."""
+        """Note sources of a kind that became stale or recovered. `ages_s` has the stale sources' ages."""
         before = {name for of_kind, name in self._stale if of_kind == kind}
         for name in sorted(ages_s.keys() - before):
             self._stale[kind, name] = now_s - ages_s[name]
@@ -55,7 +55,7 @@ class Notices:
             self._notices.append(PageNotice(now_s, "back", kind, name))
 
     def forget(self, kind: Kind, names: set[str]) -> None:
-        """Forget stale sources that no longer exist, without noting that they came back."""
+        """Forget stale sources that no longer exist, without noting a recovery."""
         for name in names:
             self._stale.pop((kind, name), None)
 

@@ -58,7 +58,7 @@ class PageOptions:
         argv: remappings of the page's node.
         scene: the file shown in the Scene tab; if given, the node offers rviz's services.
         bags: the folder whose bags browsers may open.
-        rewind_s: the past that is recorded for browsers (s); None for `PageLimits.page_rewind_s`.
+        rewind_s: time span (s) that is recorded for browsers; None for `PageLimits.page_rewind_s`.
         policy: restricts what browsers may do with `permitted`; None for no policy.
     """
 

@@ -25,10 +25,10 @@ def add_bridge_options(parser: OptionParser, port: int) -> None:
     )
     add_flag(parser, "--control", help="let clients change the system")
     parser.add_option(
-        "--policy", metavar="FILE", help="file of what clients may change, with --control (docs/policy.md)"
+        "--policy", metavar="FILE", help="policy that limits what --control permits (docs/policy.md)"
     )
     parser.add_option(
-        "--token-file", metavar="FILE", help="file of tokens, one per line; clients must present one of them"
+        "--token-file", metavar="FILE", help="file with one token per line; clients must present one of them"
     )
     parser.add_option(
         "--origin",

@@ -39,12 +39,12 @@ from pipros.workspace.index import PackageIndex
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CALLS_AT_ONCE: Final = 256
-"""Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
+"""Maximum number of concurrent service calls of all clients, besides one per client. Further calls wait."""
 _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
 CHANGING = ("clientPublish", "services")
-"""Capabilities of the protocol: those of every server, and those that require control."""
+"""Capabilities of the protocol: `READING` is offered by every server, `CHANGING` requires control."""
 CAPABILITIES: Final = (*READING, *CHANGING)
 
 
@@ -163,7 +163,7 @@ class FoxgloveHandler:
         return is_allowed(name, self._rules.parameters)
 
     def correct(self, topic: str, header: Mapping[str, str]) -> None:
-        """Replace a topic's definition with a publisher's definition. Called in a link's thread."""
+        """Replace a topic's definition with the one from a publisher's header. Called in a link's thread."""
         if self._definitions.correct(topic, header):
             self._graph_watch.set_needed(True)
 

@@ -31,7 +31,7 @@ def flattened(tree: object) -> dict[str, Any]:
 def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
     """Return the parameters with the given names. A name without a parameter selects its namespace.
 
-    Each name costs a search; otherwise, the time depends neither on their number nor on overlaps.
+    Namespaces may overlap: each selected parameter is processed once.
     """
     ordered: list[str] | None = None
     ranges: list[tuple[int, int]] = []
@@ -71,7 +71,7 @@ def from_client(parameter: Mapping[str, Any]) -> Any:
     """Convert the value of a client's parameter for storage on the parameter server.
 
     Raises:
-        InvalidParameter: the value does not have the type that the client specifies.
+        InvalidClientParameter: the value does not have the type that the client specifies.
     """
     name, value, kind = parameter["name"], parameter["value"], parameter.get("type")
     if kind == _BYTES:

@@ -41,7 +41,7 @@ class ClientPublication:
         """Advertise the topic.
 
         Raises:
-            Unsupported: the encoding or the type cannot be used.
+            UnsupportedMessage: the encoding or the type cannot be used.
             ActRefused: the policy does not allow the topic.
             PiprosError: the node publishes the topic with another type, or its name is invalid.
         """

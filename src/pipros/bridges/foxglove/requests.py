@@ -142,7 +142,7 @@ def read_request(data: str | bytes) -> ClientRequest:
     """Return the request in a message from a client.
 
     Raises:
-        Malformed: the message is not a valid request.
+        MalformedRequest: the message is not a valid request.
     """
     if isinstance(data, bytes):
         return _read_binary(data)

@@ -174,7 +174,7 @@ class FoxgloveSession:
 
     @property
     def is_unused(self) -> bool:
-        """Whether the client has no subscriptions, publications and pending requests."""
+        """Whether the client has no subscriptions, publications or pending requests."""
         is_subscribed = self._taken or self.takes_parameters or self._graph is not None
         return not (is_subscribed or self._publications or self._tasks)
 

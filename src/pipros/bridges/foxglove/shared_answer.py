@@ -13,7 +13,7 @@ T = TypeVar("T")
 class SharedAnswer(Generic[T]):
     """Runs one query at a time, and drops its result when no caller waits any more. Thread-safe.
 
-    Each result is from a query that began after the call to `get`.
+    Every call to `get` returns the result of a query that began after the call.
     """
 
     def __init__(self, query: Callable[[], T]) -> None:

@@ -1,8 +1,9 @@
 """The `auth` operation, checked as in rosauth: a SHA-512 hash of a shared secret and the client's claims.
 
 With `mac`, a client proves that it knows the secret. Unlike in rosauth, each hash is accepted only once, and
-hashes are compared in constant time. The claims are hashed without separators, so characters moved from one
-claim to the next give the same hash: only the hash itself tells whether a proof is new.
+hashes are compared in constant time. The claims are hashed without separators, so moving characters from one
+claim to the next does not change the hash. Therefore, a used proof is recognized by its hash, not by its
+claims.
 """
 
 from __future__ import annotations

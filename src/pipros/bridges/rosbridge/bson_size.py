@@ -1,7 +1,7 @@
 """Estimate the memory that a BSON document needs once it is decoded, without decoding it.
 
-Decoding holds the interpreter's lock, and an empty embedded document of 8 bytes becomes an object of 64, so
-a small document could fill the memory and stop all threads. Source: https://bsonspec.org/spec.html.
+Decoding holds the interpreter's lock, and an empty embedded document of 8 bytes becomes an object of 64
+bytes, so a small document could fill the memory and stop all threads. Source: https://bsonspec.org/spec.html.
 """
 
 from __future__ import annotations
@@ -62,5 +62,5 @@ def parsed_bson_bytes(data: bytes, limit: float) -> int:
             else:
                 position += _SIZES[kind]
     except (ValueError, KeyError, struct.error):
-        raise BadInput("not BSON, or with elements of an unsupported type") from None
+        raise BadInput("the data is not BSON, or contains elements of an unsupported type") from None
     return needed

@@ -237,7 +237,7 @@ class ClientProtocol:
         """Reserve memory for a parsed message, replacing the reservation for the previous one.
 
         Raises:
-            BadInput: too little is left.
+            BadInput: too little memory is left.
         """
         if not self._shares.parsed.hold(self.parsed_bytes, size_bytes):
             limit = limit_text("bridge_parsed_bytes", int(self._shares.parsed.limit))
@@ -430,7 +430,7 @@ class ClientProtocol:
     def _name(
         self, operation: Mapping[str, Any], key: str, globs: Globs | None = None, end: str | None = None
     ) -> str:
-        """Return the name of a topic or service, as written up to `end`, if the globs allow it."""
+        """Return a topic or service name as the client wrote it, without `end` and what follows."""
         name = operation.get(key)
         if isinstance(name, str) and end is not None:
             name = name.partition(end)[0]

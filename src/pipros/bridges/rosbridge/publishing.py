@@ -3,9 +3,9 @@
 A publisher is kept for a while after its last client has left, because pages are reloaded. Messages that a
 client publishes right after `advertise` wait until a subscriber has connected, for at most `EARLY_S`.
 
-These messages, and the latched message of each topic, count as memory of the client that published them. When
-it stops publishing the topic, they count for another client of the topic or else in `left_behind`; if too
-little is left there, the publisher is not kept.
+These messages, and the latched message of each topic, count against the memory of the client that published
+them. When this client stops publishing the topic, they count against another client of the topic or, without
+another client, against `left_behind`; if too little is left there, the publisher is not kept.
 """
 
 from __future__ import annotations

@@ -58,14 +58,14 @@ from pipros.node.service_client import ServiceClient
 from pipros.server.act_gate import ActGate
 
 CALLS_AT_ONCE: Final = 64
-"""Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
+"""Maximum number of concurrent service calls of all clients, besides one per client. Further calls wait."""
 QUESTION_THREADS: Final = 4
-"""Threads for the questions of all clients to rosapi, which seldom wait."""
+"""Number of threads for all clients' calls to rosapi, which seldom block."""
 CALLS_OF_A_CLIENT: Final = 256
 """Maximum number of running and queued calls of one client."""
 SET_PARAM: Final = "/rosapi/set_param"
 SET_PARAM_TYPE: Final = "rosapi/SetParam"
-"""The service that sets parameters: with a policy, its calls need a rule for the parameter."""
+"""The service that sets parameters. If there is a policy, each call needs a rule for the parameter."""
 SMALL_CALL_BYTES: Final = 4096
 """Approximate memory for the request of a pending call that is small."""
 
@@ -250,7 +250,7 @@ class RosbridgeSession:
                     self.ended = str(error)
                     return
                 if not isinstance(error, PiprosError):
-                    self._node.log.exception("unexpected error in an operation of a client")
+                    self._node.log.exception("unexpected error in a client's operation")
                 self._refuse(getattr(effect, "operation", {}), str(error) or type(error).__name__)
         self._protocol.end_message()
         if self._is_closed:  # `close` may have run before this thread finished

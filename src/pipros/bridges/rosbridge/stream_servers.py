@@ -1,4 +1,4 @@
-"""rosbridge over plain TCP: a sequence of JSON objects or BSON documents. Also the base of UDP's server."""
+"""rosbridge over plain TCP: a sequence of JSON objects or BSON documents. Also the base class for UDP."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ class TcpServer(StreamServer):
             yield size
 
     def _report_stranger(self, start: bytes) -> None:
-        """Report, once, a connection that does not begin with an operation, such as a web page's request.
+        """Report a connection that does not begin with an operation, such as a web page's request, once.
 
         Any website can make its visitors' browsers send an HTTP request with rosbridge operations as the
         body. Therefore, a connection must begin with an operation.

@@ -13,7 +13,7 @@ CHUNK_BYTES: Final = 64 * 1024
 GROWTH_BYTES: Final = 1024 * 1024
 """An incomplete message must grow by this much, or end, within `request_s`."""
 PART_BYTES: Final = 100
-"""Memory of a part of a message besides its data. Uncounted, tiny parts could fill the memory."""
+"""Memory of a part of a message besides its data. It is counted, because tiny parts could fill the memory."""
 
 
 class TcpInput:
@@ -50,7 +50,7 @@ class TcpInput:
         return await self._read(CHUNK_BYTES, incomplete_bytes)
 
     async def read_all(self, count: int) -> bytes:
-        """Return exactly `count` bytes, or nothing at the end. They count until `end_message` is called.
+        """Return exactly `count` bytes, or nothing at the end. The bytes count until `end_message` is called.
 
         Raises:
             asyncio.TimeoutError: the client is too slow.

@@ -25,7 +25,8 @@ _CHECKED_CHARACTERS = 4096
 _LONG_CHARACTERS = 65_536
 _LONG_TEXTS = threading.Lock()
 """Held while a long text is parsed. Parsing stops all other threads; without the lock, each of them would
-wait for the texts of all clients before it continues, instead of one."""
+wait until the texts of all clients have been parsed, instead of one text.
+"""
 _LIST_BYTES, _DICT_BYTES, _ITEM_BYTES, _QUOTE_BYTES = 90, 250, 40, 30
 """Memory of Python objects, rounded up. `{}` and `[]` need 30 times as much memory as their text."""
 
@@ -177,7 +178,7 @@ class Fragments:
     def __init__(self, limit_bytes: int, timeout_s: float, budget: Budget | None = None) -> None:
         """Keep at most `limit_bytes` of incomplete texts, each for `timeout_s` after its last fragment.
 
-        They also count in `budget`.
+        The texts also count against `budget`.
         """
         self._budget = budget or Budget(2 * limit_bytes)
         self._limit_bytes = limit_bytes

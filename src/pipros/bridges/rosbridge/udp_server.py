@@ -75,7 +75,7 @@ class UdpServer(StreamServer):
                 client.put(each)
 
     def _first_operation(self, data: bytes, address: Any) -> Sequence[bytes]:
-        """Return an address's datagrams once they contain a whole operation; before, return nothing."""
+        """Return an address's datagrams once they contain a whole operation; until then, return nothing."""
         if self._options.settings.is_bson:
             return [data] if int.from_bytes(data[:4], "little") == len(data) else []
         stranger = self._strangers.pop(address, None) or _Stranger(self._limits)

@@ -64,7 +64,7 @@ class Vertex:
     Attributes:
         group: the namespace in which the vertex is drawn; empty for none.
         is_reachable: False for a node that does not answer.
-        is_gone: True for a node or topic that the master no longer knows.
+        is_gone: True for a node or topic that is no longer registered.
         members: names of the nodes and topics in a vertex that represents a group or namespace.
     """
 

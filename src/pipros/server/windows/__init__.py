@@ -1,1 +1,1 @@
-"""Windows of OpenCV (`cv2.imshow`, trackbars, mouse) on a page, if its build has no GUI."""
+"""OpenCV's windows (`cv2.imshow`, trackbars, mouse) on a page, if OpenCV was built without a GUI."""

@@ -92,7 +92,7 @@ class WindowFunctions:
             self._windows.by_name.clear()
 
     def startWindowThread(self) -> int:
-        """Return 1: the page needs no thread of the program."""
+        """Return 1. The page does not need a thread for windows."""
         return 1
 
     def createTrackbar(
@@ -133,7 +133,7 @@ class WindowFunctions:
             self._trackbar(trackbarname, winname).lowest = int(minval)
 
     def setMouseCallback(self, windowName: str, onMouse: Callable[..., object], param: Any = None) -> None:
-        """Call `onMouse(event, x, y, flags, param)` for events of the mouse on the window's image."""
+        """Call `onMouse(event, x, y, flags, param)` for mouse events on the window's image."""
 
         def call(event: int, x: int, y: int, flags: int) -> None:
             onMouse(event, x, y, flags, param)

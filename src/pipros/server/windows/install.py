@@ -1,6 +1,6 @@
-"""Replace OpenCV's window functions in a node, if its build of OpenCV has none.
+"""Replace OpenCV's window functions in a node, if OpenCV was built without them.
 
-Every node calls this at its start, so this module imports little.
+Every node calls this when it starts, so this module imports little.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def show_windows_on_page(node: Node) -> None:
 
 
 class _Finder:
-    """Finder that finds only `cv2`, once, and replaces its functions after the import."""
+    """Import hook that finds only `cv2`, only once, and replaces its functions after the import."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

@@ -14,7 +14,7 @@ from pipros.server.view_server import RequestRefused, ServedViews
 PERIOD_S: Final = 0.03
 """Interval (s) at which the server checks for new images."""
 MAX_EVENTS: Final = 200
-"""Limit of keys, mouse events and moved trackbars that wait for `waitKey`; later ones are dropped."""
+"""Maximum number of keys, mouse events and trackbar moves that wait for `waitKey`; later ones are dropped."""
 MOUSE_EVENTS: Final = range(12)
 
 Event = int | Callable[[], object]
@@ -36,7 +36,7 @@ class Window:
     """A window.
 
     Attributes:
-        image: the array of the last `imshow`, in 8 bits, or None.
+        image: the 8-bit array from the last `imshow`, or None.
         number: incremented with each image.
         on_mouse: called with the event, x, y and flags.
     """

@@ -21,7 +21,7 @@ MAX_COMPONENTS: Final = 3000
 ERROR_LEVEL: Final = 8
 LOG: Final = ("/rosout_agg", "/rosout")
 DIAGNOSTICS: Final = ("/diagnostics", "/diagnostics_agg")
-"""Of `LOG`, and of `DIAGNOSTICS`, only the first topic in the bag is read, because the other has the same."""
+"""Of each pair, only the first topic that is in the bag is read, because both have the same contents."""
 DIAGNOSTIC_KINDS: Final = ("ok", "warning", "error", "stale")
 
 Mark = tuple[float, str, str]

@@ -70,7 +70,7 @@ Their total size is limited to `PageLimits.page_view_bytes`.
 LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
 CLOCK_TOPIC: Final = "/clock"
 ALWAYS_WATCHED: Final = (*LEAD_S, CLOCK_TOPIC)
-"""Topics that views watch together with others, and whose absence they show themselves."""
+"""Topics that views may watch even if they were not recorded, because views show that they are missing."""
 TICK_S: Final = 0.1
 LOWEST_SPEED: Final = 0.01
 HIGHEST_SPEED: Final = 100.0

@@ -88,7 +88,7 @@ class RecentMessages:
         """Return the messages received so far. Messages are not copied.
 
         Raises:
-            NoMessages: there are none.
+            NoMessages: no messages have been received.
         """
         now_ns = time.time_ns()
         with self._lock:
@@ -140,7 +140,7 @@ class RecentMessages:
 
 
 class Recording(BagReader):
-    """Messages in memory, with the methods of a reader. The recording ends when it was taken.
+    """Messages in memory, with the methods of a reader. Its end is the time at which it was taken.
 
     Args:
         messages: sorted by time.

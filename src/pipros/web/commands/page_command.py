@@ -23,14 +23,19 @@ def page_parser(name: str, usage: str) -> OptionParser:
         "--key", metavar="FILE", help="the certificate's private key, if it is not in the same file"
     )
     add_flag(parser, "--control", help="let the page change the system")
-    parser.add_option("--policy", metavar="FILE", help="file of what the page may change (docs/policy.md)")
     parser.add_option(
-        "--token-file", metavar="FILE", help="file of tokens, one per line, to use instead of a new token"
+        "--policy", metavar="FILE", help="policy that limits what the page may change (docs/policy.md)"
+    )
+    parser.add_option(
+        "--token-file", metavar="FILE", help="file with one token per line, to use instead of a new token"
     )
     add_flag(parser, "--read-only", help="do not let the page change the system")
     parser.add_option("--bags", metavar="DIR", help="bag folder that the page may open")
     parser.add_option(
-        "--rewind", metavar="SECONDS", type="float", help="past that the page records (60); 0 for none"
+        "--rewind",
+        metavar="SECONDS",
+        type="float",
+        help="how much of the past the page records (60); 0 for none",
     )
     add_flag(parser, "--no-browser", help="only print the address")
     return parser

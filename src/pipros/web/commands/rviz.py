@@ -72,9 +72,13 @@ def _parser() -> OptionParser:
     )
     parser.add_option("-f", "--fixed-frame", metavar="FRAME", help="the fixed frame, instead of the file's")
     parser.add_option("--png", metavar="FILE", help="write a picture and exit; needs Chromium")
-    parser.add_option("--size", metavar="WxH", default="1280x720", help="size of that picture (1280x720)")
+    parser.add_option("--size", metavar="WxH", default="1280x720", help="size of the picture (1280x720)")
     parser.add_option(
-        "--timeout", metavar="SECONDS", type="float", default=10.0, help="how long that waits for data (10)"
+        "--timeout",
+        metavar="SECONDS",
+        type="float",
+        default=10.0,
+        help="how long to wait for data for the picture (10)",
     )
     add_flag(parser, "--disable-anti-aliasing", help="draw faster, with jagged edges")
     for names in (("-s", "--splash-screen"), ("--help-file",), ("--opengl",)):

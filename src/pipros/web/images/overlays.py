@@ -1,4 +1,4 @@
-"""Shapes over images: detections, and markers projected as a camera sees them.
+"""Shapes over images: detections, and markers projected into a camera's image.
 
 A shape is a dictionary with `color`, `lines` (x, y, x, y of each line), `circles` (x, y, radius of each) and
 `texts` (`[x, y, text]` of each), in pixels of the full image.
@@ -20,7 +20,7 @@ MAX_PARTS: Final = 20_000
 """Maximum number of lines and circles over an image."""
 LONGEST_TEXT: Final = 60
 NEAR_M: Final = 0.01
-"""Distance (m) in front of the camera from which on lines are drawn."""
+"""Parts of lines that are nearer to the camera than this distance (m) are not drawn."""
 DETECTION_COLOR: Final = "#ffd84a"
 _ROUND: Final = 16
 
@@ -138,7 +138,7 @@ class Camera:
 
 
 def marker_shapes(markers: Sequence[Any], camera: Camera, pose_in: Callable[[str], Pose]) -> list[Shape]:
-    """Return markers as a camera sees them.
+    """Return markers projected into a camera's image.
 
     Args:
         pose_in: returns the pose of a frame in the camera's frame.

@@ -354,7 +354,7 @@ class BagViews:
 
     @contextlib.contextmanager
     def _rewinding(self) -> Iterator[None]:
-        """Count a browser that looks at the past. Raise `RequestRefused` if there are too many."""
+        """Count a browser that shows the last minute. Raise `RequestRefused` if there are too many."""
         limit = process_limits().of(PageLimits).page_rewinds
         if self._rewinds >= limit:
             what = "too many browsers look at the past"

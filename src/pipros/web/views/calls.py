@@ -125,7 +125,7 @@ def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any] | GatedPub
 
 
 def _definition_of(type_name: str) -> str:
-    """Return a type's `.srv` file, or an empty string if only generated code is installed."""
+    """Return the text of a type's `.srv` file, or an empty string if only generated code is installed."""
     try:
         return SERVICES.text(type_name, is_raw=True)
     except PiprosError:
@@ -133,7 +133,7 @@ def _definition_of(type_name: str) -> str:
 
 
 def message_class_in(arguments: Mapping[str, Any]) -> Any:
-    """Load the message class that a request's argument `type` names."""
+    """Load the message class given as the argument `type` of a request."""
     name = arguments.get("type")
     if not isinstance(name, str) or name.count("/") != 1:
         raise RequestRefused(f"type must be a message type such as std_msgs/String, got {name!r}")

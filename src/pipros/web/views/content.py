@@ -1,4 +1,4 @@
-"""Which tabs have nothing to show, so that the page folds them into its menu."""
+"""Find the tabs that have nothing to show, which the page moves into its menu."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ _PUBLISHED: Final[Mapping[str, frozenset[str]]] = {
     "images": frozenset({"sensor_msgs/Image", "sensor_msgs/CompressedImage"}),
     "tf": frozenset({"tf2_msgs/TFMessage", "tf/tfMessage"}),
 }
-"""Tabs, and the types of which a topic must be published for them to have data."""
+"""Tabs with message types. A tab has data if a topic of one of its types is published."""
 _NODES: Final = {"fleet": "/pipros_fleet_", "ros2": "/ros2_gateway_"}
-"""Tabs, and the beginning of the names of the nodes that report to them."""
+"""Tabs with name prefixes. A tab has data if a node's name begins with its prefix."""
 
 
 class ContentViews:

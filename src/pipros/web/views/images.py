@@ -85,7 +85,7 @@ class ImageViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def image_overlay(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the shapes that a topic draws over the images of the topic `image`, with an error or "".
+        """Yield a topic's shapes, to draw over the images of the topic `image`, and an error text or "".
 
         The shapes are a list of dictionaries with `stamp` (ns) and `shapes`. There is one for each
         `Detection2DArray` since the last value, in pixels of the image. Markers are a single entry with the
@@ -161,7 +161,7 @@ class _Overlay:
     def _of_markers(self, tree: FrameTree) -> Mapping[str, Any]:
         camera = self._camera
         if camera is None:
-            return _unstamped([], self._error or f"no CameraInfo came on {self._info} yet")
+            return _unstamped([], self._error or f"no CameraInfo has been received on {self._info} yet")
         poses: dict[str, Pose] = {}
 
         def pose_in(frame: str) -> Pose:

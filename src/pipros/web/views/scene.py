@@ -52,7 +52,7 @@ LEAST_POINTS: Final = 500
 LONGEST_SEND_S: Final = 0.4
 """If sending a cloud takes longer than this (s), the next clouds have fewer points.
 
-Therefore, even a slow link shows about two clouds per second.
+Therefore, a browser on a slow link still receives about two clouds per second.
 """
 MAX_FIELDS: Final = 8
 MAX_PACKINGS: Final = 4
@@ -61,7 +61,7 @@ LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
 LONGEST_DESCRIPTION: Final = 16_000_000
 DESCRIPTIONS: Final = 20
-"""Parameters whose robot descriptions name files that may be read: those of the current values."""
+"""Maximum number of parameters whose robot descriptions permit reading the files that they name."""
 FILE: Final = "file://"
 _TF_TOPICS: Final = ("/tf", "/tf_static")
 _TF_HISTORY_S: Final = 10.0
