@@ -39,7 +39,7 @@ class Admission:
     null_origin_option: str = "--origin null"
 
     def check_origin(self, origin: str | None) -> None:
-        """Raise `Denied` if a page with this origin may not connect. None means that the request has none."""
+        """Raise `Denied` if a page with this origin may not connect. Programs send no origin (None)."""
         if origin is None or ANY_ORIGIN in self.origins or origin in self.origins:
             return
         if self.allows_null_origin if origin == "null" else _is_loopback(origin):

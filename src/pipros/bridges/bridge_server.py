@@ -279,8 +279,8 @@ class BridgeServer:
     async def _handle_websocket(self, connection: BridgeConnection) -> None:
         """Serve one client until it disconnects.
 
-        If it leaves before its last messages have been handled, those that change the system are still
-        handled.
+        If a client that may change the system leaves before its last messages have been handled, they are
+        still handled.
         """
         if connection.is_page and self._page is not None:
             await self._page.handle_websocket(connection)
@@ -333,8 +333,9 @@ class BridgeServer:
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.
 
-        Disconnect only a client without topics and services or, if all clients have some, a client of an
-        address that has more than half of all clients. Return False if no client can be disconnected.
+        Only clients without topics and services are disconnected or, if all clients have some, clients of an
+        address that has more than half of all clients, unless the new client has the same address. Return
+        whether there is room now.
         """
         by_silence = sorted(self._clients, key=lambda client: client.active_s)
         hosts = Counter(client.host for client in by_silence)

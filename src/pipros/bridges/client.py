@@ -145,7 +145,8 @@ class BridgeConnection(PortConnection):
     def write(self, frame: WebSocketFrame) -> None:
         """Start writing a frame.
 
-        Call only if `is_writable` is True. Afterwards, it is False until the whole frame is written.
+        Call only if `is_writable` is True. Afterwards, `is_writable` is False until the whole frame is
+        written.
         """
         parts = (frame_head(frame.size, is_text=frame.is_text), *frame.parts)
         if frame.size <= JOINED_BYTES:
@@ -257,8 +258,8 @@ class BridgeClient:
     async def send_large(self, make: Callable[[], Awaitable[WebSocketFrame]]) -> None:
         """Send a response that may be large, once all other responses have been written.
 
-        Large responses are made and sent one at a time, so that they never overrun the outbox, and at most
-        one of them is in memory, however many a client requests and does not read.
+        Large responses are created and sent one at a time. Therefore, they never overrun the outbox, and at
+        most one of them is in memory, even if a client requests many responses and does not read them.
         """
         async with self._turn:
             while not self._is_lost and (self.outbox.has_answers or self._is_writing):

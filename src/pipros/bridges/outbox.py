@@ -3,7 +3,7 @@
 Theory of operation. The threads that receive messages `put` them, and the event loop pops them in the same
 order while the client's connection has room. A subscription may limit the number of its queued messages. If
 the client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted.
-A queue of more than `UNCOUNTED_BYTES` also needs room in the client's budget, which all clients share.
+A queue of more than `UNCOUNTED_BYTES` also needs room in the client's budget, a part of the server's budget.
 Responses to requests are never dropped, because the client would wait for them forever: if a response does
 not fit, the outbox is overrun and the client must be disconnected.
 """

@@ -56,7 +56,7 @@ class TopicMessage:
 
 OnMessage = Callable[[TopicMessage], object]
 """Called in a thread of the node, for one message of a topic at a time. It must not block, because the other
-callbacks of the topic wait for it; it adds the message to an `Outbox`. The node logs its exceptions.
+callbacks of the topic wait for it; it adds the message to a `ClientOutbox`. The node logs its exceptions.
 """
 OnError = Callable[[PiprosError], object]
 """Called in the same thread as `OnMessage`."""
@@ -82,7 +82,7 @@ class SharedTopics:
     """Subscriptions shared by the clients of a bridge. Thread-safe. Only `type_of` blocks."""
 
     def __init__(self, node: Node, *, reports_types: bool = True) -> None:
-        """Start without subscriptions.
+        """Create an empty set of subscriptions.
 
         Args:
             reports_types: whether types that clients expect are registered at the master, where they become
@@ -117,7 +117,7 @@ class SharedTopics:
             kind: the expected type; None accepts any type.
             on_error: called with a `WrongType`, once for each other type that is published on the topic.
             user: the client, for its share of topics and its turns.
-            replaces: an earlier subscription, which is closed as soon as the new one receives messages.
+            replaces: an earlier subscription, which is closed as soon as the new one exists.
 
         Raises:
             InvalidName: `topic` is not a legal name.

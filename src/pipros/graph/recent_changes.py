@@ -57,7 +57,7 @@ class RecentChanges:
     """Compares observations. Not thread-safe."""
 
     def __init__(self) -> None:
-        """Start without changes. The first observation is only a baseline for the next one."""
+        """Create an empty history. The first observation is only a baseline for the next one."""
         self._last: GraphObservation | None = None
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()

@@ -77,7 +77,7 @@ def _advertised_address(
             "advertised-not-bound",
             f"PIPROS_ADVERTISE [{advertised.host}] is set, but nodes listen on {machine.bound_host} only: "
             "connections that a container or a router passes on do not arrive",
-            "export ROS_IP=ADDRESS, this machine's address behind it, and start `roscore --bind 0.0.0.0`.",
+            "export ROS_IP=ADDRESS, this machine's address inside, and start `roscore --bind 0.0.0.0`.",
             "ROS_IP",
         )
 

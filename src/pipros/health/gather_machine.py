@@ -85,7 +85,7 @@ def _advertised_host(environment: Environment) -> str:
 
 
 def _port_problem(environment: Environment) -> str:
-    """Return why a new node would get no port in `PIPROS_PORTS`, or an empty string if it would get one."""
+    """Return the reason why a new node would not get a port in `PIPROS_PORTS`, or an empty string."""
     try:
         ports = environment.port_range
         if ports is not None:

@@ -39,7 +39,7 @@ class ActGate:
         clock_s: Callable[[], float] = time.monotonic,
         state: PolicyState | None = None,
     ) -> None:
-        """Store the arguments. `state` is that of an earlier gate, whose counts remain valid."""
+        """Store the arguments. `state` is the state of an earlier gate, whose counts remain valid."""
         self.policy = policy
         self._node = node
         self._clock_s = clock_s

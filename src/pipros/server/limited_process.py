@@ -23,7 +23,7 @@ from pipros.basics.posix import NEW_GROUP, interrupt
 ENDING_S: Final = 20.0
 """Maximum time (s) for the program to end after SIGINT."""
 OUTPUT_BYTES: Final = 8192
-"""Number of bytes at the end of the output that are kept."""
+"""Number of bytes that are kept from the end of the output."""
 
 
 class LimitedProcess:
@@ -55,7 +55,7 @@ class LimitedProcess:
 
     @property
     def output(self) -> str:
-        """The end of what the program has written so far."""
+        """The end of the program's output so far."""
         return self._output.decode("utf-8", "replace")
 
     def stop(self, wait_s: float = 0.0) -> bool:

@@ -44,7 +44,7 @@ _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
 CHANGING = ("clientPublish", "services")
-"""Capabilities of the protocol: `READING` is offered by every server, `CHANGING` requires control."""
+"""Capabilities of the protocol: `CHANGING` requires control, `READING` does not."""
 CAPABILITIES: Final = (*READING, *CHANGING)
 
 

@@ -147,7 +147,7 @@ class FoxgloveSession:
 
     @property
     def worked_s(self) -> float:
-        """Return 0, because the cost of each single request is limited."""
+        """Return 0, because the cost of every request is limited."""
         return 0.0
 
     def takes(self) -> Mapping[Hashable, str]:

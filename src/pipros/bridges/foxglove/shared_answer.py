@@ -1,4 +1,4 @@
-"""An expensive query whose result is shared by all callers that request it while it runs."""
+"""An expensive query. Callers that request it while it runs share the result of the next run."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _DOCUMENT_BYTES: Final = 250
 
 
 def parsed_bson_bytes(data: bytes, limit: float) -> int:
-    """Return an upper bound for the memory of a document and its values. Stop counting above `limit`.
+    """Return an upper bound for the memory of a document's values; 0 if it is short. Stop above `limit`.
 
     Raises:
         BadInput: the document violates the specification, or has elements of a type that no message needs.

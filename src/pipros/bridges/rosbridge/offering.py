@@ -39,7 +39,7 @@ class OfferedServices:
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
-        """Start without services. `answer_s` is the maximum time (s) to wait for the response to a call."""
+        """Create an empty set of services. `answer_s` is the maximum time (s) to wait for a response."""
         self._node = node
         self._filler = filler
         self._answer_s = answer_s

@@ -430,7 +430,7 @@ class ClientProtocol:
     def _name(
         self, operation: Mapping[str, Any], key: str, globs: Globs | None = None, end: str | None = None
     ) -> str:
-        """Return a topic or service name as the client wrote it, without `end` and what follows."""
+        """Return the name in a field, up to `end`. Raise `BadOperation` if it is invalid or not allowed."""
         name = operation.get(key)
         if isinstance(name, str) and end is not None:
             name = name.partition(end)[0]

@@ -53,7 +53,7 @@ class SharedPublishers:
         unregister_s: float,
         gate: ActGate,
     ) -> None:
-        """Start without publishers. `unregister_s` is how long (s) a publisher without clients is kept."""
+        """Create an empty set. `unregister_s` is how long (s) a publisher without clients is kept."""
         self._node = node
         self._filler = filler
         self._type_of = type_of

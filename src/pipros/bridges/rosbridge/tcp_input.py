@@ -38,7 +38,7 @@ class TcpInput:
         self._held_bytes = 0
 
     async def read(self, incomplete_bytes: int) -> bytes:
-        """Return the next data, or nothing at the end.
+        """Return the next data; empty at the end of the stream.
 
         Args:
             incomplete_bytes: size of the incomplete message so far; 0 between messages.
@@ -50,7 +50,7 @@ class TcpInput:
         return await self._read(CHUNK_BYTES, incomplete_bytes)
 
     async def read_all(self, count: int) -> bytes:
-        """Return exactly `count` bytes, or nothing at the end. The bytes count until `end_message` is called.
+        """Return exactly `count` bytes, or none at the end of the stream. They count until `end_message`.
 
         Raises:
             asyncio.TimeoutError: the client is too slow.

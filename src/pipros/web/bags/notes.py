@@ -1,4 +1,4 @@
-"""Notes of users about moments of a bag, in the file `BAG.notes.yaml` beside it.
+"""Users' notes about moments of a bag, stored in `BAG.notes.yaml` beside the bag.
 
     notes:
     - time: 1763980012.5
