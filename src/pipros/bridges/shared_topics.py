@@ -79,7 +79,7 @@ def legal_topic(node: Node, name: str) -> str:
 
 
 class SharedTopics:
-    """Subscriptions shared by the clients of a bridge. Thread-safe. Only `type_of` blocks."""
+    """Subscriptions shared by a bridge's clients. Thread-safe. Only `type_of` and `wait_for_turn` block."""
 
     def __init__(self, node: Node, *, reports_types: bool = True) -> None:
         """Create an empty set of subscriptions.

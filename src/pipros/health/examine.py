@@ -50,10 +50,11 @@ def examine(
 ) -> Examination:
     """Examine this machine and, unless `is_offline`, the running system.
 
-    `environment` determines the master, addresses and ports; it defaults to this process's environment.
-    No message is sent. If a subscriber lacks a connection, its topic is advertised for up to `timeout_s` to
-    test whether the subscriber can connect to this machine. If `both_ways` is true, this is done for every
-    subscriber. Blocks up to `timeout_s` per peer.
+    `environment` determines the master, addresses and ports; it defaults to this process's environment. No
+    message is sent. If a subscriber lacks a connection, its topic is advertised for up to `timeout_s` to test
+    whether the subscriber can connect to this machine. If `both_ways` is true, this is done for every
+    subscriber. If the master connects to this machine over the network, a parameter is set briefly; see
+    `pipros.health.call_back`. Blocks up to `timeout_s` per peer.
     """
     variables = environment.applied_to(os.environ) if environment is not None else None
     environment = environment or Environment.from_os()

@@ -157,5 +157,5 @@ class SystemReport:
         ]
 
     def is_connected(self, topic: str, publisher: str, subscriber: str) -> tuple[bool, bool]:
-        """Return whether the publisher, and whether the subscriber, reports the connection."""
+        """Return whether the publisher reports the connection, and whether the subscriber does."""
         return subscriber in self.sends(publisher, topic), publisher in self.receives(subscriber, topic)

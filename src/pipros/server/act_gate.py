@@ -26,7 +26,7 @@ class ActGate:
     """Gate that allows or refuses the acts of all clients of a server. Thread-safe.
 
     Names are resolved as the node resolves them, so that a remapping of the server does not bypass the
-    policy. Without a policy, the methods do nothing.
+    policy. Without a policy, all acts are allowed.
 
     Attributes:
         policy: the policy; None allows everything.

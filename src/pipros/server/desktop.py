@@ -15,7 +15,7 @@ from pipros.server.opening_file import OpeningFile
 from pipros.server.secret import CODE_S
 
 VARIABLE: Final = "PIPROS_BROWSER"
-"""`off` makes programs print addresses only."""
+"""If this variable is `off`, programs print addresses without opening them."""
 
 USED_WITHIN_S: Final = 5.0
 """If the browser has not used its code by then, the address is printed again."""

@@ -5,7 +5,8 @@ up to two of the largest messages need, and no call returns it. Therefore all th
 costs little, because Python runs one thread at a time, and `malloc_trim` returns its free parts. Other
 systems lack such calls.
 
-The objects of a client form reference cycles, which Python collects only after many new objects were created.
+The objects of a client form reference cycles, which Python collects only after many new objects have been
+created.
 """
 
 from __future__ import annotations

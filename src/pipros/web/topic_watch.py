@@ -32,7 +32,7 @@ QUIET_S = 3.0
 MAX_LATCHED = 1000
 """Maximum number of latching publishers of a topic whose newest messages are kept for later listeners."""
 REGULAR = 5
-"""Minimum number of messages of a topic that can be stale."""
+"""A topic can be stale only after this number of messages."""
 SHORTEST_S = 0.1
 """If fewer than `WINDOW` messages have arrived, they must span at least this time to yield a rate."""
 

@@ -9,7 +9,7 @@ from pipros.workspace.manifest import read_manifest
 
 
 def manifest_valid(subject: Subject) -> list[str]:
-    """Return the packages whose manifest cannot be read."""
+    """Return the name of each package whose manifest cannot be read, with the error."""
     broken = []
     for name in subject.packages:
         package = subject.index.get(name)

@@ -56,7 +56,8 @@ class WindowFunctions:
         """Call pending mouse and trackbar callbacks. Return the low byte of the next key, or -1.
 
         Args:
-            delay: the longest wait in ms; 0 for no limit. A shutdown of the node ends the wait.
+            delay: the longest wait in ms. If 0, wait until a key is pressed, the node is shut down, or no
+                window is open.
         """
         code = self.waitKeyEx(delay)
         return code if code == -1 else code & 0xFF
@@ -78,7 +79,7 @@ class WindowFunctions:
         return not self._windows.by_name if end is None else time.monotonic() >= end
 
     def pollKey(self) -> int:
-        """Return the next key, or -1, without waiting."""
+        """Like `waitKey`, but wait at most 1 ms."""
         return self.waitKey(1)
 
     def destroyWindow(self, winname: str) -> None:

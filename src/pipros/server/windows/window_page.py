@@ -87,7 +87,7 @@ class Windows:
         return {"node": self._node, "windows": windows}
 
     async def _show(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all windows whenever one changes, except for their images."""
+        """Yield all windows, without their images, whenever one changes."""
         sent: Any = None
         while True:
             state = self._state()

@@ -50,8 +50,8 @@ def export(
 
     Args:
         form: one of `FORMATS`. Bags begin with the latched messages published before the range. Tables have
-            the rows that `rostopic echo -p` prints, with recorded times. With `images`, topics of other types
-            are skipped.
+            the rows that `rostopic echo -p` prints, with recorded times. With `images`, topics that are not
+            images are skipped.
         limit_bytes: maximum total size of the messages; for tables, of the rows.
 
     Raises:

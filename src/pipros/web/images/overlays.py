@@ -197,7 +197,7 @@ def _lines(marker: Any) -> Lines:
 
 
 def _balls(marker: Any) -> Iterator[tuple[Vector, float]]:
-    """Yield the centre and radius of each sphere, point or cube of a list, in the marker's frame."""
+    """Yield the centre and radius of a sphere, or of each element of a list, in the marker's frame."""
     radius = marker.scale.x / 2
     if marker.type == _SPHERE:
         yield (0.0, 0.0, 0.0), max(vector_of(marker.scale)) / 2

@@ -1,1 +1,1 @@
-"""Messages on the page: their layout in memory, trees of their values, pictures, search patterns."""
+"""Messages on the page: well-known topics, layouts of types, small pictures, and values that change."""

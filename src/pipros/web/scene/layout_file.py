@@ -18,7 +18,7 @@ class SceneFile:
         path: the file to save to; None if no file was opened.
         fixed_frame: overrides the file's fixed frame, if not empty.
         is_smooth: whether the scene is drawn with anti-aliasing.
-        version: increases with each change by a service or a browser.
+        version: increases whenever a file is loaded.
     """
 
     def __init__(self, path: Path | None = None, fixed_frame: str = "", *, is_smooth: bool = True) -> None:

@@ -32,7 +32,7 @@ class SceneTopic:
     last `history_s` seconds. Messages are added by the threads that receive them.
 
     Attributes:
-        layout: the layout of the publishers' type, or `{"error": text}`; None before the first message.
+        layout: the publishers' `type` with its layout (`types`) or an `error`; None before the first message.
     """
 
     def __init__(self, history_s: float) -> None:

@@ -167,7 +167,7 @@ class BagViews:
         """Watch the `KEPT_TOPICS` that are published. Yield how much of the past is recorded: `seconds` and
         `bytes`, of at most `span` seconds. If nothing is recorded, yield `{"span": 0}` and end.
 
-        When the last browser has left, the past is kept as long as before, and then dropped.
+        After the last browser has left, the past is kept for another `span` seconds, and then dropped.
         """
         recent = self._system.recent
         if recent is None:
