@@ -39,7 +39,7 @@ there is room.
 ENCRYPTED_BYTES: Final = 256 * 1024
 """Like `CHUNK_BYTES`, for TLS connections, whose data always pass through the transport."""
 TURN_BYTES: Final = 1024 * 1024
-"""Bytes to write to one client before the other clients get their turn."""
+"""Number of bytes to write to one client before the other clients are served."""
 CLOSING_S: Final = 1.0
 """Time (s) for a client to acknowledge that the connection is being closed."""
 _LONGEST_REASON: Final = 120

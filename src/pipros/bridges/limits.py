@@ -25,7 +25,7 @@ class BridgeLimits(NamedTuple):
             latched messages, names and ids. The sum of `bridge_queue_bytes` and three messages applies
             instead if it is larger.
         bridge_total_bytes: the same for all clients of a server together, besides 256 KiB per client. A
-            client gets at most half of what the others leave.
+            client receives at most half of what the others leave.
         bridge_stall_s: the time after which a client that does not read from a full connection is
             disconnected.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.

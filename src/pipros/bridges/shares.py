@@ -1,7 +1,7 @@
 """Divide a server's memory, topics and service calls among its clients. Performs no I/O.
 
-With a limit that all clients share, one of them could use up everything. Here, each client has its own share,
-and gets at most half of what the other clients leave. `close` returns whatever a client still holds.
+If all clients shared a limit, one client could use up everything. Here, each client has its own share, and
+receives at most half of what the other clients leave. `close` returns whatever a client still holds.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class ExceedsShare(LimitExceeded):
 class TopicShares:
     """Counts the topics of all users. Not thread-safe.
 
-    A topic counts for the user that needed it first, until that user leaves it, and then for another one.
+    A topic counts for its first user until this user leaves the topic, and then for another user.
     """
 
     def __init__(self, limit: int) -> None:
@@ -131,7 +131,7 @@ class Charge:
 
 
 class ServerShares:
-    """What all clients of a server may use together.
+    """Resources that all clients of a server share.
 
     Attributes:
         memory: everything that the server holds for its clients.
@@ -155,7 +155,7 @@ class ServerShares:
 
 
 class ClientShares:
-    """What one client may use. Thread-safe.
+    """Resources that one client may use. Thread-safe.
 
     Attributes:
         message_bytes: maximum size of a message from the client.

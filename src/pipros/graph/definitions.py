@@ -61,7 +61,7 @@ class ServiceDefinition:
 
 
 class TopicDefinitions:
-    """Finds definitions. Thread-safe. All methods except `correct` may block."""
+    """Finds definitions. Thread-safe. The methods that return definitions, and `is_latched`, may block."""
 
     def __init__(self, node: Node, loop: BackgroundLoop, calls: OpenCalls) -> None:
         """Create a finder. `loop` runs queries to publishers; `calls` can interrupt queries to services."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 POLL_PERIOD_S = 0.1
-"""Interval for polling the master for a topic that is not yet known."""
+"""Interval for polling the master for a topic that is not registered yet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +46,11 @@ def wait_for_topic(
 ) -> TopicPart:
     """Return the topic and field to which `name` refers.
 
-    Block until the master knows the topic, or until Ctrl-C. If the master does not know the topic yet, call
+    Block until the topic is registered at the master, or until Ctrl-C. If it is not registered yet, call
     `warn` once.
 
     Raises:
-        Interrupted: `is_over` returned true before the master knew the topic.
+        Interrupted: `is_over` returned true before the topic was registered.
     """
     has_warned = False
     while not is_over():
@@ -87,7 +87,7 @@ class Listening:
     def subscribe(
         self, topic: str, callback: Callable[[AnyMsg], object], *, tcp_nodelay: bool = False
     ) -> None:
-        """Call `callback` with each undecoded message. If it raises an exception, `wait` reraises it."""
+        """Call `callback` with each undecoded message. `wait` reraises exceptions from the callback."""
 
         def guarded(message: AnyMsg) -> None:
             if self._is_over.is_set():

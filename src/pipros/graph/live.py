@@ -1,8 +1,8 @@
 """The live graph of nodes, topics and their actual connections.
 
 The master reports the nodes and their registrations; each node reports its connections (`getBusInfo`).
-Vertices are named after nodes and topics; the name of a topic gets a leading space to distinguish it from a
-node with the same name.
+Vertices are named after nodes and topics; names of topics have a leading space, which distinguishes them from
+nodes with the same name.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def node_names(master: MasterClient, ns: str = "/") -> list[str]:
 
 
 def api_of(master: MasterClient, node: str) -> str:
-    """Return the URI of a node's slave API, or `unknown address` if the master does not know the node."""
+    """Return the URI of a node's slave API, or `unknown address` if the node is not registered."""
     try:
         return master.lookup_node(node)
     except Refused:

@@ -80,7 +80,7 @@ class GraphObservation:
     """Snapshot of the running system.
 
     Attributes:
-        state: the registrations known to the master.
+        state: the registrations at the master.
         types: the type of each topic.
         nodes: the state of each registered node.
         connections: the connections with their traffic, which is None until it has been measured.
@@ -243,7 +243,7 @@ class SystemObserver:
     ) -> tuple[dict[TopicConnection, Traffic | None], dict[TopicConnection, str]]:
         """Return the traffic and the transports of connections between registered nodes.
 
-        Connections on topics that the master does not know are left out.
+        Connections on topics that are not registered at the master are left out.
         """
         names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}
         connections: dict[TopicConnection, Traffic | None] = {}

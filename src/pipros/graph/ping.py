@@ -114,7 +114,7 @@ class _Pings:
         self._api = ""
 
     def find(self) -> bool:
-        """Look up the node's URI; return False if the master does not know the node."""
+        """Look up the node's URI; return False if the node is not registered."""
         try:
             self._api = self._master.lookup_node(self._node)
         except Refused:

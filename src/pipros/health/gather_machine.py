@@ -106,7 +106,7 @@ def own_addresses(hostname: str) -> tuple[str, ...]:
 
 
 def _error_of_master(uri: str, timeout_s: float) -> str:
-    """Return why no master responds at a URI, or an empty string if one does."""
+    """Return why no master responds at a URI, or an empty string if a master responds."""
     client = MasterClient(uri, CALLER_ID, timeout_s=timeout_s)
     try:
         client.get_pid()

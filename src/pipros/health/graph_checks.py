@@ -222,7 +222,7 @@ def _types_differ(
 def definitions(system: SystemReport) -> Findings:
     """Find types that are not installed on this machine, or are installed with a different definition."""
     users: dict[str, list[str]] = {}
-    for topic, type_name in system.types.items():  # the master also knows the types of ended topics
+    for topic, type_name in system.types.items():  # the master also stores the types of ended topics
         if topic in system.state.publishers or topic in system.state.subscribers:
             users.setdefault(type_name, []).append(topic)
     for type_name, md5sum in sorted(system.installed.items()):

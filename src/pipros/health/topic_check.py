@@ -89,7 +89,7 @@ class CheckStep(NamedTuple):
 
     Attributes:
         name: the name of the step.
-        text: what was found to be correct, or the summary of the problem.
+        text: the verified facts, or the summary of the problem.
         finding: the problem; None if the step passes.
     """
 

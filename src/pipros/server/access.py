@@ -25,7 +25,7 @@ class Access:
         is_secure: whether the server uses TLS.
         takes_addresses: whether `Host` may be any IP address. This is safe, because DNS rebinding requires a
             name.
-        secret: the secret that clients must know.
+        secret: the secret with which clients authenticate.
     """
 
     port: int

@@ -75,7 +75,7 @@ class ActGate:
         rule = rule_for(self.policy, ActKind.TOPIC, self._node.resolve(topic), type_name, md5sum)
         if rule.time_limit_s is None:
             return
-        if latch:  # a subscriber that connects later would get the command without its stop
+        if latch:  # a subscriber that connects later would receive the command without its stop
             raise ActRefused(f"{rule.name} has a time limit, so it cannot be latched", rule.place)
         self._guardian.watch(rule)
 

@@ -29,7 +29,7 @@ from pipros.policy.model import ActRefused
 MINUTE_S: Final = 60.0
 ONCE, FOR_A_MINUTE, REFUSE = VERDICTS = ("once", "minute", "refuse")
 KEPT: Final = 100
-"""Maximum number of past acts that are kept for display; the same number of refused acts is kept, too."""
+"""Maximum number of past acts that are kept for display, and of refused acts."""
 MOST_PROGRAMS: Final = 20
 """Maximum number of programs whose acts are shown."""
 _FOLDER: Final = "approvals"
@@ -42,7 +42,7 @@ class Question:
     """An act that needs approval, described for humans.
 
     Attributes:
-        tool: what the client wants to do, such as `publish`.
+        tool: the requested operation, such as `publish`.
         name: name of the topic, service, … that the act uses.
         values: the values that the act would send.
         rule: the policy's rule that allows the act.

@@ -74,7 +74,7 @@ class ApprovedActs:
     """The acts of all clients of a server. Thread-safe.
 
     Attributes:
-        policy: determines what clients may do.
+        policy: the rules for the clients' acts.
         approvals: the acts that wait for a human.
         runs: launch files and recordings.
         goals: the action of each goal that was sent, by goal id.

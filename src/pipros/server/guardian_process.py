@@ -35,7 +35,7 @@ CONNECTING_S: Final = 2.0
 ENDING_S: Final = 2.0
 """Maximum time (s) that the process lives after its last stop."""
 CALL_S: Final = 5.0
-"""Time limit (s) of a call that stops what a service moves."""
+"""Timeout (s) of a service call that stops a movement."""
 CALL: Final = "call "
 """Prefix of service names in keys. Names of topics do not contain blanks."""
 
@@ -92,7 +92,7 @@ class Stops:
 
 
 class ServiceStop:
-    """Calls a service to stop what it moves, with at most one call at a time. Used like a publisher."""
+    """Stops a movement by calling a service, with at most one call at a time. Used like a publisher."""
 
     def __init__(self, node: Node, service: str, service_class: Any) -> None:
         self._client = node.client(service, service_class)

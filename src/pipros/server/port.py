@@ -40,7 +40,7 @@ CLOSING_S: Final = 0.2
 """Time (s) for clients to acknowledge the closing of connections, and again for the server's tasks to end."""
 
 UNSENT_BYTES: Final = 131_072
-"""Maximum number of unsent bytes in the kernel. With more, a browser on a slow link would get old views."""
+"""Maximum number of unsent bytes in the kernel. With more, browsers on slow links would show old views."""
 
 FRAME_BYTES: Final = 300
 """Memory of a frame besides its data. It is counted, because empty frames could fill the memory."""
@@ -63,7 +63,7 @@ _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
 
 
 class PartSize:
-    """How much of the received data is parsed at once. Shared by all connections of a port."""
+    """Size of the parts in which received data is parsed. Shared by all connections of a port."""
 
     def __init__(self) -> None:
         self._small_until_s = -math.inf

@@ -22,7 +22,7 @@ READY_S: Final = 20.0
 
 
 def key_of(rule: ActRule) -> str:
-    """Return the key under which the process knows a rule's stop: the topic, or the service with `CALL`."""
+    """Return the key of a rule's stop in the process: the topic, or the service with `CALL`."""
     return f"{CALL}{rule.name}" if rule.kind is ActKind.SERVICE else rule.stop_topic
 
 
@@ -70,8 +70,8 @@ class StopGuardian:
     def arm(self, key: str, identity: str, client: object, stop: bytes | None = None) -> None:
         """Start the time limit of an act. `client` is the acting client.
 
-        `stop` replaces the message that stops the topic, for robots that hold a changing position. The size
-        limit of a policy's stop applies to it.
+        `stop` replaces the message that stops the topic, for example because it must contain the current
+        position. The size limit of a policy's stop also applies to `stop`.
 
         Raises:
             ActRefused: the process is not ready, or cannot be reached.

@@ -1,4 +1,4 @@
-"""TLS settings of a server, the fingerprint of its certificate, and the error raised if it cannot start."""
+"""TLS settings of a server, the fingerprint of its certificate, and the exception for failed starts."""
 
 from __future__ import annotations
 

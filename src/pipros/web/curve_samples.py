@@ -29,7 +29,7 @@ _QUATERNION: Final = "geometry_msgs/Quaternion"
 
 
 class Axis(enum.Enum):
-    """What the time axis of a plot shows.
+    """Time that the horizontal axis of a plot shows.
 
     Attributes:
         RECEIVED: when the message arrived, by this machine's clock; in a bag, when it was recorded.

@@ -1,7 +1,7 @@
-"""What each tab of the page uses on the server: views, actions, and which of them change the system.
+"""The server side of the page's tabs: views, actions, and which of them change the system.
 
-The browser gets these lists with the action `about`. A browser that has opened a bag gets the views of
-messages (`of_messages`) from the bag; all others show the running system.
+The browser requests these lists with the action `about`. If a browser has opened a bag, its views of messages
+(`of_messages`) show the bag; all other views show the running system.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Tab:
     Attributes:
         make: creates the object.
         views, actions: its methods, by the names that browsers use.
-        changing: the views and actions that change the system, and what they can do, such as `send goals`.
+        changing: the views and actions that change the system, with their effects, such as `send goals`.
         of_messages: the views and actions that show messages, either of the system or of a bag.
         controls: maps tabs of the browser to the view or action in `changing` that their controls use.
     """
@@ -235,7 +235,7 @@ TABS = (
         lambda context: TopicViews(context.system),
         {
             "measured": TopicViews.measured,
-            "running_topics": TopicViews.topics,  # always those of the running system
+            "running_topics": TopicViews.topics,  # always the topics of the running system
             "topic": TopicViews.topic,
             "topics": TopicViews.topics,
         },
@@ -245,7 +245,7 @@ TABS = (
 )
 
 CHANGING: Mapping[str, str] = {name: what for tab in TABS for name, what in tab.changing.items()}
-"""The views and actions that change the system, and what they can do."""
+"""The views and actions that change the system, with their effects."""
 
 BY_POLICY = frozenset(
     (

@@ -123,7 +123,8 @@ class TopicWatch:
         """Return the messages and bytes per second, the mean size in bytes, and the total number of messages.
 
         The rates are None if the topic is quiet, or too few messages have arrived. The size is None before
-        the second message. `stale` is the age (s) of the last message if regular messages have ended.
+        the second message. `stale` is the age (s) of the last message if messages that arrived regularly have
+        stopped.
         """
         now_s = self._clock()
         with self._lock:

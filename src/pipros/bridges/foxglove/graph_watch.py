@@ -23,7 +23,7 @@ Patterns = Sequence[re.Pattern[str]]
 
 @dataclass(frozen=True, slots=True)
 class GraphSnapshot:
-    """Snapshot of the system, restricted to what clients may see.
+    """Snapshot of the system, restricted to the names that clients may see.
 
     Attributes:
         state: registrations of all topics and services that are allowed.

@@ -50,7 +50,7 @@ CAPABILITIES: Final = (*READING, *CHANGING)
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """What clients of a Foxglove server may see and do.
+    """Permissions of the clients of a Foxglove server.
 
     Attributes:
         topics, services, parameters: patterns that must match the whole name.

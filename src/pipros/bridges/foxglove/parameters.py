@@ -56,7 +56,7 @@ def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
 
 
 def to_client(name: str, value: Any) -> dict[str, Any]:
-    """Convert a parameter to JSON. Bytes become base64; `type` marks bytes and floats, even whole ones."""
+    """Convert a parameter to JSON. Bytes become base64; `type` distinguishes bytes and all floats."""
     if isinstance(value, Binary | bytes):
         data = value.data if isinstance(value, Binary) else value
         return {"name": name, "value": base64.b64encode(data).decode(), "type": _BYTES}

@@ -1,8 +1,9 @@
 """Fill messages with a client's values, decoded from JSON or BSON.
 
 Fields without a value are left unchanged. Numbers must match the type: an integer field accepts neither
-floats nor booleans, and a boolean field does not accept integers. Errors name the field. A `std_msgs/Header`
-without a stamp, or with an empty one, gets the current time, and so does a time given as `"now"`.
+floats nor booleans, and a boolean field does not accept integers. Errors name the field. The stamp of a
+`std_msgs/Header` is set to the current time if it is missing or empty; a time given as `"now"` is also set to
+the current time.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class WrongValue(PiprosError):
     Attributes:
         path: the names on the path to the field, outermost first; array elements have the form `[3]`.
         expected: the type of the field.
-        reason: what is wrong with the value.
+        reason: the rule that the value violates.
     """
 
     def __init__(self, expected: str, reason: str) -> None:

@@ -102,7 +102,7 @@ class TcpServer(StreamServer):
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
         # longest silent client first
         self._sessions: dict[asyncio.StreamWriter, RosbridgeSession] = {}
-        self._admission_lock = asyncio.Lock()  # ensures that a new client gets the slot freed for it
+        self._admission_lock = asyncio.Lock()  # reserves the slot that is freed for a new client
         self._has_reported_strangers = False
 
     async def _open(self) -> int:

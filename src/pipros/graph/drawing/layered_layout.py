@@ -1,10 +1,10 @@
 """Lay out a directed graph in layers from left to right, in the direction of the arrows.
 
-The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
-placed in a layer to the right of all its predecessors or, in large graphs with many cycles, to the right of
-its nearest predecessor. Long arrows get a bend in each layer that they cross. The order within layers is
-improved with the barycentre heuristic, and vertical positions are fitted by least squares. Vertices without
-arrows form a grid below the others. The vertices of a group form a band across all layers, so that a
+The method was published by Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each
+vertex is placed in a layer to the right of all its predecessors or, in large graphs with many cycles, to the
+right of its nearest predecessor. Long arrows get a bend in each layer that they cross. The order within
+layers is improved with the barycentre heuristic, and vertical positions are fitted by least squares. Vertices
+without arrows form a grid below the others. The vertices of a group form a band across all layers, so that a
 rectangle can be drawn around them. The web page and the picture formats share this module.
 
 The only pure Python library for such layouts, grandalf 0.8, does not support bands for groups. For 100 nodes
@@ -69,7 +69,7 @@ def layered_layout(
     *,
     gap: float = LAYER_GAP,
 ) -> GraphLayout[Key]:
-    """Lay out a graph. The same graph always gets the same layout.
+    """Lay out a graph. The layout of a graph is always the same.
 
     Args:
         sizes: the width and height of each vertex.
@@ -385,9 +385,7 @@ class _LayeredLayout(Generic[Key]):
 
 
 def _back_arrows(count: int, arrows: Sequence[tuple[int, int]]) -> set[int]:
-    """Search depth first, and return the indices of the arrows that lead back to a vertex on the current
-    path.
-    """
+    """Return the indices of the arrows to a vertex on the current path of a depth-first search."""
     leaving: list[list[tuple[int, int]]] = [[] for _ in range(count)]
     incoming = [0] * count
     for index, (start, end) in enumerate(arrows):

@@ -14,7 +14,7 @@ Mode = Literal["nodes", "active", "all"]
 """Which vertices to draw: nodes, with topics as labels; nodes and connected topics; nodes and all topics."""
 MODES: tuple[Mode, ...] = ("nodes", "active", "all")
 Kind = Literal["node", "topic", "frame", "group", "namespace"]
-"""Kinds of vertices. A group is a box for several topics; a namespace is a box for everything in it."""
+"""Kinds of vertices. A group is a box for several topics; a namespace is a box for all its contents."""
 
 _QUIET_TOPICS = frozenset({"/rosout", "/rosout_agg", "/clock", "/statistics"})
 _QUIET_NODES = re.compile(
@@ -163,8 +163,8 @@ def node_graph(
 
     Args:
         connections: connections reported by the nodes that answered.
-        unreachable: nodes that did not answer; their registrations are drawn as connections.
-        wrong_types: missing connections whose ends have different types, which are drawn as well.
+        unreachable: nodes that did not answer. Possible connections between two of them are drawn.
+        wrong_types: missing connections whose ends have different types; they are also drawn.
     """
     wrong = wrong_types or {}
     builder = _Builder(

@@ -122,7 +122,7 @@ class BagSystem(WatchedSystem):
 
 
 class BagTopics(TopicWatches):
-    """Watched topics whose messages come from a playback.
+    """Watched topics whose messages are provided by a playback.
 
     `on_change` is called after a topic has been added or removed. `recorded` are the topics that can be
     watched; None for all.

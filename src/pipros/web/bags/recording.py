@@ -166,7 +166,7 @@ class BagRecording:
             recording.stop(ENDING_S)
 
     def state(self) -> RecordingState | None:
-        """Return the state of the current or last recording, or None if there has been none."""
+        """Return the state of the current or last recording, or None before the first recording."""
         recording = self._recording
         return None if recording is None else recording.state()
 

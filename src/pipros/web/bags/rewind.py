@@ -25,7 +25,7 @@ NAME: Final = "the last minute"
 KEPT_TOPICS: Final = frozenset({"/tf", "/tf_static", "/rosout_agg", "/diagnostics", "/clock"})
 """Topics that are recorded while a browser is connected, if they are published.
 
-`/rosout_agg` has the messages of `/rosout` of all nodes, over one connection.
+`/rosout_agg` contains the `/rosout` messages of all nodes, over one connection.
 """
 OVERHEAD_BYTES: Final = 300
 """Approximate memory of a message, without its content."""
@@ -140,7 +140,7 @@ class RecentMessages:
 
 
 class Recording(BagReader):
-    """Messages in memory, with the methods of a reader. Its end is the time at which it was taken.
+    """Reader of messages in memory. The recording ends at the time when it was taken.
 
     Args:
         messages: sorted by time.

@@ -23,7 +23,7 @@ Pair = tuple[AnyMsg, AnyMsg]
 
 
 class ImagePairs:
-    """Matches images as Noetic's `ApproximateTimeSynchronizer` does. Images come from the links' threads.
+    """Matches images like Noetic's `ApproximateTimeSynchronizer`. Images are added by the links' threads.
 
     Attributes:
         newest: number of pairs so far, and the newest one; None before the first.

@@ -151,7 +151,8 @@ class BagViews:
             reader.close()
             raise RequestRefused(str(error)) from None
         with self._open_bags.showing(playback), contextlib.ExitStack() as stack:
-            # Keep recording what only this browser watches until it shows the running system again.
+            # Keep recording the topics that only this browser watches until it shows the running system
+            # again.
             for watch in self._system.topics.watches() if is_rewind else ():
                 stack.enter_context(self._system.topics.watch(watch.topic))
             yield {"bag": description}

@@ -108,7 +108,7 @@ class ConsoleViews:
 
 @contextlib.contextmanager
 def open_log(system: WatchedSystem) -> Iterator[tuple[Log, KnownTopic]]:
-    """Provide the log of a system, and the topic from which it comes."""
+    """Provide the log of a system, and the topic from which it is read."""
     with system.topics.watch(LOG_TOPIC, queue_size=QUEUE) as watch:
         log = Log(process_limits().of(PageLimits).page_view_bytes)
         topic = KnownTopic(watch, "rosgraph_msgs/Log", log.add)

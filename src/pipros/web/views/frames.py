@@ -67,7 +67,7 @@ class Frame:
         return span_s / (len(self.arrivals) - 1) if span_s > 0 else None
 
     def is_stale(self, now_s: float) -> bool:
-        """Return whether regular transforms have ended."""
+        """Return whether transforms that arrived regularly have stopped."""
         return not self.is_static and is_stale(now_s - self.last_s, self.interval_s)
 
 
@@ -220,7 +220,7 @@ class FrameViews:
 
 @contextlib.contextmanager
 def open_frames(system: WatchedSystem) -> Iterator[tuple[FrameTree, Sequence[KnownTopic]]]:
-    """Provide the frames of a system, and the topics from which they come."""
+    """Provide the frames of a system, and the topics from which they are read."""
     tree = FrameTree()
     topics = []
     with ExitStack() as stack:

@@ -31,7 +31,7 @@ SEND_INTERVAL_S = 0.1
 MAX_UNDRAWN = 20
 """Maximum number of messages with detections that wait for a slow browser."""
 UNMATCHED_S = 2.0
-"""Time (s) without a pair after which a browser gets the numbers of images on both topics instead."""
+"""Time (s) without a pair after which the numbers of images on both topics are sent instead."""
 
 
 class ImageViews:
