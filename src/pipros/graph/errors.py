@@ -17,7 +17,7 @@ class GraphError(PiprosError):
 
 @contextlib.contextmanager
 def translated(unreachable: Callable[[str], Exception], failed: Callable[[str], Exception]) -> Iterator[None]:
-    """Translate errors from `pipros.graph` to the exceptions that a ROS module documents.
+    """Translate errors from `pipros.graph` into the exceptions that a ROS module documents.
 
     Args:
         unreachable: function that creates the exception for an unreachable master.

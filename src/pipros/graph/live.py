@@ -241,5 +241,5 @@ class LiveGraph:
                 try:
                     self._api_of(node)
                 except PiprosError as error:
-                    logger.debug("the master no longer knows %s: %s", node, error)
+                    logger.debug("cannot look up node [%s]: %s", node, error)
         return self.nodes_by_api.get(peer) or self.nodes_by_api.get(peer.rstrip("/") + "/")

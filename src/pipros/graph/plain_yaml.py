@@ -1,8 +1,8 @@
 """Write common values as YAML, exactly like PyYAML's `safe_dump` but without importing PyYAML.
 
-PyYAML takes 14 ms of processor time to import and write a small dictionary, this module 0.4 ms. Values whose
-output might differ, such as long strings, which PyYAML wraps, and strings that look like other values, are
-left to PyYAML.
+Importing PyYAML and writing a small dictionary takes 14 ms of processor time; with this module, it takes
+0.4 ms. Values whose output might differ, such as long strings, which PyYAML wraps, and strings that look like
+other values, are left to PyYAML.
 """
 
 from __future__ import annotations

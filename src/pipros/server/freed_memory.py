@@ -1,7 +1,7 @@
 """Return memory to the system after clients have left.
 
-Threads that parse large messages each get an arena from glibc's allocator. Each arena keeps as much memory as
-up to two of the largest messages need, and no call returns it. Therefore all threads share one arena, which
+Threads that parse large messages each get an arena from glibc's allocator. Each arena may keep as much memory
+as two of the largest messages need, and no call returns it. Therefore all threads share one arena, which
 costs little, because Python runs one thread at a time, and `malloc_trim` returns its free parts. Other
 systems lack such calls.
 

@@ -59,7 +59,7 @@ class CurveField:
 
     @property
     def has_expression(self) -> bool:
-        """Return whether a user's expression is evaluated for each message."""
+        """Whether a user's expression is evaluated for each message."""
         return self.expression is not None or self.condition is not None
 
     def holds(self, message: Any) -> bool:

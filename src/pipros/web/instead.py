@@ -1,4 +1,4 @@
-"""Advice of `pipros.packages` about packages that the page replaces."""
+"""Advice that `pipros.packages` gives about packages that the page replaces."""
 
 PLUGINS = "its rqt is a page in the browser, whose tabs pipros --help lists."
 """Advice for rqt plugins that have no tab."""

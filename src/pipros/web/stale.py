@@ -1,4 +1,4 @@
-"""Decide whether data are stale, because regular messages, transforms or reports have stopped.
+"""Decide whether data is stale, because regular messages, transforms or reports have stopped.
 
 This is decided only here and, for messages that the browser receives, in `page/stale.js`.
 """
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pipros.graph.observer import GraphObservation
 
 LEAST_S, INTERVALS = 3.0, 10
-"""Data are stale after this number of their mean intervals, but not before this time (s)."""
+"""Data is stale after this number of its mean intervals, but not before this time (s)."""
 REPORT_S = 5.0
 """A component that has not reported diagnostics for this time (s) is stale."""
 

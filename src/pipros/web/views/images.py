@@ -85,7 +85,7 @@ class ImageViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def image_overlay(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield a topic's shapes, to draw over the images of the topic `image`, and an error text or "".
+        """Yield a topic's shapes, to draw over the images of the topic `image`, and an error (may be empty).
 
         The shapes are a list of dictionaries with `stamp` (ns) and `shapes`. There is one for each
         `Detection2DArray` since the last value, in pixels of the image. Markers are a single entry with the
