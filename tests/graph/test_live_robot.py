@@ -223,7 +223,7 @@ def test_a_robot_whose_messages_are_older_than_their_tolerance_is_stopped(
             return robot.speed > 0
 
         wait_until(drives)
-        with pytest.raises(RobotSilent, match=r"/joints is silent for \d+\.\d+ s"):
+        with pytest.raises(RobotSilent, match=r"/joints has been silent for \d+\.\d+ s"):
             wait_until(lambda: live.act([0, 0, 0.1, 0]) is None)
         wait_until(lambda: robot.speed == 0)
     path.write_text("gaps: hold\n" + path.read_text())
@@ -322,10 +322,10 @@ def test_errors_of_a_description_name_the_key(
 def test_a_robot_that_is_missing_is_an_error(
     master: Master, make_node: MakeNode, describe: Callable[..., Path]
 ) -> None:
-    with pytest.raises(RobotSilent, match=r"nothing subscribes to /cmd_vel. Start its node first"):
+    with pytest.raises(RobotSilent, match=r"nothing subscribes to /cmd_vel. Start the missing node first"):
         LiveRobot(describe(), master_uri=master.uri, timeout_s=0.1)
     make_node("robot").subscribe("/cmd_vel", Twist)
-    with pytest.raises(RobotSilent, match=r"no message on /joints. Start its node first"):
+    with pytest.raises(RobotSilent, match=r"no message on /joints. Start the missing node first"):
         LiveRobot(describe(), master_uri=master.uri, timeout_s=0.1)
 
 

@@ -1,4 +1,4 @@
-"""Cache of chunk contents. A thread pool decompresses slow compressions before they are needed."""
+"""Cache of chunk contents. A thread pool decompresses slow formats in advance."""
 
 from __future__ import annotations
 

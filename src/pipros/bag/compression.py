@@ -1,6 +1,7 @@
 """Chunk compression: none, bz2 and lz4. For MCAP files, zstd can also be read.
 
-Writing lz4 needs the `lz4` library (`pipros[lz4]`). Without this library, `lz4_frame.py` reads lz4 slowly.
+Writing lz4 needs the `lz4` library (`pipros[lz4]`). Without this library, lz4 chunks are decompressed by
+`lz4_frame.py`, which is slower.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
 
         return decompress_frame(data, size, where)
     try:
-        # Request one byte more than allowed, to detect data that is too long.
+        # Request one byte more than allowed, to detect data that are too long.
         plain: bytes = library.LZ4FrameDecompressor().decompress(data, size + 1)
     except (RuntimeError, ValueError, EOFError, MemoryError) as error:
         raise BagFormatError(f"{where}: the lz4 data are damaged: {error}") from None

@@ -68,7 +68,7 @@ def parse_connection(fields: Fields, data: bytes, where: str) -> Connection:
     """Parse a connection record.
 
     Raises:
-        BagFormatError: the record does not contain a topic, number or type.
+        BagFormatError: the topic, number or type is missing.
     """
     identity = number(fields, "conn", 4, where)
     if "topic" not in fields:

@@ -31,7 +31,7 @@ class ChunkInfo:
     Attributes:
         position: byte position of the chunk's record in the file.
         start_ns, end_ns: timestamps of the earliest and latest message.
-        counts: number of messages for each connection number.
+        counts: number of messages by connection number.
     """
 
     position: int

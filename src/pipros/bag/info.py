@@ -131,7 +131,7 @@ def topics(
 
 
 def _seconds(time_ns: int) -> float:
-    """Convert a timestamp to seconds, rounded as in Noetic, so that sums and differences are the same."""
+    """Convert a timestamp to seconds, rounded as in Noetic, so that sums and differences equal Noetic's."""
     return Time(0, time_ns).to_sec()
 
 
@@ -185,7 +185,7 @@ def info_html(info: BagInfo) -> str:
 
 
 def _rate(topic: BagTopic, seconds: float) -> str:
-    """Format the frequency; empty if messages came in bursts, because the median is then meaningless."""
+    """Format the frequency. Return an empty string for bursts of messages, whose median is meaningless."""
     is_steady = topic.frequency is not None and topic.frequency * seconds < 100 * topic.messages
     return f"{topic.frequency:.4g}" if is_steady else ""
 

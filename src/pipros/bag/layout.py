@@ -174,7 +174,7 @@ def read_chunk_index(
             found[connection] = entries
         position = data_position + data_size
     if position > end:
-        # Without this check, chunks inside other chunks could all have the same index records.
+        # Without this check, nested chunks could share index records.
         raise BagFormatError(
             f"{source.at(chunk.position)}: the chunk must end before the next one, at byte {end}"
         )

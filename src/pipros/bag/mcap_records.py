@@ -96,7 +96,7 @@ class McapSummary:
 
 
 def parsed(kind: Any, data: bytes) -> Any:
-    """Parse a record with the `mcap` library. Raises the library's errors if the record is damaged."""
+    """Parse a record with the `mcap` library. Raise the library's errors if the record is damaged."""
     from mcap.data_stream import ReadDataStream
 
     return kind.read(ReadDataStream(BytesIO(data)))

@@ -254,7 +254,10 @@ class Update:
 
 
 def _made_class(node: ast.expr) -> str | None:
-    """Return the method name in `self.get_new_class(NAME)(…)`, or None for any other expression."""
+    """Return the name of the called method, such as `get_new_class`, for `self.get_new_class(NAME)(…)`.
+
+    Return None for any other expression.
+    """
     if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Call) or len(node.func.args) != 1:
         return None
     name = _of_self(node.func.func)

@@ -34,14 +34,14 @@ _MIN_SLICE_NS = 500_000
 
 @dataclass(frozen=True, slots=True)
 class PlayOptions:
-    """Options for playback. Their names and meanings are the same as for `rosbag play`.
+    """Options for playback, with the names and meanings of the options of `rosbag play`.
 
     Attributes:
         duration_s, skip_empty_s: durations in seconds; None for no limit.
         topics: topics to play; empty for all.
         pause_topics: playback pauses after each message on these topics.
         rate_control_topic: playback pauses while the last message on this topic is older than
-            `rate_control_delay_s`; empty for no such topic.
+            `rate_control_delay_s`; empty to disable this.
     """
 
     prefix: str = ""

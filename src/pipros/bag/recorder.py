@@ -104,7 +104,7 @@ class Recorder:
 
     @property
     def topics(self) -> int:
-        """Number of topics to which the recording has subscribed."""
+        """Number of subscribed topics."""
         return len(self._subscribers)
 
     def run(self) -> bool:

@@ -79,13 +79,13 @@ class RerunSink:
         }
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
-        """Raises `BagError` if the definition is invalid."""
+        """Add a connection. Raise `BagError` if the definition is invalid."""
         connection = Connection(len(self._classes), topic, header)
         self._classes.append(self._bag.class_of(connection))
         return connection
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
-        """Raises `DeserializationError` if the message does not match its definition."""
+        """Add a message. Raise `DeserializationError` if the message does not match its definition."""
         message = self._classes[connection.id]._from_bytes(data)
         self._set_time("receipt", seconds, nanoseconds)
         if message._has_header:

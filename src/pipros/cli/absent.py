@@ -1,7 +1,7 @@
 """Stand-ins for commands that the installed wheel omits. They print which room provides the command.
 
-When building the wheel, `left_out.json` is written into it, which maps each omitted command to its room. A
-source tree does not contain this file.
+The build of the wheel adds `left_out.json`, which maps each omitted command to its room. A source tree does
+not contain this file.
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ def _examine_subjects(options: Namespace) -> int:
     files = [each for each in subjects if each not in topics]
     if topics and files:
         raise CommandError(
-            f"give topics or programs, not both: {topics[0]} is a topic, {files[0]} is not. A file must exist"
+            f"give topics or existing programs, not both: {topics[0]} is a topic, but {files[0]} is not"
         )
     if files:
         return _describe_programs(files, as_json=options.json)

@@ -37,7 +37,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
     - Ctrl-C ends the command at any time (`pipros.basics.interrupts`), without a traceback, with code 130
       unless the command has its own.
-    - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
+    - A closed stream (`>&-`) is replaced by `/dev/null`, which child processes inherit, as in Noetic.
       Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.

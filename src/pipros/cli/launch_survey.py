@@ -1,4 +1,4 @@
-"""`roslaunch-check --survey` and `--csv`: find out who provides the programs named in many launch files."""
+"""`roslaunch-check --survey` and `--csv`: determine which programs in many launch files are available."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PACKAGES_SHOWN = 25
 
 
 def survey_trees(folders: Sequence[str]) -> int:
-    """Print who provides the programs named in the launch files below folders.
+    """Print the programs in all launch files below folders, with the provider of each, such as Debian.
 
     Return 0 if no program is missing, 1 if one is, and 2 if a launch file cannot be read.
     """
@@ -39,7 +39,7 @@ def survey_trees(folders: Sequence[str]) -> int:
 
 
 def survey_csv(path: str, without: Collection[str]) -> int:
-    """Print who provides the programs named in the launch files in a CSV file, and which need C++.
+    """Print the programs in the launch files listed in a CSV file, with providers, and the uses of C++.
 
     Args:
         without: packages shipped with pipros. The files are also counted as if pipros lacked these packages.

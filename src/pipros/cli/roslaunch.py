@@ -169,8 +169,8 @@ def _child(options: Values, console: Console) -> Child:
 def _wait_for_master(console: Console) -> None:
     """Block until a master answers.
 
-    If a program accepts connections at the master's address and does not answer, say so, and wait for it: it
-    may be a master that is stopped or busy.
+    If a program accepts connections at the master's address but does not answer, print a message and keep
+    waiting, because the program may be a suspended or busy master.
     """
     import time
 

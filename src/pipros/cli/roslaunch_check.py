@@ -1,6 +1,6 @@
 """`roslaunch-check`: checks one launch file, or all launch files in a folder, and writes a result file.
 
-With `--survey` or `--csv`, it prints who provides the programs named in many launch files.
+With `--survey` or `--csv`, it lists the programs in many launch files, with the provider of each.
 """
 
 from __future__ import annotations

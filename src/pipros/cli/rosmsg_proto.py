@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _prototype(argv: Sequence[str]) -> str | None:
-    """Return the text that the command prints, without a newline at its end.
+    """Return the text that the command prints, without a trailing newline.
 
     Return None if there is no example and the option `--silent` is given.
 

@@ -152,7 +152,7 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """Return the package to which the results belong; by default, the one that contains the test file."""
+    """Return the package to which the results belong; by default, the package that contains the file."""
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):

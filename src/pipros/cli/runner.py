@@ -120,7 +120,7 @@ def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, s
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
-    """Run the subcommand that the first argument names.
+    """Run the subcommand named by the first argument.
 
     If the argument is missing or unknown, print `overview` and return `code`. `subcommands` maps names to
     `module:function`. Only the module of the chosen subcommand is imported.

@@ -32,7 +32,7 @@ def bind_address(text: str) -> tuple[str, int]:
 
 
 def policy_of(options: Any) -> Policy | None:
-    """Return the policy in the file of the option `--policy`, or None without the option.
+    """Return the policy from the file given with `--policy`, or None if the option is not given.
 
     Raises:
         BadSettings: the file cannot be read, or is malformed.

@@ -61,5 +61,5 @@ def built_space(folder: Path) -> Path:
         if (space / MARKER).is_file():
             return space
     raise CommandError(
-        f"[{folder}] is not a built workspace; run catkin_make there, or name its devel folder"
+        f"[{folder}] is not a built workspace; run catkin_make there, or give its devel folder"
     )

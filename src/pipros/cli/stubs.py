@@ -1,4 +1,4 @@
-"""`pipros stubs PKG…`: writes type stubs for the messages in packages, so that editors know their fields."""
+"""`pipros stubs PKG…`: writes type stubs for the messages in packages, for completion in editors."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ class Bags:
         every: int = 1,
         datetimes: bool = False,
     ) -> Table:
-        """Return the messages of a topic as a table, in the order of their receipt.
+        """Return the messages of a topic as a table, in order of receipt.
 
         Args:
             start, end: the earliest and latest time of receipt, inclusive; a number is in seconds.

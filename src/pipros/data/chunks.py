@@ -30,7 +30,7 @@ _BUFFER_BYTES = 1 << 22
 
 
 class MessageGroup(NamedTuple):
-    """Messages in the order of their receipt: their concatenated bytes, their sizes, and their times (ns)."""
+    """Messages in order of receipt: their concatenated bytes, their sizes, and their times (ns)."""
 
     data: NDArray[np.uint8]
     sizes: NDArray[np.int64]

@@ -10,7 +10,7 @@ from pipros.basics.extras import install_command
 
 
 def library(name: str, purpose: str) -> Any:
-    """Import a library that the extra installs. `purpose` is what needs it, for the error text.
+    """Import a library that the extra installs. `purpose` names the feature that needs it, for errors.
 
     Raises:
         MissingExtra: the library is not installed. The text says how to install it.

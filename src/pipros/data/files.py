@@ -61,7 +61,7 @@ def _writer(file: Any, schema: Any, kind: str) -> Any:
 
 
 def as_texts(table: Any) -> tuple[Any, list[str]]:
-    """Return the table for CSV, in which lists are JSON, and the names of columns dropped as bytes."""
+    """Return the table for CSV, with lists as JSON, and the names of dropped columns, which contain bytes."""
     pa = library("pyarrow", "CSV")
     kept, names, left_out = [], [], []
     for field, column in zip(table.schema, table.columns, strict=True):
@@ -84,5 +84,5 @@ def _has_bytes(pa: Any, kind: Any) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Convert a time, for which JSON has no type."""
+    """Convert a time to a number or string, because JSON has no type for it."""
     return value.value if hasattr(value, "value") else str(value)

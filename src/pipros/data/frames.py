@@ -44,8 +44,8 @@ def with_transform(
     Args:
         readers: the bags with the transforms.
         on: the times of the rows: `header` for the stamps of the headers, or `receipt`.
-        gap: the longest pause between transforms to interpolate over, in seconds. Each row is looked up after
-            reading the transforms received up to `gap` after it, in a buffer that keeps twice this time.
+        gap: maximum pause between transforms over which poses are interpolated, in seconds. Transforms are
+            read up to this long after each row, and kept for twice this duration.
         prefix: added to the names of the columns; by default, `source.`.
         tf, tf_static: the topics of the transforms. Static transforms apply from the start.
 

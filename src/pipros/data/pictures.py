@@ -75,7 +75,8 @@ def cloud_array(row: Mapping[str, Any]) -> Any:
     """Return the points of a `sensor_msgs/PointCloud2` as a structured array of its height and width.
 
     Raises:
-        PictureError: a field has an unknown type or does not fit into a point, or points are missing.
+        PictureError: a field has an unknown type, occurs twice or does not fit into a point, or points are
+            missing.
     """
     order = ">" if row["is_bigendian"] else "<"
     names, formats, offsets = [], [], []
@@ -86,7 +87,9 @@ def cloud_array(row: Mapping[str, Any]) -> Any:
         one = np.dtype(order + _POINT_TYPES[int(field["datatype"])])
         count, offset = int(field["count"]), int(field["offset"])
         if offset + max(count, 1) * one.itemsize > size or field["name"] in names:
-            raise PictureError(f"the field {field['name']!r} must fit once into a point of {size} bytes")
+            raise PictureError(
+                f"the field {field['name']!r} must be unique and fit into a point of {size} bytes"
+            )
         names.append(field["name"])
         formats.append(one if count <= 1 else np.dtype((one, (count,))))
         offsets.append(offset)

@@ -1,4 +1,4 @@
-"""The process of an SQL query; `pipros.data.limited_query` starts it, with a request on standard input."""
+"""The process that runs an SQL query. `pipros.data.limited_query` sends it a request on standard input."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ class Table(Mapping[str, Any]):
         direction: str = "backward",
         prefix: str | None = None,
     ) -> Table:
-        """Return the table with the columns of another topic. Each row gets values from one of its messages.
+        """Return the table with the columns of another topic. Each row is matched to a message on that topic.
 
         Args:
             on: the times to compare: `receipt`, or `header` for the stamps of the headers.

@@ -2,8 +2,8 @@
 
 An installed package's class is used if its definition has the same MD5 sum, so that messages are instances of
 the class that `from package.msg import Name` imports. Otherwise, the class is created from the received
-definition. Messages of types that are not installed can therefore be read as well, and an installed type with
-the same name is not affected.
+definition. Therefore, messages of types that are not installed can be read, and an installed type with the
+same name is not affected.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Display a message in a notebook: a table of its fields and, for images and the like, a picture."""
+"""Display a message in a notebook: a table of its fields and, for images and similar messages, a picture."""
 
 from __future__ import annotations
 

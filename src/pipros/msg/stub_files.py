@@ -30,7 +30,7 @@ class StubFiles:
     def update(self) -> list[Path]:
         """Write the stubs of each package whose definitions have changed. Return the paths of its files.
 
-        If a package fails, it is tried again only after its definitions have changed.
+        After an error, a package is not retried until its definitions have changed.
 
         Raises:
             NotFound: a package does not exist.
@@ -69,7 +69,7 @@ class StubFiles:
 
 
 def has_python_modules(package: str) -> bool:
-    """Return whether a package has Python modules in files, and not only messages and services."""
+    """Return whether a package has Python files, and not only messages and services."""
     try:
         spec = importlib.util.find_spec(package)
     except (ImportError, ValueError):

@@ -49,7 +49,7 @@ def write_stubs(
 
     Args:
         suffix: `-stubs` for installed packages (PEP 561), or empty for a folder of stubs.
-        has_module: returns whether a package has Python modules of its own, which its stubs must not hide.
+        has_module: returns whether a package has other Python modules, which the stubs must not hide.
 
     Returns:
         The paths of all stub files, including unchanged ones.
@@ -78,7 +78,7 @@ def write_stubs(
 def package_stubs(package: str, definitions: Definitions, *, has_module: bool = False) -> dict[str, str]:
     """Return the stubs for one package, as a mapping from the path within the package to the contents.
 
-    If the package has Python modules of its own, there is no `__init__.pyi`, and `py.typed` says `partial`
+    If the package has other Python modules, there is no `__init__.pyi`, and `py.typed` says `partial`
     (PEP 561), so that type checkers read these modules too.
 
     Raises `NotFound` or `DefinitionError` like `write_stubs`.

@@ -130,9 +130,9 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
     """Start the nodes of a launch file on the test's master: `ros_launch("pkg", "file.launch", level=25)`.
 
     A single positional argument is a file path, relative to the test module's folder. Keyword arguments are
-    passed to the launch file as `<arg>` values. Each `<test>` in the file is ignored. After the test, nodes
-    are terminated in reverse order. If the `ros_faults` fixture is used, the nodes communicate with all other
-    nodes through its proxy.
+    passed to the launch file as `<arg>` values. `<test>` elements in the file are ignored. After the test,
+    nodes are terminated in reverse order. If the `ros_faults` fixture is used, the nodes communicate with all
+    other nodes through its proxy.
     """
     from pipros.testing.launch_fixture import Launched
 

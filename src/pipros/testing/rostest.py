@@ -55,7 +55,7 @@ class SystemFixture(Protocol):
         """
 
     def tear_down(self) -> None:
-        """Stop everything that was started, if anything. Idempotent."""
+        """Stop everything that was started. Idempotent."""
 
 
 @dataclass(frozen=True, slots=True)

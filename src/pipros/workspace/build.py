@@ -64,8 +64,8 @@ class BuildResult:
         built: names of the packages that were built, in build order.
         unchanged: names of packages that were up to date.
         errors: one message per problem, starting with the package or file.
-        skipped: packages that were not built or, with compiled code, only in part, each mapped to the failed
-            package that it depends on.
+        skipped: packages that were skipped, each mapped to the failed package on which it depends. If such a
+            package has compiled code, its other parts may have been built.
         projects: the parsed `CMakeLists.txt` of each package, by package name.
         needs_genuine: packages that only genuine catkin can build. If there are any, nothing was built. Only
             set with `BuildOptions.is_alone`.
@@ -117,7 +117,7 @@ class _Build:
         self._earlier = projects
         self._result = BuildResult()
         self._failed: dict[str, str] = {}
-        self._broken: dict[str, str] = {}  # packages whose compiled part failed, with the culprit
+        self._broken: dict[str, str] = {}  # packages with failed compiled parts, with the cause
         self._state_file = layout.build / "pipros" / "state.json"
         self._state = _read_state(self._state_file)
 
@@ -167,7 +167,10 @@ class _Build:
     def _build_all(
         self, packages: Sequence[SourcePackage], natives: list[SourcePackage], definitions: Definitions
     ) -> None:
-        """Build the packages in order: `natives` and what they need with genuine catkin, if installed."""
+        """Build the packages in order.
+
+        If genuine catkin is installed, it builds `natives` and their dependencies.
+        """
         self._check_reconfigure_options(natives)
         natives = [package for package in natives if not self._is_broken(package)]
         native_names = {package.name for package in natives}
@@ -351,7 +354,7 @@ class _Build:
         self._state.pop(package.name, None)
 
     def _fail_native(self, package: SourcePackage, reason: str, *, is_said: bool = True) -> None:
-        """Report that the compiled part of a package cannot be built. The rest of it is not affected."""
+        """Report that the compiled part of a package cannot be built. Its other parts are not affected."""
         if is_said:
             self._say(reason)
         self._broken[package.name] = package.name
@@ -384,7 +387,7 @@ class _Build:
         return False
 
     def _build_package(self, package: SourcePackage, definitions: Definitions) -> None:
-        """Build a package that compiles nothing, or the part of a package that needs no compiler."""
+        """Build a package without compiled code, or the part of a package that needs no compiler."""
         project = self._result.projects[package.name]
         is_broken = package.name in self._broken
         steps = StepRunner(project.steps, project.binary, self._variables, self._say)

@@ -1,8 +1,8 @@
 """Run CMake and make on several packages at once, and find out which of them fail.
 
 All packages share one build folder, as in genuine catkin_make. CMake stops at the first package that it
-cannot configure; its output names this package. make continues with other targets, and then each package is
-made alone to see whether it is complete.
+cannot configure; its output names this package. If a target fails, make continues with the other targets.
+Afterwards, make is run for each package to determine whether the package is complete.
 """
 
 from __future__ import annotations

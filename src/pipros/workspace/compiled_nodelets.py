@@ -1,4 +1,4 @@
-"""C++ nodelets that the genuine program could load on this machine."""
+"""C++ nodelets that the genuine `nodelet` program could load on this machine."""
 
 from __future__ import annotations
 

@@ -147,7 +147,7 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
 
 
 def _write_stubs(project: Project, definitions: Definitions, prefix: Path) -> None:
-    """Write type stubs for editors, which cannot see classes that are generated on import."""
+    """Write type stubs for editors, because message classes are only generated on import."""
     try:
         stubs = package_stubs(project.name, definitions, has_module=True)
     except (DefinitionError, NotFound):
@@ -163,7 +163,9 @@ def install_package(
     settings: Mapping[str, str],
     say: Say,
 ) -> None:
-    """Copy the files that a package installs, and write type stubs for its messages. Wheels have these files.
+    """Copy the files that a package installs, and write type stubs for its messages.
+
+    Wheels of packages contain the same files.
 
     Args:
         settings: CMake variables for `install(CODE)` and `install(SCRIPT)`.

@@ -69,8 +69,8 @@ def find_executables(
     """Return the programs called `name` in `package`.
 
     `workspaces` are the built workspaces to search; defaults to the workspaces in `CMAKE_PREFIX_PATH`. Only
-    the first workspace that has programs for this package is used. The programs of the package of that name
-    shipped with pipros, and then Debian's, are used if there are no others.
+    the first workspace that has programs for this package is used. If no program is found, the package of the
+    same name that is shipped with pipros is searched, then Debian's.
     """
     if workspaces is None:
         workspaces = built_workspaces()

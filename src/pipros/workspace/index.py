@@ -1,4 +1,4 @@
-"""An index of the ROS packages on `ROS_PACKAGE_PATH`, installed by pip, shipped with pipros, and Debian's."""
+"""An index of ROS packages: on `ROS_PACKAGE_PATH`, installed by pip, shipped with pipros, or from Debian."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class PackageIndex:
 
     @property
     def advice(self) -> str:
-        """How to correct ROS_PACKAGE_PATH if a package was not found.
+        """Advice on correcting ROS_PACKAGE_PATH, for errors about missing packages.
 
         Empty if the path lists at least one folder besides pipros's and Debian's, and all listed folders
         exist.

@@ -11,7 +11,7 @@ from pipros.workspace.overlays import built_workspaces
 
 
 class NoFlags(PiprosError):
-    """pkg-config is not installed, or does not know the package."""
+    """pkg-config is not installed, or cannot find the package."""
 
 
 def flags(package: str, option: str, prefix: str = "") -> list[str]:
@@ -23,7 +23,7 @@ def flags(package: str, option: str, prefix: str = "") -> list[str]:
             topmost overlay first.
 
     Raises:
-        NoFlags: pkg-config is missing or does not know the package; the message says what to do.
+        NoFlags: pkg-config is missing or cannot find the package; the message says what to do.
     """
     program = shutil.which("pkg-config")
     command = f"pkg-config --{option} {package}"

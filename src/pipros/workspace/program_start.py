@@ -3,7 +3,7 @@
 The first line of most nodes is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a
 pipros tool is called by its full path, without an activated virtual environment, that is usually a Python
 without pipros. Therefore, the tools put the folder of their own interpreter first. `script_interpreter`
-decides about first lines that name one interpreter, such as `#!/usr/bin/python3`.
+handles first lines that name a specific interpreter, such as `#!/usr/bin/python3`.
 """
 
 from __future__ import annotations
@@ -44,8 +44,9 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
 def environment_of(program: Path, variables: Mapping[str, str]) -> dict[str, str]:
     """Return `program_environment` for one program.
 
-    A compiled program is linked with genuine roscpp. If Debian's packages are installed, it finds them on
-    `ROS_PACKAGE_PATH`, with the descriptions of their plugins, and also the packages that pip installed.
+    Compiled programs are linked with genuine roscpp, and need the plugin descriptions in Debian's packages.
+    If these are installed, their folder and the folders of packages installed by pip are added to
+    `ROS_PACKAGE_PATH`.
     """
     environment = program_environment(variables)
     if is_compiled(program) and next(manifest_folders(), None):
@@ -62,7 +63,7 @@ def command_of(
 ) -> list[str]:
     """Return the command line that runs a program, with a prefix such as `gdb -ex run --args`.
 
-    The prefix is split into words as in a shell; no shell is run. `variables` are the environment of the
+    The prefix is split into words as in a shell; no shell is run. `variables` is the environment of the
     program.
 
     Raises:
@@ -82,7 +83,7 @@ def command_of(
 def starter_of(program: Path, variables: Mapping[str, str]) -> tuple[str, ...]:
     """Return the words that start a Python script with pipros's interpreter.
 
-    Empty if the operating system starts the program, or refuses to.
+    The result is empty if the operating system starts the program directly, or cannot start it.
 
     Raises:
         InvalidEnvironment: `PIPROS_INTERPRETER` has an unknown value.
@@ -94,7 +95,7 @@ def starter_of(program: Path, variables: Mapping[str, str]) -> tuple[str, ...]:
 def why_not_startable(program: Path, variables: Mapping[str, str] = os.environ) -> str | None:
     """Return a description of the problem with a script's first line, or None if there is none.
 
-    The kernel's own error is unhelpful. `variables` are the environment of the program.
+    The kernel's own error is unhelpful. `variables` is the environment of the program.
 
     Raises:
         InvalidEnvironment: `PIPROS_INTERPRETER` has an unknown value.

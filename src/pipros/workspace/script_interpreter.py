@@ -56,9 +56,9 @@ class _FirstLine:
 
 
 def interpreter_of(program: Path, variables: Mapping[str, str]) -> ScriptInterpreter | None:
-    """Return the interpreter that starts `program`; None if its first line does not name a Python.
+    """Return the interpreter that starts `program`; None if its first line does not name Python.
 
-    `variables` are the environment of the program.
+    `variables` is the environment of the program.
 
     Raises:
         InvalidEnvironment: `PIPROS_INTERPRETER` has an unknown value.
@@ -116,7 +116,7 @@ def _first_line(program: Path) -> _FirstLine | None:
         start = file.read(_FIRST_LINE_BYTES).split(b"\n", 1)[0]
     if not start.startswith(b"#!") or start.endswith(b"\r"):
         return None
-    # Like the kernel: the interpreter, and the rest as a single argument.
+    # As in the kernel, everything after the interpreter is a single argument.
     named, _, option = os.fsdecode(start[2:]).strip(" \t").replace("\t", " ").partition(" ")
     option = option.strip()
     has_env = os.path.basename(named) == "env"

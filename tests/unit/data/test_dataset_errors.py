@@ -24,7 +24,7 @@ def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[
     made()
     Path("robot.yaml").write_text(CONFIG.replace("rate: 10", "rate: 5"))
     assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out"]) == 1
-    assert "out has another rate and config_sha256. Choose a new" in capsys.readouterr().err
+    assert "in out has a different rate and config_sha256. Choose a new" in capsys.readouterr().err
     Path("full").mkdir()
     Path("full/mine.txt").write_text("keep")
     assert dataset(["run.bag", "--config", "robot.yaml", "-o", "full"]) == 1

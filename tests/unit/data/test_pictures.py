@@ -74,7 +74,7 @@ def test_clouds_are_structured_arrays(folder: Path) -> None:
         column = bags.table("/c")["_points"]
 
     assert (column[0]["x"].tolist(), column[0]["rgb"].tolist()) == ([[1.5, 2.5]], [[7, 8]])
-    with pytest.raises(PictureError, match="'x' must fit once into a point of 12 bytes"):
+    with pytest.raises(PictureError, match="'x' must be unique and fit into a point of 12 bytes"):
         column[1]
     with pytest.raises(PictureError, match=r"2 x 1 points .* need 24 bytes, got 1"):
         column[2]

@@ -9,7 +9,7 @@ from pipros.bag.reader import BagReader
 from pipros.cli.rosbag.rewriting import bag_parser
 from pipros.cli.runner import CommandError, add_flag
 
-_CURE = "Use genuine rosbag with GnuPG for it, and keep the result on an encrypted disk or encrypt the file"
+_CURE = "Use genuine rosbag with GnuPG, keep the bag on an encrypted disk, or encrypt the file"
 
 
 def decrypt(argv: Sequence[str]) -> int:
@@ -32,5 +32,6 @@ def _refuse(parser: OptionParser, argv: Sequence[str], name: str) -> int:
     for path in paths:
         with BagReader(path):  # opening the file reports any problems with it, including encryption
             pass
-    what = "is not encrypted, so there is nothing to decrypt" if name == "decrypt" else "cannot be encrypted"
-    raise CommandError(f"[{paths[0]}] {what}; pipros does not support encrypted bags. {_CURE}")
+    if name == "decrypt":
+        raise CommandError(f"[{paths[0]}] is not encrypted, so there is nothing to decrypt")
+    raise CommandError(f"cannot encrypt [{paths[0]}]: pipros does not support encrypted bags. {_CURE}")

@@ -61,7 +61,7 @@ def export(argv: Sequence[str]) -> int:
 def _file_names(topics: Iterable[str]) -> dict[str, str]:
     """Return each topic's output file or folder name, without suffix: `a__b` for `/a/b`.
 
-    If names would collide, including on a case-insensitive file system, append a number to the later names.
+    A number is appended to a name that would collide with an earlier name, ignoring case.
 
     Raises:
         CommandError: a topic name is invalid and could point outside the output folder.
@@ -70,7 +70,7 @@ def _file_names(topics: Iterable[str]) -> dict[str, str]:
     taken: set[str] = set()
     for topic in topics:
         if not is_legal_topic(topic):
-            raise CommandError(f"[{listed(topic)}] is not a legal topic name. Name the topics to export")
+            raise CommandError(f"[{listed(topic)}] is not a legal topic name. Give the topics to export")
         base = name = canonicalize(topic).strip("/").replace("/", "__")
         number = 1
         while name.lower() in taken:

@@ -34,7 +34,7 @@ class OtherBags(Protocol):
         ...
 
     def target_name(self, source: Path) -> str:
-        """Return the name of an input's output in the folder given with `--output-dir`."""
+        """Return the name of the output for an input bag, in the folder given with `--output-dir`."""
         ...
 
     def written(self, target: Path, options: Any) -> AbstractContextManager[MessageSink]:

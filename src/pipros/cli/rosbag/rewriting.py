@@ -81,7 +81,7 @@ def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
 
 
 def _with_backup(path: Path, options: Values, work: Work) -> None:
-    """Replace the bag with a rewritten bag, and keep the old bag as `name.orig.bag`."""
+    """Replace a bag with its rewritten version, and keep the original as `name.orig.bag`."""
     backup = path.with_name(f"{path.stem}.orig{path.suffix}")
     if backup.exists() and not options.force:
         if not options.quiet:

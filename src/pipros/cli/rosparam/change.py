@@ -71,7 +71,7 @@ def _text(file: str) -> str:
         return _contents(file).decode("utf-8")
     except UnicodeDecodeError as error:
         raise CommandError(
-            f"[{file}] is not UTF-8 text ({error.reason}); -b sets it as binary data"
+            f"[{file}] is not UTF-8 text ({error.reason}); use -b to set binary data"
         ) from None
 
 

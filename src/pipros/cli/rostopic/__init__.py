@@ -47,7 +47,7 @@ started.
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one subcommand. Remapping arguments (`a:=b`) apply to its node and are not options."""
+    """Run one subcommand. Remapping arguments (`a:=b`) are passed to the subcommand's node."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] and arguments[0] in NODES:
         accept_ctrl_c()

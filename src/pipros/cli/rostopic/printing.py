@@ -48,7 +48,7 @@ class MessagePrinter:
         self.show_message(self._decoder.decode(raw), None, self._source.topic)
 
     def show_message(self, message: Any, received_ns: int | None, topic: str) -> None:
-        """Print a decoded message; see `show`. `received_ns`, if given, is its time in table rows."""
+        """Print a decoded message; see `show`. In table rows, its time is `received_ns`, if given."""
         if self._filter is not None and not self._filter(message, topic):
             return
         try:

@@ -189,7 +189,7 @@ class _Publishing:
 
 
 def _warn_of_silence(subscribers: Sequence[str]) -> None:
-    """Say that no subscriber has connected, if the master knows any. They may still do so later."""
+    """Warn that none of the registered subscribers has connected yet. Do nothing if there are none."""
     if subscribers:
         names, verbs = (
             ", ".join(subscribers),

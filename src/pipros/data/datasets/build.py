@@ -52,7 +52,7 @@ def build(
         shown: called with the number of finished episodes and the number of all episodes.
 
     Raises:
-        BadSettings: the description does not fit the bags, or the folder contains something else.
+        BadSettings: the description does not fit the bags, or the folder contains other files.
         BagError: a bag is damaged. Finished episodes are kept.
         MissingExtra: a library is not installed.
     """
@@ -150,7 +150,9 @@ def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Ep
         raise BadSettings(f"{path} is damaged: {error}. Choose a new folder") from None
     changed = [key for key in plan if before.get(key) != plan[key]]
     if changed:
-        raise BadSettings(f"{folder} has another {' and '.join(changed)}. Choose a new folder")
+        raise BadSettings(
+            f"the data set in {folder} has a different {' and '.join(changed)}. Choose a new folder"
+        )
 
 
 def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
@@ -173,7 +175,7 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
 def _submitted(pool: ProcessPoolExecutor, work: Sequence[_Work]) -> list[Future[None]]:
     """Submit the work with SIGINT blocked.
 
-    The new processes inherit the signal mask, so Ctrl-C during their start does not print tracebacks.
+    The new processes inherit the signal mask, so that Ctrl-C during their start causes no tracebacks.
     """
     if sys.platform == "win32":  # Windows has no signal masks
         return [pool.submit(write_episode, job) for job in work]

@@ -30,7 +30,7 @@ Picture = Any
 
 
 def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> RecordedTopic:
-    """Return the times of a camera's messages. Their values are checksums of the pictures."""
+    """Return the times of a camera's messages, with checksums of the pictures as values."""
     sums: list[int] = []
     times = []
     for table in batches(bags, source, start, end):
@@ -48,7 +48,7 @@ def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> Record
 def pictures(
     bags: Bags, source: CameraSource, start: int, end: int, wanted: NDArray[np.int64]
 ) -> Iterator[Picture]:
-    """Yield the pictures of the messages with the numbers `wanted`, which must not decrease.
+    """Yield the pictures of the messages with the indices `wanted`, in ascending order.
 
     Raises:
         PictureError: the size of a picture does not match its message, or its encoding is not supported.
@@ -112,7 +112,7 @@ def steady(found: Iterator[Picture], broken: list[Picture]) -> Iterator[Any]:
 
 
 def write_video(file: Any, found: Iterator[Picture], rate: float, threads: int) -> int:
-    """Write pictures as a video: H.264 in MP4, preset fast. Return the number of damaged pictures.
+    """Write pictures as a video: H.264 in MP4, with the preset `fast`. Return the number of damaged pictures.
 
     Sizes are rounded down to even numbers. All pictures are scaled to the size of the first one.
     """

@@ -52,12 +52,12 @@ class SignalSource(DatasetSource):
     """Numbers from a topic."""
 
     fields: tuple[str, ...]  # empty for the usual fields of the type
-    names: tuple[str, ...]  # names of the numbers; if messages have a field `name`, they select numbers
+    names: tuple[str, ...]  # names of the numbers; they select numbers if messages have a field `name`
     unit: str  # the unit in the data set; may be empty
     scale: float  # factor from the numbers in the messages to this unit
     least: tuple[float, ...]  # minimum in this unit: empty, one for all numbers, or one for each
     most: tuple[float, ...]  # maximum, like `least`
-    type: str  # for actions: the message type; empty for the type known to the master
+    type: str  # for actions: the message type; empty to ask the master
     stop: str | tuple[float, ...]  # for actions: `zero`, `hold` or numbers; empty for the default
     teleop: str  # for actions: the topic of a teleoperator's commands; may be empty
 
@@ -77,7 +77,7 @@ class DatasetConfig:
     gaps: str  # how to treat rows without a message within the tolerance: one of GAPS
     marker: str  # the topic that marks episodes; empty if each bag is one episode
     task: str  # the task as text; empty if it is unknown or read from `task_topic`
-    task_topic: str  # the topic that names the task; may be empty
+    task_topic: str  # the topic of the task's text; may be empty
     signals: tuple[SignalSource, ...]
     cameras: tuple[CameraSource, ...]
     watchdog: float  # time (s) after a policy's last action until the robot is stopped; 0 for no limit
@@ -117,7 +117,7 @@ def read_config(path: Path) -> DatasetConfig:
     signals = tuple(_signal(each, shared) for group in groups for each in group.sections())
     cameras = tuple(_camera(each, shared) for each in top.section("cameras").sections())
     if not signals and not cameras:
-        raise top.error("", "observations, actions or cameras must name a topic. Try --suggest")
+        raise top.error("", "observations, actions or cameras must contain a topic. Try --suggest")
     rate = top.number("rate", None, least=0.001, most=10_000)
     task, task_topic = _text_or_topic(top, "task", ["topic"])
     episodes, marker = _text_or_topic(top, "episodes", ["topic", "service"])
@@ -134,7 +134,7 @@ def _text_or_topic(top: Settings, key: str, kinds: list[str]) -> tuple[str, str]
     section = top.section(key)
     section.only(kinds)
     if len(section.values) != 1:
-        raise top.error(key, f"must have one of {' and '.join(kinds)}")
+        raise top.error(key, f"must contain exactly one key: {' or '.join(kinds)}")
     return "", section.text(next(iter(section.values)))
 
 

@@ -36,7 +36,7 @@ class SignalRows:
 
 @dataclass(frozen=True, slots=True)
 class CameraRows:
-    """The pictures of a camera: the index of each row's message. Gaps have the index of the row before."""
+    """The pictures of a camera: the index of each row's message. Gaps have the index of the previous row."""
 
     source: CameraSource
     messages: NDArray[np.int64]
@@ -117,9 +117,9 @@ def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> Episode
 def aligned(
     rows: NDArray[np.int64], times: NDArray[np.int64], source: DatasetSource, *, is_held: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Return the number of the message for each row, and a mask of the rows without a message.
+    """Return the index of each row's message, and a mask of the rows without a message.
 
-    The numbers of masked rows are undefined. If `is_held` is true, a row without a message within the
+    The indices of masked rows are undefined. If `is_held` is true, a row without a message within the
     tolerance gets the last earlier message, however old it is.
     """
     pick = "nearest" if source.pick == LINEAR else source.pick

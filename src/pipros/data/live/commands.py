@@ -48,12 +48,12 @@ class DriveCommand:
     """
 
     def __init__(self, node: Node, source: SignalSource, end_s: float) -> None:
-        """Advertise the topic. If the description names no type, wait until the master knows it.
+        """Advertise the topic. If the description does not specify a type, wait until the master has one.
 
         Raises:
             BadSettings: the description does not fit the type, or does not say how to stop.
             NotFound: the type is not installed.
-            RobotSilent: the master does not know the type by the monotonic time `end_s`.
+            RobotSilent: the master has no type for the topic by the monotonic time `end_s`.
         """
         self.source = source
         self.topic = node.resolve(source.topic)

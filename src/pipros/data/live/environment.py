@@ -17,7 +17,7 @@ _Base: Any = _gymnasium.Env
 
 
 class RobotEnvironment(_Base):  # type: ignore[misc]
-    """`gymnasium.Env` for a robot. A step publishes an action, waits until it is due, and observes.
+    """`gymnasium.Env` for a robot. A step publishes an action, waits for its due time, and observes.
 
     Steps are due at the rate in the description, counted from `reset`. A late step does not delay the later
     ones; `info["late_s"]` is its delay. An observation contains `state` and the picture of each camera.
@@ -35,7 +35,7 @@ class RobotEnvironment(_Base):  # type: ignore[misc]
         on_reset: Callable[[LiveRobot], object] | None = None,
         **options: Any,
     ) -> None:
-        """Connect. Takes the options of `LiveRobot`, and raises the same errors.
+        """Connect, with the options of `LiveRobot`. Raises the same errors.
 
         Args:
             reward: function that returns the reward for an observation and the preceding action; by

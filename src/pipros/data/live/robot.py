@@ -42,12 +42,12 @@ class LiveRobot:
     """
 
     def __init__(self, path: str | Path, *, master_uri: str | None = None, timeout_s: float = 5.0) -> None:
-        """Connect, and wait until each topic has had a message.
+        """Connect, and wait for a message on each topic.
 
         Raises:
             BadSettings: the description is invalid, or does not fit the robot.
-            RobotSilent: a topic had no message, or an action's type or subscriber was missing, after
-                `timeout_s`.
+            RobotSilent: after `timeout_s`, there is a topic without messages, or an action without a type or
+                subscriber.
             Unreachable: there is no master.
         """
         self.config: DatasetConfig = read_config(Path(path))
@@ -110,7 +110,7 @@ class LiveRobot:
         for each in self._sources:
             most = np.inf if self.config.gaps == "hold" else each.source.tolerance
             if not (age := each.age_s) < np.inf or age > most:
-                what = "is no longer published" if age == np.inf else f"is silent for {age:.2f} s"
+                what = "is no longer published" if age == np.inf else f"has been silent for {age:.2f} s"
                 raise RobotSilent(f"{each.topic} {what} ({each.source.place})")
 
     def __enter__(self) -> Self:
@@ -142,7 +142,7 @@ class LiveRobot:
 
         Raises:
             ActionRefused: the number of values is wrong, or one is outside its limits.
-            RobotSilent: a topic of the robot is silent, or nothing subscribes to a command.
+            RobotSilent: a topic of the robot is silent, or no node subscribes to a command.
             ActRefused: the process that would stop the robot does not respond.
         """
         numbers = np.array(values, np.float64).reshape(-1)

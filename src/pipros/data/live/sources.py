@@ -40,7 +40,7 @@ class LiveSource:
     """
 
     def __init__(self, node: Node, source: SignalSource | CameraSource, topic: str = "") -> None:
-        self.source: Any = source  # callers know which of the two types it is
+        self.source: Any = source  # Any, because each caller relies on one of the two types
         self.topic = topic or source.topic
         self.names: tuple[str, ...] = ()
         self.type = ""
@@ -128,7 +128,7 @@ def wait_until(condition: Callable[[], object], end_s: float, problem: str) -> N
     """Wait for a condition. After the monotonic time `end_s`, raise `RobotSilent` with `problem`."""
     while not condition():
         if time.monotonic() > end_s:
-            raise RobotSilent(f"{problem}. Start its node first")
+            raise RobotSilent(f"{problem}. Start the missing node first")
         time.sleep(POLL_S)
 
 

@@ -27,7 +27,7 @@ class LiveTeleoperator:
     """
 
     def __init__(self, path: str | Path, *, master_uri: str | None = None, timeout_s: float = 5.0) -> None:
-        """Connect, and wait until each topic has had a message. Raises the errors of `LiveRobot`."""
+        """Connect, and wait for a message on each topic. Raises the errors of `LiveRobot`."""
         config = read_config(Path(path))
         for each in config.actions:
             if each.teleop in ("", each.topic):

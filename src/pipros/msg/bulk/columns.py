@@ -99,7 +99,7 @@ class TextColumn(OctetColumn):
         return self.data[begin:end].tobytes().decode("utf-8", "replace")
 
     def valid(self) -> TextColumn:
-        """Return an equal column of valid UTF-8, in which U+FFFD has replaced invalid bytes."""
+        """Return the column as valid UTF-8, with U+FFFD in place of invalid bytes."""
         try:
             self.data[self.offsets[0] : self.offsets[-1]].tobytes().decode()
         except UnicodeDecodeError:
@@ -144,9 +144,9 @@ class ListColumn(_Ragged):
         is_full = sizes > 0
         width = int(sizes.max(initial=0))
         if not isinstance(values, np.ndarray):
-            raise ValueError("cells must be arrays of numbers, got texts or messages")
+            raise ValueError("cells must be arrays of numbers, got strings or messages")
         if (sizes[is_full] != width).any():
-            raise ValueError(f"cells must have as many numbers, got {sizes[is_full].min()} to {width}")
+            raise ValueError(f"all cells must have the same size, got {sizes[is_full].min()} to {width}")
         rows = values[self.offsets[0] : self.offsets[-1]].reshape(int(is_full.sum()), width)
         if len(rows) < len(self):
             found = np.full((len(self), width), np.nan)
@@ -225,7 +225,7 @@ def blank(column: Column, count: int) -> Column:
 
 
 def without(column: Column, is_gap: NDArray[np.bool_]) -> Column:
-    """Return a column with offsets, emptied in the rows where `is_gap` is true. Return others unchanged."""
+    """Empty the cells of a column with offsets where `is_gap` is true. Return other columns unchanged."""
     if isinstance(column, np.ndarray | RecordColumn) or not is_gap.any():
         return column
     kept = column.take(np.flatnonzero(~is_gap))

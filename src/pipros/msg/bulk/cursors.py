@@ -118,7 +118,7 @@ def joined_parts(
 ) -> NDArray[np.uint8]:
     """Return the parts of `data` with these positions and sizes, joined.
 
-    They are written to `out`, if given, whose size must be the sum of `sizes`.
+    The parts are written to `out`, if given. Its size must be the sum of `sizes`.
     """
     total = int(sizes.sum())
     joined = np.empty(total, np.uint8) if out is None else out

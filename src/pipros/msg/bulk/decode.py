@@ -4,8 +4,8 @@ A run of values is read at the cursors of all messages: as strided views if the 
 otherwise with one copy. A part of variable size moves each cursor by the size of the part in that message.
 The elements of arrays of messages have separate cursors, which `walk.py` finds.
 
-Memory grows with the size of the data: before anything is allocated for an array, its claimed length is
-compared with the number of bytes left.
+Memory use is proportional to the size of the data: before memory is allocated for an array, its claimed
+length is compared with the number of bytes left.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Plans for reading messages as columns, made from their definitions.
 
-A plan is a sequence of steps: runs of values at fixed offsets, and parts whose sizes the messages contain.
-Fields of embedded messages become fields of the outer message, with dotted names. Fields that take no bytes
-have no column.
+A plan is a sequence of steps: runs of values at fixed offsets, and parts whose sizes are stored in the
+messages. Fields of embedded messages become fields of the outer message, with dotted names. Fields that take
+no bytes have no column.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class FixedRun:
 
 @dataclass(frozen=True, slots=True)
 class SizedPart:
-    """A part whose size the message contains, or an array of messages or strings.
+    """A part whose size is stored in the message, or an array of messages or strings.
 
     Attributes:
         base: `string`, or the type of the elements.
@@ -83,7 +83,7 @@ class MessagePlan:
     Attributes:
         type: the name of the type.
         steps: the steps, in the order of the fields.
-        size: the size of a message in bytes, if all have the same size.
+        size: the size of a message in bytes; None if it varies.
         least_bytes: the minimum size of a message.
     """
 

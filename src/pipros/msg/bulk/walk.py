@@ -140,7 +140,7 @@ def _checked(position: int, size: int, end: int) -> int:
 
 
 def element_size(part: SizedPart) -> int | None:
-    """Return the size of an element of a part, or of a character; None if it varies."""
+    """Return the size of an element of an array, or 1 for the characters of a string; None if it varies."""
     if not part.is_array:
         return 1
     if part.element is not None:

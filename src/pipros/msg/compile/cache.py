@@ -52,7 +52,7 @@ class CompiledTypes:
     """A folder in which the compiled code of types is cached."""
 
     def __init__(self, folder: str, files: DefinitionFiles, compiler: Sequence[str] = _COMPILER) -> None:
-        """Store the settings. A change of one of the files `compiler` makes all entries invalid."""
+        """Store the settings. A change to any file listed in `compiler` invalidates all entries."""
         self._folder = CacheFolder(folder)
         self._files = files
         folder_of_msg = os.path.dirname(os.path.dirname(__file__))

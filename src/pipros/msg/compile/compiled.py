@@ -29,7 +29,7 @@ class CompiledMessage(Message):
     __slots__ = ()
 
     def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
-        """Like `deserialize`, but create numpy arrays for arrays of numbers. They share the memory of `str`.
+        """Like `deserialize`, but create numpy arrays, which share the memory of `str`, for numbers.
 
         As in genpy, octets become `bytes` and booleans become a list.
 
@@ -49,7 +49,7 @@ class CompiledMessage(Message):
     ) -> AnyMessage:
         """Like `deserialize`, but create numpy arrays for `uint8[]` and `char[]` fields.
 
-        They share the memory of `data`, and are read-only if that is.
+        The arrays share the memory of `data`, and are read-only if `data` is.
 
         Args:
             numpy: the module numpy.

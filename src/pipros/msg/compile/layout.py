@@ -78,7 +78,7 @@ class TypeLayouts:
         self._known: dict[str, TypeLayout] = {}
 
     def of(self, spec: MessageSpec) -> TypeLayout:
-        """Return the layout of a type. `lookup` must know all embedded types, but need not know this type."""
+        """Return the layout of a type. `lookup` must find all embedded types, but need not find this type."""
         members: dict[str, TypeLayout] = {}
         for field in spec.fields:
             base = field.type.base

@@ -105,7 +105,7 @@ def _fixed_octets(value: Any, length: int) -> bytes:
 
 
 def _allowed(values: int) -> int:
-    """Return how many excess values are still allowed in a message that already contains `values`.
+    """Return how many excess values are still allowed in a message that already has `values` of them.
 
     Excess values are those beyond the number that the message's size allows.
 

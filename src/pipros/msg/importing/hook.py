@@ -1,7 +1,7 @@
 """Import `<package>.msg` and `<package>.srv` directly from definition files.
 
 Three finders work together. `PackageFinder` is last in `sys.meta_path`: it finds the ROS package `my_pkg` if
-no other finder knows a module of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
+no other finder finds a module of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
 `my_pkg.srv`. Without it, a folder `my_pkg/msg` with definitions below the working directory would be taken
 for a Python namespace package. Real Python packages, such as those that catkin generates in a devel space,
 take precedence, with one exception: `WorkspaceFinder`, which is second, prefers a Python package in the
@@ -187,8 +187,8 @@ class WorkspaceFinder:
     folder in the workspace has the module's name. The folders are listed once for each value of
     `ROS_PACKAGE_PATH`.
 
-    A package in the workspace hides all modules of a wheel of the same package, even modules that the
-    workspace does not have.
+    A package in the workspace hides all modules of a wheel of the same package, even modules that are
+    missing from the workspace.
 
     Args:
         find_in_workspace: function that takes the names of a module and of a ROS package, and returns the

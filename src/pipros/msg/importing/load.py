@@ -39,7 +39,7 @@ def load_service_class(type_name: str) -> Any:
 def installed_md5(type_name: str) -> str | None:
     """Return the MD5 sum of an installed message type, or None if it is not installed or is invalid.
 
-    Nothing is imported, so the type may have been named by a peer.
+    Nothing is imported, so the name may come from an untrusted peer.
     """
     from pipros.msg.language.digest import message_md5
 

@@ -1,6 +1,6 @@
 """The modules that the import hook creates: one for a package's messages or services, and one for each type.
 
-For example, `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. As in
+For example, `std_msgs.msg` lists the names of its types, and compiles each type on its first use. As in
 packages that genpy generates, the class `String` is defined in `std_msgs.msg._String`. Pickles written with
 either kind of package can therefore be read with the other.
 """

@@ -113,8 +113,8 @@ class FaultProxy:
     def cut(self, *kinds: Kind, reset: bool = True) -> int:
         """Break all open connections of these kinds (by default `topics`), and return their number.
 
-        New connections are still accepted. If `reset` is false, both ends see an orderly end of the stream,
-        as if the other process had been killed.
+        New connections are still accepted. If `reset` is false, connections are closed without a reset, as
+        if the other process had been killed.
         """
 
         async def cut() -> int:
@@ -132,7 +132,7 @@ class FaultProxy:
         self._stall(kinds, stall=False)
 
     def refuse(self, *kinds: Kind, refuse: bool = True) -> None:
-        """Reset new connections of these kinds (by default `topics`), until called with `refuse=False`."""
+        """Reset new connections of these kinds (by default `topics`). `refuse=False` accepts them again."""
         for switch in self._chosen(kinds):
             switch.is_refusing = refuse
 
@@ -219,7 +219,7 @@ class FaultProxy:
 
 
 def _is_unix_stream(value: object) -> bool:
-    """Return whether a value offers a Unix stream, which would lead past the proxy."""
+    """Return whether a value offers a Unix stream, which would bypass the proxy."""
     return isinstance(value, list) and value[:1] == [local_stream.PROTOCOL]
 
 

@@ -40,7 +40,7 @@ class ProxyCounts:
 class Switch:
     """Shared state of a group of proxies: the faults, the counts, and whether forwarding is stalled.
 
-    Use it in one event loop. Other threads may only set `is_refusing` and read `counts`.
+    Use a switch in one event loop only. Other threads may only set `is_refusing` and read `counts`.
     """
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class Switch:
         self.links: set[ProxiedLink] = set()
 
     def inject(self, faults: Faults) -> None:
-        """Replace the faults, also for open connections."""
+        """Replace the faults, including those of open connections."""
         self.faults = faults
         for link in self.links:
             link.use(faults)

@@ -30,7 +30,7 @@ class NativeTarget:
     """A reason to build a package with genuine catkin. `what` completes "the package [x] …".
 
     Attributes:
-        target: the compiled target; empty if the reason is another, such as an unknown command.
+        target: the compiled target; empty for other reasons, such as an unknown command.
     """
 
     what: str
