@@ -61,7 +61,7 @@ def test_everything_but_the_failing_programs_is_built(plain_ros: RosSystem) -> N
     assert "no_compile: " in failed
     assert "error: " in failed[failed.index("no_compile: ") :].splitlines()[0]
     assert "skipped: needs_config (needs no_config)" in failed
-    assert "only_python compiles nothing, so it is built without" in built.output
+    assert "only_python compiles nothing, so it is built anyway" in built.output
     for space in ("devel", "install"):
         programs = workspace / space / "lib"
         for name in ("good", "no_config", "no_component", "no_compile", "needs_config", "only_python"):

@@ -66,7 +66,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "catkin_test_results": "summarize test results",
     },
 }
-"""Headings, each with the programs of ROS and their purposes. Only installed ones are printed."""
+"""Headings, each with the programs of ROS and their purposes. Only installed programs are printed."""
 
 
 ROOMS_AFTER = "Inspect and control a running system"

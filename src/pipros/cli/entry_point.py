@@ -18,13 +18,13 @@ OUTPUT_FAILED = 120
 """Python's exit code for failed writes to standard output, and therefore also that of Noetic's commands."""
 
 INTERRUPTED = 130
-"""The code of shells for a command that SIGINT ended."""
+"""The exit code that shells report for a command that SIGINT ended."""
 
 _Arguments = ParamSpec("_Arguments")
 
 _replaced_streams: list[Any] = []
-"""Standard outputs of commands that have ended. Without a reference, a stream is freed, which crashes a
-thread that is just printing to it: in Python 3.11, `print` holds no reference of its own.
+"""Standard outputs of commands that have ended. Without a reference, a stream would be freed, which would
+crash a thread that is printing to it, because Python 3.11's `print` holds no reference.
 """
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     Launching = LaunchSession | Child
 
 _WAIT_ANSWER_S = 1.0
-"""How long `--wait` waits for one answer of the master before it tries again."""
+"""Time limit for one response from the master, after which `--wait` retries."""
 
 
 @command

@@ -42,10 +42,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="Assuming packages listed in test_depends are also installed",
     )
     add_flag(parser, "-i", "--ignore-unset-args", help="Ignore check for default value of <arg> parameters")
-    add_flag(parser, "--survey", help="list who provides each program that launch files in directories name")
+    add_flag(parser, "--survey", help="list the programs in directories' launch files, with providers")
     parser.add_option("--csv", metavar="FILE", help="the same for the nodes in a CSV file")
     parser.add_option(
-        "--without", metavar="PACKAGES", help="with --csv: count also as if pipros lacked these ('a b')"
+        "--without", metavar="PACKAGES", help="with --csv: also count as if pipros lacked these ('a b')"
     )
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if options.csv or options.survey:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 BagPath = str | os.PathLike[str]
 _BATCHES = 8
-"""How many times `table_batch_bytes` a table in memory is read at once."""
+"""Size of the batches from which a table in memory is built, in multiples of `table_batch_bytes`."""
 Counted = Callable[[int], None]
 """Called with the number of messages that have been read so far."""
 

@@ -114,7 +114,7 @@ class Database:
             while (batch := self._work(next, reader, None)) is not None:
                 yield batch
         except (self._duckdb.CatalogException, self._duckdb.BinderException) as error:
-            hint = "Columns with dots need double quotes. Tables are named as topics:"
+            hint = "Columns with dots need double quotes. Tables have the names of topics:"
             raise QueryError(f"{error}\n{hint} {', '.join(map(listed, self._topics))}") from None
         except (self._duckdb.Error, self._arrow.ArrowException) as error:
             raise QueryError(str(error)) from None

@@ -307,7 +307,7 @@ class _Build:
         for absent in project.absent:
             self._say(
                 f"-- WARNING: {absent.place}: find_package() did not find [{absent.name}]. {package.name} "
-                "compiles nothing, so it is built without; its programs may need it"
+                "compiles nothing, so it is built anyway; its programs may need the missing package"
             )
 
     def _check_reconfigure_options(self, natives: Sequence[SourcePackage]) -> None:

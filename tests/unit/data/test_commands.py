@@ -81,7 +81,7 @@ def test_dates_and_every_nth_message_are_chosen() -> None:
 
 def test_columns_of_bytes_are_left_out_of_csv(capsys: pytest.CaptureFixture[str]) -> None:
     assert rosbag(["table", "run.bag", "/camera", "-o", "out.csv"]) == 0
-    assert capsys.readouterr().err == "data is left out, because CSV has no bytes\n"
+    assert capsys.readouterr().err == "data is left out, because CSV cannot store bytes\n"
     assert (
         Path("out.csv")
         .read_text()
@@ -129,7 +129,7 @@ def test_queries_select_rows_of_topics(capfdbinary: Any) -> None:
 
 def test_errors_about_names_list_the_topics(capsys: pytest.CaptureFixture[str]) -> None:
     for sql in ("SELECT 1 FROM nix", "SELECT arm.joints FROM n"):
-        assert "Tables are named as topics: /arm/joints, " in failure(capsys, "query", "run.bag", sql)
+        assert "Tables have the names of topics: /arm/joints, " in failure(capsys, "query", "run.bag", sql)
 
 
 @pytest.mark.parametrize(

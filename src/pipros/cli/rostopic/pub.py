@@ -197,7 +197,7 @@ def _warn_of_silence(subscribers: Sequence[str]) -> None:
         )
         print(
             f"{names} {verbs[0]}, but {verbs[1]} not connected to this publisher. If the machine cannot "
-            "reach this one, set ROS_IP; `pipros doctor` says to which address",
+            "reach this one, set ROS_IP; `pipros doctor` shows the right address",
             file=sys.stderr,
             flush=True,
         )

@@ -18,8 +18,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Make or describe a data set. Return the exit code: 1 after an error, or if no episode was written."""
     parser = ArgumentParser(
         prog="pipros dataset",
-        description="Writes episodes with one rate, as robot.yaml describes them. The same command continues "
-        "after an interruption. OUT/report.md has the findings of the checks.",
+        description="Writes episodes at a constant rate, as described in robot.yaml. Repeat the command to "
+        "continue after an interruption. OUT/report.md contains the findings of the checks.",
     )
     parser.add_argument("bags", nargs="*", metavar="BAG", help="bags, or patterns such as 'run*.bag'")
     parser.add_argument("--suggest", action="store_true", help="print a first description of the topics")

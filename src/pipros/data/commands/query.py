@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 _USAGE = """rosbag query [options] BAG... 'SELECT ...'
 
-Prints rows as CSV. A table is named as its topic: "/imu/data", with double quotes, or imu_data. Columns with
-dots need double quotes, too: "header.stamp"."""
+Prints rows as CSV. A table has the name of its topic: "/imu/data", with double quotes, or imu_data. Columns
+with dots need double quotes, too: "header.stamp"."""
 
 
 def query(argv: Sequence[str]) -> int:
@@ -45,7 +45,7 @@ def query(argv: Sequence[str]) -> int:
     ):
         left_out = _query(bags, sql, folder, options)
     for name in left_out:
-        print(f"{name} is left out, because CSV has no bytes", file=sys.stderr)
+        print(f"{name} is left out, because CSV cannot store bytes", file=sys.stderr)
     return 0
 
 

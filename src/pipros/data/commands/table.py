@@ -65,5 +65,5 @@ def table(argv: Sequence[str]) -> int:
         if output.exists() and any(output.samefile(name) for name in names if Path(name).exists()):
             raise CommandError(f"the output must not be a bag that is read, got [{output}]")
         for name in write_arrow((each.to_arrow() for each in tables), output, kind):
-            print(f"{name} is left out, because CSV has no bytes", file=sys.stderr)
+            print(f"{name} is left out, because CSV cannot store bytes", file=sys.stderr)
     return 0

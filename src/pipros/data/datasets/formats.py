@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pipros.data.datasets.rows import CameraRows, EpisodeRows
 
 _JPEGS = 200
-"""JPEG pictures in a row group."""
+"""Number of JPEG pictures in a row group."""
 
 Writer = Callable[[Path, "EpisodeRows", "Bags", int], int]
 """Writes an episode below a folder, with a number of threads; returns the number of damaged pictures."""

@@ -47,7 +47,7 @@ USUAL_FIELDS: dict[str, tuple[str, ...]] = {
     },
     "std_msgs/Bool": ("data",),
 }
-"""The fields that are read, by message type, if the description names none."""
+"""The fields to read if the description lists none, by message type."""
 
 
 @dataclass(frozen=True, slots=True)

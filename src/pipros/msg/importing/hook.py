@@ -50,7 +50,7 @@ DEPENDENCIES = frozenset(
         ),
     )
 )
-"""Modules that pipros's own commands import, in lower case. No package is searched for them."""
+"""Modules that pipros's own commands import, in lower case. ROS packages are not searched for these."""
 
 
 def install() -> None:
