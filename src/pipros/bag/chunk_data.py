@@ -30,9 +30,9 @@ _VIEW_BYTES = 64 * 1024
 """Mean message size above which a chunk's messages are decoded without a copy."""
 
 _SLOW = {BZ2, ZSTD}
-"""Compressions that are worth a thread. With lz4, allocating each chunk's memory takes longer than
-decompressing it, and twice as long in a thread, whose heap returns the memory to the system: an image of
-0.9 MB took 1,550 us of processor time instead of 700.
+"""Compressions for which threads save time. They do not for lz4, because allocating a chunk's memory takes
+longer than decompressing the chunk, and twice as long in a thread, whose heap returns the memory to the
+system: an image of 0.9 MB took 1,550 us of processor time instead of 700.
 """
 
 _AHEAD_BYTES = 64 * 1024 * 1024

@@ -1,4 +1,4 @@
-"""Record topics by subscribing to the selected topics as they appear, and writing their messages."""
+"""Subscribe to the selected topics as they appear, and write their messages to files."""
 
 from __future__ import annotations
 

@@ -246,7 +246,7 @@ class BagWriter:
     def finish(self) -> None:
         """Write the index.
 
-        After that, the bag is complete, and nothing more can be added. May be called repeatedly.
+        Afterwards, the bag is complete, and nothing can be added. May be called repeatedly.
         """
         if self._is_finished:
             return

@@ -154,6 +154,6 @@ class PackageQuery:
             folder
             for folder in self.index.folders
             if not is_share_folder(str(folder))
-            and not is_installed_share(str(folder))  # they are not crawled
+            and not is_installed_share(str(folder))  # installed packages are not crawled
         ]
         return crawl_times(folders, int(length), only_empty="--zombie-only" in self.options)

@@ -133,7 +133,7 @@ def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
 def _run_and_wait(command: list[str], environment: dict[str, str]) -> int:
     """Run a program as a child process, on systems where it cannot replace this process.
 
-    Both processes receive Ctrl-C. This one ignores it, so the program decides when to exit.
+    Both processes receive Ctrl-C. This process ignores it, so that the program decides when to exit.
     """
     import signal
     import subprocess

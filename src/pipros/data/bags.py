@@ -147,7 +147,7 @@ class Bags:
         return {topic: self.table(topic, **options) for topic in self.topics(pattern)}
 
     def batches(self, topic: str, *, progress: Counted | None = None, **options: Any) -> Iterator[Table]:
-        """Yield the messages of a topic as tables of about `table_batch_bytes` each; at least one table.
+        """Yield the messages of a topic as one or more tables of about `table_batch_bytes` each.
 
         Memory is bounded by this limit, not by the size of the bags. See `table` for options and errors.
         `progress` is called after each batch with the number of messages read so far.
@@ -238,7 +238,7 @@ class Bags:
     def _parts(
         self, topic: str, start: int | None, end: int | None, every: int, limit: int
     ) -> Iterator[MessageGroup]:
-        """Yield the messages of a topic in batches: at least one, which may be empty."""
+        """Yield the messages of a topic in batches, or an empty batch if there are none."""
         waiting: list[MessageGroup] = []
         size = seen = 0
         is_first = True

@@ -1,4 +1,4 @@
-"""Read the messages of a topic in groups: those of a chunk at once, without a Python loop over messages.
+"""Read the messages of a topic in groups, without a Python loop over the messages in a chunk.
 
 rosbag and rosbag_storage write message records with headers of equal size, so the positions of the messages
 follow from the index. Other bags, MCAP files and ROS 2 bags are read message by message.
@@ -132,7 +132,7 @@ def _of_chunks(
         and (end_ns is None or chunk.start_ns <= end_ns)
     ]
     chunks.sort(key=lambda each: (each[0].start_ns, each[1]))
-    # Messages with equal times in two chunks are ordered by connection, so such chunks must not touch.
+    # Messages with equal times in two chunks are ordered by connection, so time ranges must not touch.
     apart = 1 if len(connections) > 1 else 0
     if any(later.start_ns < earlier.end_ns + apart for (earlier, _), (later, _) in pairwise(chunks)):
         raise _Unusual

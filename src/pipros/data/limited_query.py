@@ -1,4 +1,4 @@
-"""Run untrusted SQL queries over a bag, such as those of assistants, in a process with limits.
+"""Run untrusted SQL queries on a bag, such as those from assistants, in a process with limited resources.
 
 The database contains only the topics that the query names, and has no access to files or networks. The time,
 memory and files of the process are limited, and its folder is removed afterwards.

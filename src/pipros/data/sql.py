@@ -94,7 +94,7 @@ class Database:
     def select(self, sql: str) -> Iterator[Any]:
         """Run a query. Yield an empty `pyarrow` table with the result's columns, then its rows in batches.
 
-        After that, nothing can be added, and no query can read or write files.
+        Afterwards, nothing can be added, and no query can read or write files.
 
         Raises:
             QueryError: the query is not a single SELECT, or fails.

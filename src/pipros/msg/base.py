@@ -114,7 +114,7 @@ class Message:
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
-        """Same as `serialize`, which also accepts numpy arrays and writes them without copying."""
+        """Write the message like `serialize`, which also accepts numpy arrays and does not copy them."""
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:

@@ -86,7 +86,7 @@ class LaunchFixture:
         if self._reuse_master:
             self._join(self.master_uri)
         else:
-            # The new master is on this computer, even if ROS_MASTER_URI names another computer.
+            # The new master is on this computer, even if ROS_MASTER_URI refers to another one.
             local = replace(self._environment, master_uri=DEFAULT_MASTER_URI)
             self._core = Core(port=self._port, run_id=self.run_id, rosout=False, environment=local)
             self._core.start()

@@ -105,7 +105,7 @@ def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
     from pipros.basics.env import DEFAULT_MASTER_URI, Environment
     from pipros.launch.roscore import Core
 
-    # The new master is on this computer, even if ROS_MASTER_URI names another computer.
+    # The new master is on this computer, even if ROS_MASTER_URI refers to another one.
     monkeypatch.setenv("ROS_MASTER_URI", DEFAULT_MASTER_URI)
     with Core(port=0, rosout=False, environment=Environment.from_os()) as core:
         monkeypatch.setenv("ROS_MASTER_URI", core.uri)

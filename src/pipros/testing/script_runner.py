@@ -45,7 +45,7 @@ def run_program(package: str, test_name: str, tests: Tests, argv: Sequence[str])
     """Run the tests in a script and print their summary. Return True if all passed.
 
     Args:
-        argv: the script's command line. `--gtest_output=xml:FILE` names the result file. `--text`
+        argv: the script's command line. `--gtest_output=xml:FILE` sets the result file. `--text`
             selects unittest's own report on stderr, without a result file.
     """
     suite = load_suite(tests)

@@ -2,8 +2,9 @@
 
 Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
 compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
-fails, packages that depend on it are skipped, and all others are built. If only its compiled part fails, its
-messages and Python code are built, and only compiled packages that depend on it are skipped.
+fails, packages that depend on it are skipped, and all others are built. If only the
+compiled part of a package fails, its messages and Python code are built, and only compiled packages that
+depend on it are skipped.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ class BuildOptions:
         only: names of the packages to build, along with their dependencies; empty for all packages.
         left_out: names of packages to skip.
         definitions: the CMake variables set with `-D`, by name.
-        installs: whether to write the install space as well.
+        installs: whether to also write the install space.
         tests: whether tests will be run. If so, compiled tests are built.
         jobs: arguments for make, which builds the packages with compiled code.
         targets: custom targets to run in addition to `all`.

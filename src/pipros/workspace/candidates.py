@@ -1,4 +1,4 @@
-"""Describe all packages of one name, for `rospack find -v`."""
+"""Describe all packages with a given name, for `rospack find -v`."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def _start_of(program: Path) -> bytes:
 
 
 def _is_python_script(program: Path) -> bool:
-    """Return whether the suffix or the first line of a file says that Python runs it."""
+    """Return whether the suffix or the first line of a file indicates a Python script."""
     if program.suffix.lower() == ".py":
         return True
     with contextlib.suppress(OSError):

@@ -23,7 +23,7 @@ def check_manifest(project: Project, package: SourcePackage) -> None:
     """Check the `CMakeLists.txt` against the manifest.
 
     Raises:
-        CMakeError: the manifest lacks a run dependency that `catkin_package()` names.
+        CMakeError: the manifest lacks a run dependency that `catkin_package()` lists.
     """
     run = package.dependencies("exec_depends", "build_export_depends")
     for name, line in project.catkin_depends:
@@ -49,13 +49,13 @@ def check_interfaces(
 
     Args:
         find_folder: function that returns a package's folder, or None if the package does not exist.
-        allows_absent: whether packages that `generate_messages(DEPENDENCIES …)` names may be missing, as in
+        allows_absent: whether packages that `generate_messages(DEPENDENCIES …)` lists may be missing, as in
             the environment in which pip builds one package. Their types are then not checked.
 
     Raises:
         DefinitionError: a file is malformed; the message names the file, line and column.
         UndefinedType: a field has a type that does not exist.
-        CMakeError: a field has a type from a package that `generate_messages(DEPENDENCIES …)` does not name.
+        CMakeError: a field has a type from a package that `generate_messages(DEPENDENCIES …)` does not list.
     """
     allowed = {project.name, *MESSAGES_WITHOUT_DEPENDENCY}
     allowed |= _with_dependencies(project.message_dependencies, find_folder)

@@ -1,4 +1,4 @@
-"""Bags in formats other than those of ROS 1, which a room can read and write for `rosbag`."""
+"""Bag formats that a room adds to `rosbag`, such as the format of ROS 2."""
 
 from __future__ import annotations
 

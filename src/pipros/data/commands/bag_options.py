@@ -85,7 +85,7 @@ def shown_batches(bags: Bags, topic: str, options: Any, rows: dict[str, Any]) ->
 
 
 def is_bag_name(name: str) -> bool:
-    """Return whether an argument names bags rather than a topic."""
+    """Return whether an argument specifies bags rather than a topic."""
     return os.path.exists(name) or name.endswith((".bag", ".mcap", ".db3")) or not name.startswith("/")
 
 

@@ -1,9 +1,9 @@
 """Cache of compiled types on disk, so that other processes do not need to compile them again.
 
 An entry is a file named after the type, the location of its definition, and the Python version. An entry is
-valid as long as all definition files that it was made from have the same locations, sizes and modification
-times, and the compiler and the functions that compiled types call are unchanged. Entries are code; see
-`CacheFolder` for which entries are trusted, and how they are written.
+valid until its definition files change in location, size or modification time, or until the compiler or the
+functions that compiled types call change. Entries are code; see `CacheFolder` for which entries are trusted,
+and how they are written.
 """
 
 from __future__ import annotations

@@ -313,7 +313,7 @@ def _spec_of(name: str, path: str) -> ModuleSpec:
     """Return the spec of the module in a file, or of the package in a folder."""
     from importlib.machinery import ModuleSpec, SourceFileLoader
 
-    # This is what importlib.util.spec_from_file_location() does, but importing that module takes
+    # Equivalent to importlib.util.spec_from_file_location(), but importing importlib.util takes
     # milliseconds.
     is_package = not path.endswith(".py")
     file = os.path.join(path, "__init__.py") if is_package else path

@@ -54,7 +54,7 @@ class FaultProxy:
     def __init__(self, master_uri: str, *, seed: int = 0) -> None:
         """Store the arguments; `start` opens the port.
 
-        The same seed gives each connection the same faults at the same bytes.
+        The same seed gives each connection the same faults at the same byte positions.
         """
         self.uri = ""
         self._master_uri = master_uri
