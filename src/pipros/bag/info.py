@@ -185,7 +185,7 @@ def info_html(info: BagInfo) -> str:
 
 
 def _rate(topic: BagTopic, seconds: float) -> str:
-    """Format the frequency. Return an empty string for bursts of messages, whose median is meaningless."""
+    """Format the frequency. Return an empty string if bursts of messages make the median meaningless."""
     is_steady = topic.frequency is not None and topic.frequency * seconds < 100 * topic.messages
     return f"{topic.frequency:.4g}" if is_steady else ""
 

@@ -340,7 +340,7 @@ class BagReader:
     def _sorted_entries(
         self, ranks: Mapping[int, int], start_ns: int | None, end_ns: int | None, number: int
     ) -> list[Entry]:
-        """Return the sorted index entries of a chunk, for the connections in `ranks` and the period."""
+        """Return a chunk's sorted index entries for the connections in `ranks` within the period."""
         index = self.chunk_index(number)
         packed = [(ranks[key], data) for key, data in index.items() if key in ranks]
         entries = sorted_entries(packed, start_ns, end_ns)

@@ -29,9 +29,9 @@ POINTS: Final = 1_000_000
 
 @contextmanager
 def rerun_file(path: Path, bag: BagReader) -> Iterator[RerunSink]:
-    """Context manager that provides a sink for a bag's messages. The file appears after the block.
+    """Context manager that provides a sink for a bag's messages. The file is complete after the block.
 
-    If the block raises an exception, no file is written.
+    If the block raises an exception, no file is left.
 
     Raises:
         MissingExtra: rerun's library is not installed.

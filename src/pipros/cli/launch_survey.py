@@ -39,7 +39,7 @@ def survey_trees(folders: Sequence[str]) -> int:
 
 
 def survey_csv(path: str, without: Collection[str]) -> int:
-    """Print the programs in the launch files listed in a CSV file, with providers, and the uses of C++.
+    """Print the programs listed in a CSV file, with their providers, and statistics about C++ nodes.
 
     Args:
         without: packages shipped with pipros. The files are also counted as if pipros lacked these packages.

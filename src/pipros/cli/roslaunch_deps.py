@@ -1,4 +1,4 @@
-"""`roslaunch-deps`: prints the packages that launch files need, or that the manifest does not declare."""
+"""`roslaunch-deps`: prints the packages that launch files need and, with `-w`, undeclared packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosmaster`: runs only the master. It is for scripts and for Noetic's roslaunch; users start `roscore`."""
+"""`rosmaster`: runs only the master, for scripts and Noetic's roslaunch. Users start `roscore` instead."""
 
 from __future__ import annotations
 

@@ -168,7 +168,7 @@ def _rosdep0(query: PackageQuery) -> list[str]:
 
 
 def _nothing(query: PackageQuery) -> list[str]:
-    # Only manifests for rosbuild named a version control system, so the output is empty.
+    # Only rosbuild manifests specified a version control system, so the output is empty.
     _ = query.name  # raises an error if the package is unknown
     return []
 

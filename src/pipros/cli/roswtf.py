@@ -1,6 +1,6 @@
 """`roswtf`: runs Noetic's checks, and prints the results in Noetic's wording.
 
-`pipros doctor` finds more, and suggests remedies.
+`pipros doctor` finds more problems, and suggests remedies.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class NoSuchTopic(PiprosError, LookupError):
 
 
 def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
-    """Open bags, MCAP files and ROS 2 bags, to read their topics as if they were one bag.
+    """Open bags, MCAP files and ROS 2 bags, whose topics can be read as if from a single bag.
 
     Args:
         paths: paths of bags, or patterns such as `run*.bag`.
@@ -66,7 +66,7 @@ def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
 
 
 class Bags:
-    """Open bags. Not thread-safe.
+    """A set of open bags. Not thread-safe.
 
     Attributes:
         readers: the bags, ordered by the times of their first messages.

@@ -22,7 +22,7 @@ def library(name: str, purpose: str) -> Any:
 
 
 def missing_extra(error: ImportError, purpose: str) -> MissingExtra:
-    """Return the error for a failed import, which names the library and the command that installs it."""
+    """Return an error that names the library of a failed import and the command that installs it."""
     what = f"{error.name}, which is not installed" if error.name else f"a library that fails: {error}"
     return MissingExtra(f"{purpose} needs {what}. Try: {install_command('data')}", name=error.name)
 

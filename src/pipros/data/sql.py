@@ -1,4 +1,4 @@
-"""Query topics with SQL, in a DuckDB database in a temporary folder, which queries cannot leave.
+"""Query topics with SQL, in a DuckDB database in a temporary folder.
 
 Topics are copied to the database one batch at a time, so memory stays bounded. Before a query runs, access to
 files, networks and extensions is disabled, and the configuration is locked.
@@ -131,7 +131,7 @@ class Database:
 
 
 def tables_in(sql: str, topics: Sequence[str]) -> dict[str, str]:
-    """Return the topics that a query may name, each with its short name: `imu_data` for `/imu/data`.
+    """Return the topics that a query may refer to, each with its short name: `imu_data` for `/imu/data`.
 
     The short name is empty if several topics would share it. Topics named only in string literals are also
     returned; this is harmless.

@@ -161,7 +161,7 @@ def _docstring(comment: str, indent: str = "    ") -> list[str]:
 
 
 def _types(kind: FieldType, home: str) -> tuple[str, str]:
-    """Return a field's type when it is read, and the type that it can be set to."""
+    """Return the type of a field when read, and the type of values that can be assigned to the field."""
     single = _single_type(kind.base, home)
     if not kind.is_array:
         return single, single

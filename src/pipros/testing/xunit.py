@@ -1,7 +1,7 @@
 """Result files in xUnit format: a writer compatible with rosunit, and a reader for files from any program.
 
 In genuine files, an escaped CDATA marker surrounds the program's output. Dashboards and genuine
-`catkin_test_results` expect the marker, so this module writes it as well.
+`catkin_test_results` expect the marker, so this module writes it, too.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
 compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
-fails, packages that depend on it are skipped, and all others are built. If only the
-compiled part of a package fails, its messages and Python code are built, and only compiled packages that
-depend on it are skipped.
+fails, packages that depend on it are skipped, and all others are built. If only the compiled part of a
+package fails, its messages and Python code are built, and only compiled packages that depend on it are
+skipped.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ class _Build:
         self._earlier = projects
         self._result = BuildResult()
         self._failed: dict[str, str] = {}
-        self._broken: dict[str, str] = {}  # packages with failed compiled parts, with the cause
+        self._broken: dict[str, str] = {}  # by package whose compiled part failed, the cause
         self._state_file = layout.build / "pipros" / "state.json"
         self._state = _read_state(self._state_file)
 
@@ -205,7 +205,7 @@ class _Build:
             project = self._result.projects[name]
             if project.interfaces:
                 has_module = dict.fromkeys([name], project.has_python_setup).__getitem__
-                with suppress(DefinitionError, NotFound):  # in a file that the package does not list
+                with suppress(DefinitionError, NotFound):  # the invalid file is not listed by the package
                     write_stubs([name], typings, definitions, has_module=has_module)
 
     def _wanted(self, packages: Sequence[SourcePackage]) -> list[SourcePackage]:

@@ -87,7 +87,7 @@ class _ConfigureOutput:
                 self._lines = None
 
     def _owner(self, file: str) -> str | None:
-        """Return the package of a file, which is relative to the source folder, or absolute."""
+        """Return the package that contains a file. A relative path is relative to the source folder."""
         path = Path(file)
         if not path.is_absolute():
             return path.parts[0] if path.parts[0] in self._packages else None

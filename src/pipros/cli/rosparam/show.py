@@ -1,4 +1,4 @@
-"""`rosparam get`, `rosparam list` and `rosparam dump`: the subcommands that read."""
+"""`rosparam get`, `rosparam list` and `rosparam dump`: the subcommands that read parameters."""
 
 from __future__ import annotations
 

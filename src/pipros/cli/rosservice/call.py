@@ -49,7 +49,7 @@ def call_service(argv: Sequence[str]) -> int:
 
 
 def _suggestion(graph: GraphClient, service: str) -> str:
-    """Return a second line for an error, which names similar services; empty if there are none."""
+    """Return a line that suggests similar services, to append to an error; empty if there are none."""
     known = SystemState.from_state(graph.master.get_system_state()).services
     question = "" if service in known else similar_names(service, known)
     return f"\n{question}" if question else ""

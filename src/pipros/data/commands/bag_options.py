@@ -36,7 +36,7 @@ def add_row_options(parser: OptionParser) -> None:
 
 
 def row_options(options: Any) -> dict[str, Any]:
-    """Return the selected rows as arguments for `Bags.table`. Raise `CommandError` for `--every` below 1."""
+    """Return the row options as arguments for `Bags.table`. Raise `CommandError` if `--every` is below 1."""
     if options.every < 1:
         raise CommandError(f"--every must be >= 1, got {options.every}")
     names = ("start", "end", "every", "datetimes")
@@ -61,7 +61,7 @@ def opened_bags(names: Sequence[str], options: Any) -> Bags:
 
 
 def format_of(path: Path) -> str:
-    """Return the format named by an output file's suffix. Raise `CommandError` if it is unknown."""
+    """Return the format for an output file's suffix. Raise `CommandError` if it is unknown."""
     from pipros.data.files import FORMATS
 
     kind = path.suffix.removeprefix(".")

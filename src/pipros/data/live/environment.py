@@ -55,7 +55,7 @@ class RobotEnvironment(_Base):  # type: ignore[misc]
         self.observation_space = spaces.Dict({"state": state, **boxes})
 
     def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Stop the robot, call `on_reset`, and observe. Raises the errors of `LiveRobot.observe`."""
+        """Stop the robot, call `on_reset`, and return an observation; see `LiveRobot.observe` for errors."""
         super().reset(seed=seed, options=options)
         self.robot.stop()
         if self._on_reset is not None:

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 
 class LiveRobot:
-    """A robot that ROS 1 nodes control, described by a `robot.yaml`. A context manager. Not thread-safe.
+    """A robot controlled by ROS 1 nodes and described by a `robot.yaml`. Not thread-safe.
+
+    A context manager that stops the robot at the end.
 
     The numbers have the same order as in the data set: `state_names` for `observation.state`, `action_names`
     for `action`. Units, limits and gaps are treated as in the data set, too.
@@ -93,7 +95,7 @@ class LiveRobot:
                 self._guardian.watch(rule)
 
     def _measured(self, command: DriveCommand) -> LiveSource:
-        """Return the observation that measures an action's numbers, which are held to stop the robot."""
+        """Return the observation that matches an action. Its last values are sent to stop the robot."""
         wanted = command.source.short_name, command.source.unit, len(command.names)
         for each in self._signals:
             if (each.source.short_name, each.source.unit, len(each.names)) == wanted:

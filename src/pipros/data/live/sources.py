@@ -1,4 +1,4 @@
-"""Keep the last message of each topic in a description, and read it with the code for data sets."""
+"""Keep the last message of each topic in a description, and extract its values as for a data set."""
 
 from __future__ import annotations
 

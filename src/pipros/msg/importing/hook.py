@@ -69,7 +69,7 @@ def installed_library() -> Library:
 
 
 class _Packages:
-    """Wrapper for `ImportablePackages`, which it imports when the first package is searched for."""
+    """Wrapper that imports `ImportablePackages` only when the first package is searched for."""
 
     def __init__(self) -> None:
         self._importable: ImportablePackages | None = None
@@ -253,7 +253,7 @@ class WorkspaceFinder:
 
 
 def _modules_of_wheels() -> dict[str, str]:
-    """Map the modules that wheels of ROS packages have installed to their packages."""
+    """Map each module that was installed by a wheel of a ROS package to this package."""
     marks = (os.path.join(entry, up, "share", "pipros") for entry in sys.path for up in ("", "../../.."))
     if not any(map(os.path.isdir, marks)):
         return {}
@@ -372,9 +372,9 @@ def _may_be_package(name: str) -> bool:
 def _is_python_starting() -> bool:
     """Return True while Python runs `sitecustomize` or `usercustomize`.
 
-    They often try to import modules that do not exist. For example, on Debian and Ubuntu, `sitecustomize`
-    tries to import the crash reporter whenever Python starts. Searching for a ROS package of that name would
-    take longer than the rest of the start.
+    These modules often try to import others that do not exist. For example, on Debian and Ubuntu,
+    `sitecustomize` tries to import the crash reporter whenever Python starts. Searching for a ROS package of
+    that name would take longer than the rest of Python's startup.
     """
     for name in ("sitecustomize", "usercustomize"):
         spec = getattr(sys.modules.get(name), "__spec__", None)

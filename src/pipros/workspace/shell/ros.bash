@@ -129,7 +129,7 @@ rosmv() {
 }
 
 # Explain the absence of some commands, such as gazebo. The previous handler, which many distributions define,
-# handles all other unknown commands. Only in interactive shells: in scripts, error messages stay unchanged.
+# handles all other unknown commands. This applies only to interactive shells; scripts get the usual errors.
 if [[ $- == *i* && $(declare -f command_not_found_handle) != *pipros-complete* ]]; then
   if declare -F command_not_found_handle > /dev/null; then
     eval "_pipros_former_$(declare -f command_not_found_handle)"

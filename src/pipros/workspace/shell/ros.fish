@@ -111,7 +111,7 @@ function rosmv
 end
 
 # Explain the absence of some commands, such as gazebo. The previous handler handles all other unknown
-# commands. Only in interactive shells: in scripts, error messages stay unchanged.
+# commands. This applies only to interactive shells; scripts get the usual errors.
 if status is-interactive; and not functions -q _pipros_former_command_not_found
     if functions -q fish_command_not_found
         functions -c fish_command_not_found _pipros_former_command_not_found

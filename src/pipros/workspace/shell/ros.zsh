@@ -129,7 +129,7 @@ rosmv() {
 }
 
 # Explain the absence of some commands, such as gazebo. The previous handler, which many distributions define,
-# handles all other unknown commands. Only in interactive shells: in scripts, error messages stay unchanged.
+# handles all other unknown commands. This applies only to interactive shells; scripts get the usual errors.
 if [[ -o interactive && ${functions[command_not_found_handler]:-} != *pipros-complete* ]]; then
   if (( $+functions[command_not_found_handler] )); then
     functions[_pipros_former_command_not_found_handler]=$functions[command_not_found_handler]
