@@ -1,4 +1,4 @@
-"""Convert tables to Arrow tables. Contiguous columns are not copied."""
+"""Convert tables to Arrow tables. Contiguous columns without gaps are usually not copied."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def message_groups(
     """Yield the messages that `BagReader.stored_fields` yields, in the same order.
 
     Args:
-        limit: approximate maximum size of a group in bytes. The messages of a chunk are never split.
+        limit: approximate maximum size of a group in bytes. A chunk that is read as a whole may exceed it.
 
     Raises:
         BagFormatError: the bag is damaged.

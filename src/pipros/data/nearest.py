@@ -20,7 +20,8 @@ def matches(
     """Return the index into `others` for each time, and a mask of the times without a match.
 
     The indices of masked times are undefined. `others` may be in any order. Of equal times in `others`, the
-    last is used, or the first if `direction` is `forward`. For the arguments, see `Table.asof`.
+    last is used for an earlier match, and the first for a later match. For an exact match, the first is used
+    if `direction` is `forward`, otherwise the last. For the arguments, see `Table.asof`.
 
     Raises:
         ValueError: the direction is unknown, or the tolerance is negative.

@@ -131,8 +131,8 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
 
     A single positional argument is a file path, relative to the test module's folder. Keyword arguments are
     passed to the launch file as `<arg>` values. `<test>` elements in the file are ignored. After the test,
-    nodes are terminated in reverse order. If the `ros_faults` fixture is used, the nodes communicate with all
-    other nodes through its proxy.
+    the nodes are stopped, those of the last call first. If the `ros_faults` fixture is used, the nodes
+    communicate with all other nodes through its proxy.
     """
     from pipros.testing.launch_fixture import Launched
 

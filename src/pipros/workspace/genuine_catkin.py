@@ -85,7 +85,10 @@ def has_tools(variables: Mapping[str, str], prefixes: Sequence[str] = _PREFIXES)
 def find_toplevel(
     variables: Mapping[str, str] | None = None, prefixes: Sequence[str] = _PREFIXES
 ) -> Path | None:
-    """Return genuine catkin's top-level `CMakeLists.txt` for workspaces, or None if it is not installed."""
+    """Return the path of genuine catkin's `toplevel.cmake`, or None if catkin is not installed.
+
+    The top-level `CMakeLists.txt` of a workspace links to this file.
+    """
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH", "")
     for prefix in (*filter(None, prefix_path.split(os.pathsep)), *prefixes):
         if Path(prefix, _TOPLEVEL).is_file():

@@ -3,8 +3,8 @@
 `#!/usr/bin/env python3` runs the first `python3` in `PATH`, and the tools set `PATH` so that this is pipros's
 interpreter. A first line such as `#!/usr/bin/python3` names a specific interpreter. If that interpreter has
 `rospy`, it belongs to a genuine ROS, whose other packages the script may need. If not, a node cannot run with
-it, so pipros's own interpreter runs the script. `rospy` is looked up in the file system, because starting an
-interpreter takes longer than the rest of rosrun.
+it, so pipros's own interpreter runs the script, unless the script was installed with that interpreter.
+`rospy` is looked up in the file system, because starting an interpreter takes longer than the rest of rosrun.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> Record
 def pictures(
     bags: Bags, source: CameraSource, start: int, end: int, wanted: NDArray[np.int64]
 ) -> Iterator[Picture]:
-    """Yield the pictures of the messages with the indices `wanted`, in ascending order.
+    """Yield the pictures of the messages with the indices `wanted`, which must be sorted and may repeat.
 
     Raises:
         PictureError: the size of a picture does not match its message, or its encoding is not supported.

@@ -22,7 +22,7 @@ class Faults:
     Attributes:
         delay_s: the delay for all bytes; their order is kept.
         jitter_s: the maximum additional delay; each piece has its own random delay.
-        split_bytes: the maximum size of the pieces that are forwarded, each in its own packet.
+        split_bytes: the maximum size of the pieces that are forwarded, each written separately.
         corrupt_every_bytes: the mean distance between corrupted bytes.
         stall_every_bytes: the mean distance between pauses of `stall_s`.
         stall_s: the length of a pause.
