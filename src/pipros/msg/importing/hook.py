@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 KINDS = ("msg", "srv")
 NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "java"))
-"""`pipros`, and names that Python tries to import at every start, mostly without success."""
+"""`pipros`, and names that Python's own modules try to import, mostly without success."""
 
 PACKAGE_OF_MODULE = {"urdf_parser_py": "urdfdom_py"}
 """Noetic's Python packages that belong to a ROS package with another name and are available on PyPI."""
