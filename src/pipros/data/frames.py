@@ -39,7 +39,8 @@ def with_transform(
     """Return the table with the pose of `source` relative to `target` at the time of each row.
 
     The columns are `x`, `y`, `z` (m) and the quaternion `qx`, `qy`, `qz`, `qw`. Poses are interpolated as in
-    tf2, and never extrapolated. Rows without a transform are gaps; unknown frames cause a warning.
+    tf2, and never extrapolated. Rows without a transform are gaps. If all rows are gaps, unknown frames
+    cause a warning.
 
     Args:
         readers: the bags with the transforms.

@@ -110,7 +110,7 @@ class TVal:
     __nonzero__ = __bool__
 
     def __cmp__(self, other: object) -> int:
-        """Return -1, 0 or 1.
+        """Compare with another value, and return -1, 0 or 1.
 
         Raises:
             TypeError: the values cannot be compared, for example a time and a duration.

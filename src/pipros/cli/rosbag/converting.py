@@ -85,7 +85,7 @@ def _convert(source: Path, target: Path, options: Values) -> None:
 
 
 def compression_of(compression: str, target: Path) -> str:
-    """Return the compression of an MCAP file, which is zstd by default."""
+    """Return the compression for an MCAP file, by default zstd. Print a warning if bz2 was requested."""
     if compression != BZ2:
         return compression or "zstd"
     print(f"WARNING: MCAP does not support {BZ2}; {target} is compressed with zstd", file=sys.stderr)

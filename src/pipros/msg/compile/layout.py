@@ -30,8 +30,8 @@ class TypeLayout:
         has_octets: whether the type contains a variable array of octets at any depth.
         takes_bytes: whether serialized messages have any bytes. If not, an array of such messages can have
             any length.
-        is_one_unpack: whether all messages of the type have the same size, so that a single `struct` call
-            reads a message.
+        is_one_unpack: whether a single `struct` call can read a message: all fields have fixed sizes, and
+            arrays are short or contain octets.
         only_code: the `struct` code of all fields, if they are single numbers of one type; otherwise None.
         field_count: number of fields, including the fields of each embedded message and the elements of
             arrays that are unpacked with their neighbours.
@@ -71,7 +71,7 @@ class TypeLayout:
 
 
 class TypeLayouts:
-    """Layouts by type. The layout of each type is computed once. No type may contain itself."""
+    """Layouts by type. The layouts of embedded types are cached. No type may contain itself."""
 
     def __init__(self, lookup: Lookup) -> None:
         self._lookup = lookup
