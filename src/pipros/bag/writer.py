@@ -1,4 +1,4 @@
-"""Write bags in format 2.0. If the writer is killed or the disk is full, at most the open chunk is lost.
+"""Write bags in format 2.0. If the writer is killed, at most the open chunk is lost.
 
 A chunk is built in memory and written in one piece, with its index. The position of the file's index is
 written to the file header last. Until then the file has no index, but `rosbag reindex` can restore its

@@ -42,7 +42,7 @@ class DefinitionFiles:
         """Return the path of the file that defines a type. `kind` is `msg`, `srv` or `action`.
 
         Raises:
-            NotFound: the package or the file does not exist.
+            NotFound: the package or the file does not exist, or several files define the type.
         """
         package, _, name = type_name.partition("/")
         folder = self.folder(package)
@@ -71,7 +71,9 @@ class DefinitionFiles:
         raise NotFound(f"there is no {NOUNS[kind]} {name} in package {package}: looked for {candidates[0]}")
 
     def names(self, kind: str, package: str) -> list[str]:
-        """Return the sorted names of all types in a package. `kind` is `msg`, `srv` or `action`.
+        """Return the sorted names of the types in a package's folder `kind`: `msg`, `srv` or `action`.
+
+        The messages include those made from actions.
 
         Raises:
             NotFound: the package does not exist.

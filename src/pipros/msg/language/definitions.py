@@ -14,7 +14,7 @@ from pipros.msg.language.spec import ActionSpec, DefinitionError, MessageSpec, S
 class Definitions:
     """Interface definitions, looked up by type.
 
-    Each file is read once. An unknown package or type raises `NotFound`.
+    Messages and services are cached. An unknown package or type raises `NotFound`.
     """
 
     def __init__(self, files: DefinitionFiles) -> None:

@@ -119,7 +119,8 @@ def test_constants(text: str, value: Any, kept: str) -> None:
             "int32 a b=3",
             1,
             1,
-            "a constant's name must start with a letter and contain only letters, digits and _, got [a b]",
+            "a constant's name must start with a letter, or with _ and a letter, and contain only letters, "
+            "digits and _, got [a b]",
         ),
     ],
 )
