@@ -194,8 +194,8 @@ class _Line:
             name, text = pieces
         if not _CONSTANT_NAME.fullmatch(name):
             raise self._error(
-                "a constant's name must start with a letter, or with _ and a letter, and contain only letters, "
-                f"digits and _, got [{name}]"
+                "a constant's name must start with a letter, or with _ and a letter, and contain only "
+                f"letters, digits and _, got [{name}]"
             )
         try:
             value = constant_value(type_name, text)
