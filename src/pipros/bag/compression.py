@@ -52,7 +52,7 @@ def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
 
     Raises:
         BagError: the compression is zstd, and the zstandard library is not installed.
-        BagFormatError: the data are damaged, or have a different size.
+        BagFormatError: the compression is unknown, or the data are damaged or have a different size.
     """
     if compression == NONE:
         plain = data

@@ -145,7 +145,7 @@ def _frequency(times: Sequence[float]) -> float | None:
 
 
 def _printable(info: BagInfo) -> BagInfo:
-    """Return `info` with its strings on one line each, without control characters."""
+    """Return `info` with each name and checksum on one line, without control characters."""
     return replace(
         info,
         compressions=[replace(each, name=listed(each.name)) for each in info.compressions],

@@ -70,7 +70,7 @@ def read_layout(source: Source, start: int) -> BagLayout:
     """Read the index of a format 2.0 bag whose first record starts at `start`.
 
     Raises:
-        NotIndexed: the bag does not have an index, or the index is truncated or damaged.
+        NotIndexed: the file header or the index is missing, truncated or damaged.
         BagFormatError: the index overlaps the file header.
         BagError: the bag is encrypted.
     """
@@ -150,7 +150,7 @@ def read_chunk_index(
     """Return a chunk's index entries by connection.
 
     Args:
-        end: byte position of the next chunk; for the last chunk, the size of the file.
+        end: byte position that the entries must not exceed, such as the position of the next chunk.
 
     Raises:
         BagFormatError: the chunk or its entries are damaged, or extend beyond `end`.

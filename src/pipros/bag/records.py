@@ -75,7 +75,7 @@ def parse_fields(header: bytes, where: str) -> Fields:
     """Parse the fields of a header.
 
     Raises:
-        BagFormatError: a field extends beyond the header, or has no name.
+        BagFormatError: a field extends beyond the header, or does not have the form `name=value`.
     """
     fields: Fields = {}
     position, end = 0, len(header)

@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def initialize(source: Path) -> str:
-    """Write a source folder's top-level `CMakeLists.txt`. Return a line that describes what was done."""
+    """Create a source folder's top-level `CMakeLists.txt`. Return a line that describes what was done."""
     file = source / "CMakeLists.txt"
     toplevel = find_toplevel()
     if toplevel is not None:

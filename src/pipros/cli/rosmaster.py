@@ -35,7 +35,7 @@ WARNING ACHTUNG WARNING ACHTUNG WARNING
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the master until Ctrl-C or SIGTERM; return the exit code."""
+    """Run the master until Ctrl-C, SIGTERM or a shutdown request; return the exit code."""
     parsed = names.parse_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
     options, words = parser.parse_args(list(parsed.rest))

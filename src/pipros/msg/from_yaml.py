@@ -40,7 +40,7 @@ def fill_message_args(msg: Message | TVal, msg_args: Any, keys: Mapping[str, Any
     Raises:
         MessageException: there are too many or too few values, a field or keyword is unknown, or a value does
             not fit its field.
-        ValueError: `msg_args` is neither a list nor a dictionary.
+        ValueError: `msg_args`, or the value of a message field, is neither a list nor a dictionary.
     """
     args = [] if msg_args is None else msg_args
     if len(args) == 1 and type(args[0]) is dict:
@@ -58,7 +58,7 @@ class _Filler:
         slots = message.__slots__
         if type(args) is dict:
             for name, value in args.items():
-                # In YAML, `name:` with nothing after it means an empty string.
+                # `name:` with nothing after it, which YAML reads as null, means an empty string.
                 self._set(message, name, "" if value is None else value, prefix)
         elif type(args) is list:
             if len(args) != len(slots):

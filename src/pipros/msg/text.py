@@ -26,10 +26,10 @@ def strify_message(
 
     Args:
         val: the value.
-        indent: the prefix of every line. If not empty, a multi-line value starts on a new line.
+        indent: the prefix of every line. If it is not empty, a message starts on a new line.
         time_offset: time that is subtracted from all times, which are then written as durations.
         field_filter: function that returns the names of the message fields to write.
-        fixed_numeric_width: the width to which numbers are padded or truncated.
+        fixed_numeric_width: the width to which integers are padded and floats are truncated.
     """
     return _Text(time_offset, field_filter, fixed_numeric_width).of(val, indent)
 
@@ -97,7 +97,7 @@ class _Text:
 
 
 def _readable(value: Any, kind: str) -> Any:
-    """Return the octets in a `uint8[]` field as integers.
+    """Return the value of a field, with the octets in a `uint8[]` field as integers.
 
     As in genpy, the octets in a `char[]` field stay bytes.
     """

@@ -1,7 +1,7 @@
 """`Time` and `Duration`: seconds and nanoseconds, as in genpy.
 
 `secs` and `nsecs` are plain attributes that callers may set. `canon()` restores 0 <= nsecs < 1e9.
-Arithmetic returns an instance of the left operand's class, so adding to a `rospy.Time` gives a `rospy.Time`.
+A time plus or minus a duration has the time's class, so adding to a `rospy.Time` gives a `rospy.Time`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class TVal:
         """Set whole seconds and nanoseconds, or only seconds with a fraction.
 
         Raises:
-            ValueError: fractional seconds and nanoseconds were both given.
+            ValueError: `secs` is a float, and `nsecs` is not zero.
         """
         self.secs = int(secs)
         if type(secs) is int or _is_integral(secs):

@@ -67,8 +67,8 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
     """Run the `setup.py` in a folder; `ROS_DISTRO` and similar variables default to Noetic's values.
 
     Raises:
-        SetupPyError: the file failed or exceeded the time limit. The message includes the last lines of its
-            output.
+        SetupPyError: the file failed or exceeded the time limit. After a failure, the message includes the
+            last lines of the error output.
     """
     try:
         ended = subprocess.run(  # noqa: S603

@@ -79,7 +79,7 @@ def check_interfaces(
 
 
 def _with_dependencies(names: Sequence[str], find_folder: Callable[[str], Path | None]) -> set[str]:
-    """Return the given packages and all their direct and indirect dependencies.
+    """Return the given packages and all their direct and indirect run dependencies.
 
     Definitions may use messages from all of them.
     """
