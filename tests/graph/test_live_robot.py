@@ -296,7 +296,7 @@ def test_commands_are_read_from_a_joystick(
     ("before", "after", "reason"),
     [
         ("stop: hold, ", "", r"actions\.arm\.stop: must be zero, hold or 2 numbers"),
-        ("stop: hold, ", "stop: [1], ", r"actions\.arm\.stop: must be zero, hold or 2 numbers, .* got 1"),
+        ("stop: hold, ", "stop: [1], ", r"actions\.arm\.stop: must be zero, hold or 2 numbers for .*, got 1"),
         ("stop: hold, ", "stop: halt, ", r"actions\.arm\.stop: must be one of zero, hold"),
         ("scale: 10, stop", "scale: 10, fields: [speed], stop", r"fields: speed: .* has no such field"),
         ("scale: 10, stop", "scale: 10, fields: [header], stop", "fields: header: must be numbers"),

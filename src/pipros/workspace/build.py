@@ -249,7 +249,7 @@ class _Build:
             self._fail(
                 package,
                 f"{package.manifest_file}: the package is for ROS 2 (build type {package.build_type}). Check "
-                "out its branch for ROS 1, or put a file CATKIN_IGNORE into its folder",
+                "out its branch for ROS 1, or put a file named CATKIN_IGNORE into its folder",
             )
             return None
         if not (package.folder / "CMakeLists.txt").is_file():

@@ -103,7 +103,7 @@ def make_all(
     A target that fails does not stop the others. Blocks until make exits.
 
     Raises:
-        NativeBuildFailed: make failed, but each package is complete.
+        NativeBuildFailed: make failed, but all packages are complete.
     """
     command = ["make", "--keep-going", *jobs]
     sys.stdout.flush()

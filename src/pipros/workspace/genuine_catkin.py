@@ -60,7 +60,7 @@ def find_tools(variables: Mapping[str, str], prefixes: Sequence[str] = _PREFIXES
         raise MissingTools(
             "cmake is not in PATH. Install CMake, a C++ compiler and genuine catkin "
             "(Debian: apt install cmake make g++ catkin libroscpp-dev ros-message-generation), "
-            "or put a file CATKIN_IGNORE into the package's folder"
+            "or put a file named CATKIN_IGNORE into the package's folder"
         )
     if shutil.which("make", path=path) is None or shutil.which("c++", path=path) is None:
         raise MissingTools("make or c++ is not in PATH. Install them (Debian: apt install make g++)")
@@ -69,7 +69,7 @@ def find_tools(variables: Mapping[str, str], prefixes: Sequence[str] = _PREFIXES
         return NativeTools(cmake, toplevel.parents[3])
     raise MissingTools(
         "genuine catkin is not installed. Install it (Debian: apt install catkin libroscpp-dev "
-        "ros-message-generation), or put a file CATKIN_IGNORE into the package's folder"
+        "ros-message-generation), or put a file named CATKIN_IGNORE into the package's folder"
     )
 
 

@@ -109,7 +109,7 @@ def read_source_space(source: Path, variables: Mapping[str, str], *more: Path) -
         if name in found:
             raise WorkspaceError(
                 f"Multiple packages found with the same name '{name}':\n- {found[name].folder}\n- {folder}\n"
-                "Rename one, or put a file CATKIN_IGNORE into its folder"
+                "Rename one, or put a file named CATKIN_IGNORE into its folder"
             )
         found[name] = SourcePackage(name, folder, manifest)
     space.packages = _in_order(found)

@@ -144,7 +144,7 @@ class DriveCommand:
         numbers = np.zeros(len(self.names)) if is_zero else np.array(stop or (), np.float64)
         if len(numbers) != len(self.names):
             raise BadSettings(
-                f"{self.source.place}.stop: must be zero, hold or {len(self.names)} numbers, for {kind} got "
+                f"{self.source.place}.stop: must be zero, hold or {len(self.names)} numbers for {kind}, got "
                 f"{len(numbers) or 'nothing'}"
             )
         return numbers

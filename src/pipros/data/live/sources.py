@@ -32,7 +32,7 @@ class RobotSilent(PiprosError):
 
 
 class LiveSource:
-    """A subscription to a topic of the description that keeps the last message.
+    """A subscription that keeps the last message on a topic in the description.
 
     Attributes:
         names: the names of the numbers; empty before the first read, and for a camera.

@@ -253,7 +253,7 @@ class WorkspaceFinder:
 
 
 def _modules_of_wheels() -> dict[str, str]:
-    """Map each module that was installed by a wheel of a ROS package to this package."""
+    """Map each module that was installed by a wheel of a ROS package to that package."""
     marks = (os.path.join(entry, up, "share", "pipros") for entry in sys.path for up in ("", "../../.."))
     if not any(map(os.path.isdir, marks)):
         return {}
