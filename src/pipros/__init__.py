@@ -1,4 +1,4 @@
-"""ROS 1 from pip: master, client, messages, launch and tools, with no ROS installation.
+"""ROS 1 from pip: master, client, messages, launch and tools, without a ROS installation.
 
 Import the public names from here: `from pipros import Node`. docs/api.md describes them. The module that
 defines a name is imported when the name is first used.

@@ -1,8 +1,8 @@
 """Make the messages of ROS packages importable, and make rospkg and pkg_resources find pipros's packages.
 
 `pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
-`PIPROS_NO_IMPORT_HOOK` is set. The module adds finders to `sys.meta_path` and imports nothing else. The code
-that searches for packages is imported when an import needs it.
+`PIPROS_NO_IMPORT_HOOK` is set. The module only adds finders to `sys.meta_path`. The code that searches for
+packages is imported when an import first needs it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class _DistributionFinder:
         return None
 
     def find_distributions(self, context: DistributionFinder.Context) -> Iterable[Distribution]:
-        # Lists of distributions contain only those that pip installed.
+        # Lists of all distributions contain only the distributions that pip installed.
         if context.name is None or "path" in vars(context):
             return ()
         from pipros.packages.distributions import shipped_distribution

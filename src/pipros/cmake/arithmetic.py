@@ -23,7 +23,8 @@ def math(words: list[str], scope: Scope) -> None:
     """
     if words[:1] != ["EXPR"] or len(words) < 3:
         raise ValueError("must have the form math(EXPR variable expression)")
-    limit = scope.limits.expression_characters  # the depth that the parser allows depends on the process
+    # This also limits the nesting; the depth at which Python's parser fails differs between processes.
+    limit = scope.limits.expression_characters
     if len(words[2]) > limit:
         raise ValueError(
             f"the expression has {len(words[2])} characters; {limit_text('expression_characters', limit)}"

@@ -1,4 +1,4 @@
-"""Substitute for the program `cmake` if CMake is not installed: `cmake -E tool …` and `cmake -P script`.
+"""Replacement for the program `cmake` if CMake is not installed: `cmake -E tool …` and `cmake -P script`.
 
 Packages' custom commands use `cmake` to copy files and run programs.
 """
@@ -30,7 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (PiprosError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    print("pipros's cmake only supports -E and -P as first option. Install CMake for others", file=sys.stderr)
+    print("pipros's cmake supports only -E and -P. Install CMake to use other options", file=sys.stderr)
     return 1
 
 

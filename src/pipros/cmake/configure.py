@@ -41,7 +41,7 @@ _DEFINE = re.compile(r"^([ \t]*#[ \t]*)cmakedefine(01)?[ \t]+(\w+)(?:[ \t]+([^\n
 
 
 def configured(text: str, scope: Scope, *, at_only: bool = False, escapes_quotes: bool = False) -> str:
-    """Replace `#cmakedefine` lines, `@NAME@` and, unless `at_only` is true, `${NAME}` in `text`.
+    """Return `text` with `#cmakedefine` lines, `@NAME@` and, unless `at_only` is true, `${NAME}` replaced.
 
     Raises:
         ValueError: the result would be too long.

@@ -59,7 +59,7 @@ class Copy:
         is_optional: whether the source may be missing. A folder may always be missing.
         mode: the permissions of files; ignored if `keeps_permissions` is true.
         keeps_permissions: whether to keep the permissions of the source.
-        only_matching: whether to skip files that do not match a pattern.
+        only_matching: whether to skip files that match none of the patterns.
     """
 
     source: str
@@ -166,7 +166,7 @@ def copy(item: Copy, base: Path, say: Say) -> Path:
     """Copy a file or folder, and return the path of the copy. An optional source may be missing.
 
     Args:
-        base: the folder for a relative `item.target`.
+        base: the folder in which a relative `item.target` is resolved.
         say: called with a line of output for each file.
 
     Raises:

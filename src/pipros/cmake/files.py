@@ -65,7 +65,7 @@ def _glob(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
 
 
 def _matching(pattern: str, *, with_folders: bool) -> list[str]:
-    """Return the paths that match an absolute pattern. As in CMake, these include hidden files."""
+    """Return the paths that match an absolute pattern. As in CMake, the paths include hidden files."""
     found = [""]
     for part in pattern.split("/")[1:]:
         if _WILD.search(part):
@@ -188,7 +188,7 @@ def _link(words: list[str], scope: Scope) -> None:
 
 
 def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Scope], None]:
-    """Return a subcommand that stores the result of `compute` in the variable named by its first word."""
+    """Return a subcommand that stores the result of `compute` in the variable that its first word names."""
 
     def carry_out(words: list[str], scope: Scope) -> None:
         scope.values[words[0]] = compute(words[1:], scope)

@@ -80,13 +80,13 @@ class Interpreter:
 
         Args:
             actions: implementations of commands, by name in lower case.
-            check: called before each command that is not defined in a file. Must raise `CMakeError` if the
-                command is unknown.
+            check: called before each command, except functions and macros defined in a file. Must raise
+                `CMakeError` if the command is unknown.
             on_unsupported: called with a command, and a description of the feature that only CMake provides.
             include_module: called with the name of each included module that is not a file of the project.
-            commands: additional names for which `if(COMMAND name)` is true, besides CMake's own commands.
+            commands: the names, besides CMake's own commands, for which `if(COMMAND name)` is true.
             targets: the names for which `if(TARGET name)` is true.
-            forgives: called with each error; if true, execution continues after the command.
+            forgives: called with each error. If it returns True, execution continues after the command.
         """
         self.scope = scope
         self.file = ""
@@ -244,7 +244,7 @@ class Interpreter:
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
                     raise self.error(opening, f"the loop exceeds the limit of {limit} iterations")
-                self._count_step(opening)  # nested loops may contain no other commands
+                self._count_step(opening)  # nested loops with empty bodies must be counted, too
                 self.scope.values.update(zip(names, elements, strict=True))
                 flow = self._run(body)
                 if flow is _Flow.RETURN:

@@ -45,7 +45,7 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
 def _range(numbers: list[int]) -> range:
     """Return the range that `numbers` specifies. As in CMake, it includes the last number.
 
-    If no step is given, the range may count down.
+    Without a step, it counts up or down by 1.
     """
     first, last = (0, *numbers, 0)[:2] if len(numbers) < 2 else numbers[:2]
     direction = 1 if last >= first else -1

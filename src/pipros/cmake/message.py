@@ -1,4 +1,4 @@
-"""The mode and the text of `message()`."""
+"""Parse the arguments of `message()`: the mode and the text."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Translate CMake's regular expressions to Python's, and limit the time of a match.
 
-Like CMake's own matcher, `re` backtracks: `(a+)+$` needs days for 40 characters. A match is therefore ended
-after `MATCH_S` of processor time, by a timer: `re` calls Python's signal handlers while it matches. Threads
-other than the main thread, and Windows, have no such timer, and therefore no limit.
+Like CMake's own matcher, `re` backtracks: `(a+)+$` needs days for 40 characters. A timer therefore ends a
+match after `MATCH_S` of processor time; `re` calls Python's signal handlers while it matches. In threads
+other than the main thread, and on Windows, this timer is not available, and matches are not limited.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pipros.basics.limits import Limits
 from pipros.cmake.scope import check_length
 
 MATCH_S = 1.0
-"""Maximum processor time of one search, in seconds. Those of real packages take microseconds."""
+"""Maximum processor time of one search, in seconds. Searches in real packages take microseconds."""
 
 _SPECIAL = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
 
@@ -102,7 +102,7 @@ def compiled(expression: str) -> Pattern:
             return r"\Z"
         if text in "{}":
             return "\\" + text
-        # An escaped letter and a backslash in brackets have a special meaning only in Python.
+        # Unlike in Python, neither an escaped letter nor a backslash in brackets has a special meaning.
         if text[0] == "\\":
             return re.escape(text[1])
         return text.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)

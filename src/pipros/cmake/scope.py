@@ -97,7 +97,7 @@ class Scope:
 
     @contextmanager
     def restored(self, names: Iterable[str]) -> Iterator[None]:
-        """Context manager that restores the given variables' current values at the end."""
+        """Return a context manager that restores the current values of the given variables on exit."""
         before = {name: self.values.get(name) for name in names}
         yield
         for name, value in before.items():

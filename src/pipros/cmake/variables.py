@@ -50,7 +50,7 @@ def option(words: list[str], scope: Scope) -> None:
 def set_property(words: list[str], scope: Scope) -> None:
     """Execute `set_property(GLOBAL … PROPERTY name values…)`.
 
-    Other properties are for compilers and are ignored.
+    Properties of targets, folders and files matter only to compilers, and are ignored.
     """
     if "PROPERTY" not in words[:-1]:
         raise ValueError("called with incorrect number of arguments")
@@ -91,7 +91,7 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
         raise ValueError("must be called with at least 4 arguments")
     switches = split_list(options)
     one, many = split_list(single), split_list(multiple)
-    # A word that is a list remains one element only with PARSE_ARGV.
+    # Only with PARSE_ARGV does a word that is a list remain one element.
     keeps_lists = words[0] == "PARSE_ARGV"
     found: dict[str, list[str]] = {}
     given: set[str] = set()

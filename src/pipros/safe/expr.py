@@ -1,10 +1,11 @@
 """Evaluate expressions from files and command lines without running Python code.
 
-Python's own parser parses the text, which is then evaluated node by node. Nodes that are not on the
+Python's own parser builds a syntax tree, which is then evaluated node by node. Nodes that are not on the
 allow-list are rejected with their position. Methods are looked up in a fixed table (`methods.py`) and other
 attributes do not exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835,
-CVE-2024-39289). A caller may allow *fields*, which the caller looks up. Text, depth, steps and the size of
-every result are limited, so an expression cannot exhaust memory or processor time.
+CVE-2024-39289). A caller may allow *fields* by passing a function that looks them up. The length of the text,
+the depth, the number of steps and the size of every result are limited, so an expression cannot exhaust
+memory or processor time.
 
 `evaluate` is for `$(eval …)` and message filters, and `arithmetic` for the angles `rad(…)` and `deg(…)` in
 parameter files.
@@ -329,8 +330,8 @@ class _Walk:
     def _function_named(self, node: ast.expr) -> Function | None:
         """Return the function that is passed by name as an argument to another function.
 
-        Each call to it is charged like a call in the expression, because there can be a hundred thousand
-        calls.
+        Each call of the returned function is charged like a call in the expression, because `map` may call it
+        a hundred thousand times.
         """
         if isinstance(node, ast.Constant) and node.value is None:
             return None

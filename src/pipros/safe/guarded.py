@@ -25,7 +25,7 @@ class ResultTooLarge(PiprosError, ValueError):
 
 
 class WorkBudget:
-    """The work that one evaluation may still do. It limits the total size of the results."""
+    """The remaining work budget of one evaluation, which limits the total size of its results."""
 
     def __init__(self, limits: Limits) -> None:
         self._size_limit = limits.expression_size
@@ -145,7 +145,7 @@ class WorkBudget:
         return dict(values, **named)
 
     def _spend_on_hashes(self, keys: Iterable[Any]) -> None:
-        """Charge for comparing keys with equal hashes, because numbers can be chosen to collide."""
+        """Charge for comparing keys with equal hashes, because numbers can be chosen so that they collide."""
         first: dict[int, Any] = {}
         collisions: dict[int, int] = {}
         for key in keys:

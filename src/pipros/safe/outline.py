@@ -1,7 +1,7 @@
 """Count the values in YAML input from the parser's events, before any value is built.
 
 Nested lists of aliases can double in size with every line, as can mappings that merge others (`<<: [*a,
-*a]`). Deep nesting exhausts the stack of the C library that builds values. The library's parser, which
+*a]`). Deep nesting can exhaust the stack of the C library that builds values. The library's parser, which
 produces the events, does not have these problems.
 """
 
@@ -17,10 +17,12 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 
 _DIRECTIVES_LIMIT = 100
-"""Maximum number of `%TAG` lines in a text, because the parser compares each with all others."""
+"""Maximum number of `%TAG` lines in a text, because the parser compares each line with all others."""
 _SCANNED_DEPTH = 1000
 _TOO_DEEP = "exceeded maximum nesting depth"
-"""The limit of the scanner in PyYAML 6.0.4, and its error. The scanner may be ahead of the events."""
+"""The nesting limit of the scanner in PyYAML 6.0.4, and the text of its error. The scanner reads ahead of the
+events, so its error may come first.
+"""
 
 
 class TooMuch(PiprosError, ValueError):

@@ -1,4 +1,4 @@
-"""Read a YAML file of settings, with errors that name the file, the line and the key."""
+"""Read a YAML settings file. Errors name the file, the line and the key."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from pipros.safe.yaml import load
 
 
 class BadSettings(PiprosError, ValueError):
-    """A file of settings is invalid, or does not fit what it describes."""
+    """A settings file is invalid, or does not match the bags or the robot that it refers to."""
 
 
 class Settings:
-    """A mapping of a YAML file.
+    """A mapping in a YAML file.
 
     Attributes:
         key: the dotted name of the mapping; empty for the whole file.
-        values: its values.
+        values: the items of the mapping.
     """
 
     def __init__(self, file: str, key: str, values: dict[str, Any], lines: dict[str, int]) -> None:
@@ -33,11 +33,11 @@ class Settings:
 
     @classmethod
     def parsed(cls, text: str, file: str) -> Settings:
-        """Parse a file.
+        """Parse the text of a file.
 
         Raises:
-            YamlError: the file is not YAML.
-            BadSettings: it is not a mapping, or a mapping has a key twice.
+            YamlError: the text is not YAML.
+            BadSettings: the text is not a mapping, or a mapping contains a key twice.
         """
         values = load(text, file, angles=False)
         if not isinstance(values, dict):
@@ -47,7 +47,7 @@ class Settings:
         return cls(file, "", values, lines)
 
     def place(self, key: str = "") -> str:
-        """Return the file, the line and the dotted name of a key."""
+        """Return the location of a key for messages: file, line and dotted name."""
         name = ".".join(part for part in (self.key, key) if part)
         line = self._lines.get(name) or self._lines.get(self.key)
         where = f"{self._file}:{line}" if line else self._file
@@ -73,28 +73,30 @@ class Settings:
         return Settings(self._file, name, values or {}, self._lines)
 
     def sections(self) -> Iterator[Settings]:
-        """Yield the mappings below all keys, which must be names."""
+        """Yield the mapping below each key. Each key must be an identifier."""
         for key in self.values:
             if not isinstance(key, str) or not key.isidentifier():
-                raise self.error(str(key), "must be a name of letters, digits and _")
+                raise self.error(
+                    str(key), "must consist of letters, digits and _, and must not start with a digit"
+                )
             yield self.section(key)
 
     def text(self, key: str, default: str | None = None) -> str:
-        """Return a text. Without a default, it is required."""
+        """Return a string. If `default` is None, the string must be given and must not be empty."""
         value = self.values.get(key, default)
         if not isinstance(value, str) or (default is None and not value):
-            raise self.error(key, "is missing" if value is None else f"must be a text, got {value!r}")
+            raise self.error(key, "is missing" if value is None else f"must be a string, got {value!r}")
         return value
 
     def choice(self, key: str, choices: Collection[str], default: str) -> str:
-        """Return one of several texts."""
+        """Return a string that is one of `choices`."""
         value = self.text(key, default)
         if value not in choices:
             raise self.error(key, f"must be one of {', '.join(choices)}, got {value!r}")
         return value
 
     def number(self, key: str, default: float | None, *, least: float, most: float = math.inf) -> float:
-        """Return a number. Without a default, it is required."""
+        """Return a number from `least` to `most`. If `default` is None, the number must be given."""
         value = self.values.get(key, default)
         if value is None:
             raise self.error(key, "is missing")
@@ -112,11 +114,11 @@ class Settings:
         return tuple(map(float, found))
 
     def texts(self, key: str) -> tuple[str, ...]:
-        """Return a text or a list of texts as a tuple, which is empty if the key is missing."""
+        """Return a string or a list of strings as a tuple, which is empty if the key is missing."""
         value = self.values.get(key, [])
         found = value if isinstance(value, list) else [value]
         if not all(isinstance(each, str) for each in found):
-            raise self.error(key, f"must be a text or a list of texts, got {value!r}")
+            raise self.error(key, f"must be a string or a list of strings, got {value!r}")
         return tuple(found)
 
 

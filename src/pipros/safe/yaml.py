@@ -2,7 +2,7 @@
 
 Only PyYAML's safe loader is used, so a document cannot create objects (CVE-2024-39780). Angles are
 written `deg(90)`, `rad(pi/2)`, `!degrees 90` or `!radians pi/2`, and are computed by a small arithmetic
-parser (CVE-2024-39289). All values in a text are counted before any of them is built (`outline.py`).
+parser (CVE-2024-39289). All values in a text are counted before any value is built (`outline.py`).
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ _DIGITS_LIMIT = 4300
 
 _USUAL_DIGITS = 20
 _LONG_NUMBERS_LIMIT = 1000
-"""Maximum number of integers above 64 bits in a text, because they can be chosen to have equal hashes, which
-makes them slow as keys.
+"""Maximum number of integers longer than `_USUAL_DIGITS` in a text. Such integers can be chosen so that their
+hashes are equal, which makes them slow as dictionary keys.
 """
 
 
@@ -47,7 +47,7 @@ class YamlError(PiprosError, ValueError):
         super().__init__(f"{file}{place}: {reason}")
 
 
-# The loader based on libyaml is ten times as fast; both accept the same documents.
+# The loader based on libyaml is ten times as fast as PyYAML's own; both accept the same documents.
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _TextLoader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 

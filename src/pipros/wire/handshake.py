@@ -1,8 +1,9 @@
 """The headers that both ends of a TCPROS connection exchange first, and the rules for refusing a connection.
 
 This module performs no I/O: it takes headers and returns headers or a refusal. Sources:
-http://wiki.ros.org/ROS/TCPROS and, where that page is silent, genuine rospy and roscpp. The end that connects
-sends first; a refusal is a header with the single field `error`, after which the connection closes.
+http://wiki.ros.org/ROS/TCPROS and, for rules that this page omits, genuine rospy and roscpp. The connecting
+end sends its header first. A refusal is a header with the single field `error`, after which the connection
+closes.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def accept_service_link(
 ) -> dict[str, str]:
     """Return the header with which a service server accepts a client.
 
-    It includes the request and response types, which roscpp expects.
+    If the request and response types are given, it includes them, because roscpp expects them.
     """
     fields = {
         "callerid": caller_id,

@@ -62,7 +62,7 @@ class HeaderReader:
     __slots__ = ("_buffer", "fields", "limit_bytes", "rest")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit the header to `limit_bytes`; defaults to the process-wide `Limits.header_bytes`."""
+        """Limit the header to `limit_bytes` (default: the process-wide `Limits.header_bytes`)."""
         self.limit_bytes = process_limits().header_bytes if limit_bytes is None else limit_bytes
         self.fields: dict[str, str] | None = None
         self.rest = b""

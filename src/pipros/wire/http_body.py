@@ -29,7 +29,7 @@ class HttpError(ProtocolError):
 
 
 class HttpLimitExceeded(HttpError, LimitExceeded):
-    """A head or body exceeds its limit, or announces a length that exceeds it."""
+    """The size of a head, or the received or announced size of a body, exceeds its limit."""
 
 
 def check_body_length(length: int, limit: int, limit_name: str) -> None:

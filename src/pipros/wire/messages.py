@@ -22,12 +22,12 @@ from pipros.wire.slot_frames import LENGTH as CONTROL_LENGTH
 
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
-"""Initial buffer size, and the size once messages arrive. Buffers start small, for nodes with hundreds of
-quiet topics.
+"""Initial size of a buffer, and the size above which a buffer or a message counts as large. Buffers start
+small, because a node may have hundreds of quiet topics.
 """
 
 _ROUNDS = 100
-"""After being emptied this many times, a large buffer is replaced by a smaller one if that is sufficient."""
+"""A large buffer that has been emptied this many times is replaced by a smaller one if that would suffice."""
 
 _REPLY_HEAD_BYTES = 5
 """Size of a reply's header: one byte for success, and four bytes for the length of the rest."""
@@ -51,7 +51,7 @@ class MessageReader:
 
     Attributes:
         on_control: called with the memory and the offset of each control frame (`pipros.wire.slot_frames`).
-            What it returns is yielded like a message, unless it is None. If `on_control` is None, control
+            Its result is yielded like a message, unless the result is None. If `on_control` is None, control
             frames are errors.
     """
 
@@ -117,9 +117,10 @@ class MessageReader:
 
     @property
     def whole_bytes(self) -> int:
-        """Size of the next message if `feed_whole` should receive it as `bytes`; otherwise 0.
+        """Size of the next message if the caller should receive it and pass it to `feed_whole`; otherwise 0.
 
-        This is the case if only the message's length has arrived and an earlier message was as large.
+        The size is not 0 if only the length of a large message has arrived, and the buffer, which has grown
+        for earlier messages, has room for the message.
         """
         if self._expects_large and self._end - self._start == 4:
             (length,) = _unpack_length(self._view, self._start)
@@ -130,7 +131,7 @@ class MessageReader:
     def feed_whole(self, data: bytes) -> int:
         """Add bytes that were received elsewhere. Return their number, which must be passed to `received`.
 
-        If there are `whole_bytes` of them, `received` yields them without copying; otherwise they are copied.
+        If their number is `whole_bytes`, `received` yields them without copying; otherwise they are copied.
         """
         if len(data) == self.whole_bytes:
             self._whole = data
@@ -240,7 +241,7 @@ class ReplyReader:
     __slots__ = ("_held", "limit_bytes", "missing_bytes")
 
     def __init__(self, limit_bytes: int | None = None) -> None:
-        """Limit each reply to `limit_bytes`; defaults to the process-wide `Limits.frame_bytes`."""
+        """Limit each reply to `limit_bytes` (default: the process-wide `Limits.frame_bytes`)."""
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self.missing_bytes = _REPLY_HEAD_BYTES
         self._held: bytes | bytearray = b""

@@ -3,15 +3,15 @@
 TCPROS limits the length of a message to far below 2**31, so a length with its highest bit set announces a
 control frame of 28 bytes instead of a message:
 
-    OFFER    the publisher wants to send segments; the subscriber replies with one byte in the stream once it
-             can receive descriptors (until then it uses a plain `recv`, which is faster but closes them)
-    SEGMENT  a new segment of equal slots; the segment's file descriptor arrives with the frame. The first
-             SEGMENT also brings the write end of a pipe for acknowledgements
+    OFFER    the publisher can send segments; the subscriber replies with one byte in the stream once it can
+             receive descriptors (until then it uses a plain `recv`, which is faster but closes them)
+    SEGMENT  a new segment of slots of equal size; the segment's file descriptor arrives with the frame. The
+             first SEGMENT also carries the write end of a pipe for acknowledgements
     SLOT     a slot of the newest segment contains a message of `second` bytes
     DROP     the segment is no longer used
 
 A subscriber acknowledges each slot through the pipe, with eight bytes that say whether the slot is in use.
-It reports a slot as in use before callbacks get arrays that refer to the slot, and as free when nothing
+It reports a slot as in use before callbacks receive arrays that refer to the slot, and as free when nothing
 refers to it any more. Segment numbers only increase, and each new segment replaces the previous one.
 """
 

@@ -65,7 +65,7 @@ _SCALAR = re.compile(_VALUE).match
 _SCALAR_MEMBER = re.compile(rf"{_NAME}{_VALUE}{_S}</member>").match
 
 _NOT_PLAIN_BYTES = bytes(set(range(32)) - set(b"\t\n"))
-"""Control characters, which XML forbids, and the carriage return, which it replaces."""
+"""Control characters, which XML forbids, and the carriage return, which XML parsers convert to a newline."""
 _SLICE_BYTES = 256 * 1024
 _NOT_XML = re.compile("[\ufffe\uffff]").search
 
