@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The gate of assistants: the time of a decision of a policy, and of calls of `pipros mcp`'s tools.
+"""The gate of assistants: the time of a policy decision, and of calls to `pipros mcp`'s tools.
 
     benchmarks/assistants.py [--calls 200]
 
@@ -133,11 +133,11 @@ def main():
         node.advertise("/chat", String, latch=True).publish(String("hello"))
         environment = {**os.environ, "ROS_MASTER_URI": master.uri}
         rows = [asyncio.run(over(environment, calls)) for over in (over_stdio, over_http)]
-    print(line(["call", "stdio", "of it the server's processor time", "HTTP", "of it"]))
+    print(line(["call", "stdio", "stdio: server's processor time", "HTTP", "HTTP: server's processor time"]))
     print(line(["---", *["---:"] * 4]))
     for (name, *stdio), (_, *http) in zip(*rows, strict=True):
         print(line([name, *(f"{value:.1f} ms" for value in (*stdio, *http))]))
-    print(f"\na decision of a policy: {decision_us():.1f} us; {load.percent():.0f} % by others")
+    print(f"\na policy decision: {decision_us():.1f} us; foreign load {load.percent():.0f} %")
 
 
 if __name__ == "__main__":
