@@ -285,7 +285,7 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
         try:
             return xmlrpc_fast.decode_response(body, ANSWER_NESTING_LIMIT)
         except xmlrpc_fast.NeedsExpat:
-            pass  # the complete reader below accepts the document or raises the error
+            pass  # the reader below raises the error
     from pipros.wire import xmlrpc_expat
 
     value, is_fault = xmlrpc_expat.decode_response(body, ANSWER_NESTING_LIMIT)
