@@ -21,7 +21,7 @@ _DIRECTIVES_LIMIT = 100
 _SCANNED_DEPTH = 1000
 _TOO_DEEP = "exceeded maximum nesting depth"
 """The nesting limit of the scanner in PyYAML 6.0.4, and the text of its error. The scanner reads ahead of the
-events, so its error may come first.
+events, so this error may occur before `yaml_depth` is exceeded.
 """
 
 

@@ -186,7 +186,7 @@ class _Reader:
         return True
 
     def _read_body(self) -> bytes | bytearray | None:
-        """Remove and return a body from the buffer; None if it is incomplete."""
+        """Remove a body from the buffer and return it. Return None if the body is incomplete."""
         if self._length == _CHUNKED:
             return self._chunks.feed(self._buffer)
         if self._length == _UNTIL_END:
@@ -263,7 +263,7 @@ class RequestReader(_Reader):
         self._buffer += data
 
     def next_request(self) -> Request | None:
-        """Remove and return the next request; None if none is complete.
+        """Remove and return the next request. Return None if no request is complete.
 
         Raises:
             HttpError: the bytes are not a request, or the request has no length, has a compressed body, uses

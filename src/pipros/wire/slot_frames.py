@@ -90,7 +90,7 @@ def decode(data: bytes | memoryview, offset: int = 0) -> ControlFrame:
 
 
 def encode_acknowledgement(slot: Slot, *, in_use: bool) -> bytes:
-    """Return the acknowledgement for a slot that is in use, or has become free, in wire format."""
+    """Return the acknowledgement of a slot in wire format. If `in_use` is False, the slot is free again."""
     segment, index = slot
     return _acknowledgement.pack(segment, index | _IN_USE if in_use else index)
 

@@ -1,7 +1,7 @@
 """The complete XML-RPC reader: reads any well-formed document, and explains why others are invalid.
 
 Theory of operation: the reader keeps a stack of open elements. `_MAY_CONTAIN` lists which elements an element
-may contain; any other is an error. Complete values are collected in the enclosing element, and combined when
+may contain; all others are errors. Complete values are collected in the enclosing element, and combined when
 it closes. Attributes, comments and CDATA are handled as specified by XML. A DTD is refused at its first byte,
 so only the five predefined entities exist.
 
@@ -41,7 +41,7 @@ _MAY_CONTAIN: dict[str, frozenset[str]] = {
 _NOTHING: frozenset[str] = frozenset()
 
 SLICE_BYTES: Final = 32 * 1024
-"""Size of a slice. Expat reads a slice in less than a millisecond, whatever its content."""
+"""Size of a slice. Expat reads a slice in less than a millisecond, regardless of its content."""
 TAG_LIMIT_BYTES: Final = 64 * 1024
 """Maximum length of a tag, comment or processing instruction."""
 
