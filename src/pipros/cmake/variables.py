@@ -50,7 +50,7 @@ def option(words: list[str], scope: Scope) -> None:
 def set_property(words: list[str], scope: Scope) -> None:
     """Execute `set_property(GLOBAL … PROPERTY name values…)`.
 
-    Properties of targets, folders and files matter only to compilers, and are ignored.
+    Properties of other objects, such as targets and source files, matter only to compilers and are ignored.
     """
     if "PROPERTY" not in words[:-1]:
         raise ValueError("called with incorrect number of arguments")

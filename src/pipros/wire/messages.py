@@ -119,7 +119,7 @@ class MessageReader:
     def whole_bytes(self) -> int:
         """Size of the next message if the caller should receive it and pass it to `feed_whole`; otherwise 0.
 
-        The size is not 0 if only the length of a large message has arrived, and the buffer, which has grown
+        The result is 0 unless only the length of a large message has arrived, and the buffer, which has grown
         for earlier messages, has room for the message.
         """
         if self._expects_large and self._end - self._start == 4:
