@@ -137,7 +137,9 @@ def tables(arguments: argparse.Namespace) -> None:
         path = Path(folder) / "run.bag"
         write_bag(path, arguments.count)
         print("| topic | messages | table | raw read | rosbags | to pandas | rosbags-dataframe ", end="")
-        print("| table : raw read | rosbags : table | rosbags-dataframe : table | : to pandas |")
+        print(
+            "| table : raw read | rosbags : table | rosbags-dataframe : table | rosbags-dataframe : to pandas |"
+        )
         print(f"| --- |{' ---: |' * 10}")
         for topic, (most, least) in GOALS.items():
             times: dict[Any, list[float]] = {each: [] for each in READERS}

@@ -69,7 +69,7 @@ MAX_LOAD, TRIES = 2, 3  # % of the processors used by others, and how often a be
 BOUNDS = (
     ("flow PointCloud2", "copies of 4 MB: one into the socket, one out of it, one into the message"),
     ("Image 1 MB", "copies: one into the socket, one out of it, one into the message"),
-    ("PointCloud2 4 MB", "the same copies"),
+    ("PointCloud2 4 MB", "copies: one into the socket, one out of it, one into the message"),
     ("String 16 B", "Python: some 3 us for each message at the subscriber"),
     ("Imu,", "Python: decoding, and calling the callback"),
     ("round trip 1 MB", "copies, and four thread wake-ups"),
@@ -92,7 +92,7 @@ BOUNDS = (
     ("master:", "reading and writing XML in Python"),
     ("bag:", "Python for each message; compression, if any"),
     ("serialize", "Python for each string, array and embedded message"),
-    ("buffers", "the same"),
+    ("buffers", "Python for each string, array and embedded message"),
     ("deserialize", "the creation of objects"),
     ("from bytes", "the creation of objects"),
     ("Foxglove: images", "copies: into the server and out of it"),

@@ -9,9 +9,9 @@ with one process for each nodelet. The relays pass on the pixels that they recei
 of handing messages over. The lidar is simulated on a pseudo-terminal, with 8,000 samples in 10 turns per
 second; there is no genuine driver to compare with.
 
-`in` and `out` are the rates of inputs and outputs, `lost` the inputs without an output, and `others` the
-share of the machine that processes outside of the benchmark used. A node keeps up in real time if nothing
-is lost; a row says little if others use much.
+`in` and `out` are the rates of inputs and outputs, `lost` is the number of inputs without an output, and
+`foreign load` is the share of the machine that processes outside of the benchmark used. A node keeps up in
+real time if nothing is lost; a row says little if the foreign load is high.
 """
 
 import argparse
@@ -347,7 +347,7 @@ def main():
     parser.add_argument("--seconds", type=float, default=10.0)
     options = parser.parse_args()
     bench = Bench(options.seconds)
-    print("| 640 x 480 pixels | node | of a core | per output | in | out | lost | others |")
+    print("| 640 x 480 pixels | node | share of a core | time per output | in | out | lost | foreign load |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |", flush=True)
     try:
         for name in options.only.split(","):

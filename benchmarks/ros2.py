@@ -187,7 +187,7 @@ def crowd(count):
         for caller in callers:
             caller.wait_for("right", 120)
         right = sum(int(re.search(r"right (\d+)", caller.text())[1]) for caller in callers)
-    return f"{right} of {8 * count} right"
+    return f"{right} of {8 * count} correct"
 
 
 @contextlib.contextmanager
@@ -313,7 +313,7 @@ def ends():
         closed = time.perf_counter()
         changes.get(timeout=20)
         yield "close of 200 endpoints", OURS, f"{closed - began:.2f} s"
-        yield "announced end, noticed by a peer", OURS, f"{time.perf_counter() - began:.2f} s"
+        yield "announced shutdown, detected by a peer", OURS, f"{time.perf_counter() - began:.2f} s"
         for kind in (OURS, CYCLONE, FAST):
             with running(kind, "sub", TOPIC, "reliable") as listener:
                 listener.wait_for("ready")
@@ -321,7 +321,7 @@ def ends():
                 listener.process.kill()
                 began = time.perf_counter()
                 changes.get(timeout=30)
-                yield "SIGKILL, noticed after", f"{kind} by {OURS}", f"{time.perf_counter() - began:.1f} s"
+                yield "SIGKILL, detected after", f"{kind} by {OURS}", f"{time.perf_counter() - began:.1f} s"
 
 
 def wait_until(condition, timeout_s=20.0):
@@ -381,7 +381,7 @@ def measure(arguments):
     if "service" in wanted:
         for server, client in ((OURS, OURS), (FAST, OURS), (CYCLONE, OURS), (ZENOH, ZENOH)):
             yield "service call, mean", f"{server} serves {client}", service(server, client, count // 10)
-        yield "calls of 4 clients each of Fast and Cyclone", OURS, crowd(count // 10)
+        yield "calls by 4 clients on Fast and 4 on Cyclone", OURS, crowd(count // 10)
     if "trip" in wanted:
         yield from trips(count // 10)
     if "gateway" in wanted:
