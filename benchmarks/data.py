@@ -138,7 +138,7 @@ def tables(arguments: argparse.Namespace) -> None:
         write_bag(path, arguments.count)
         print("| topic | messages | table | raw read | rosbags | to pandas | rosbags-dataframe ", end="")
         print(
-            "| table : raw read | rosbags : table | rosbags-dataframe : table | rosbags-dataframe : to pandas |"
+            "| table : raw read | rosbags : table | rosbags-dataframe : table | rosbags-dataframe : pandas |"
         )
         print(f"| --- |{' ---: |' * 10}")
         for topic, (most, least) in GOALS.items():
