@@ -38,7 +38,7 @@ def yaml_msg_str(type_: Any, yaml_str: str, filename: str | None = None) -> Any:
 
     Raises:
         ValueError: the text is not a mapping.
-        ROSMessageException: a field is unknown, or its value is invalid.
+        genpy.MessageException: a field is unknown, or its value is invalid.
     """
     return _message_from(type_, {} if not yaml_str.strip() else load(yaml_str), filename, "a dictionary")
 
@@ -54,7 +54,7 @@ def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> lis
 
     Raises:
         ValueError: the text is not a list of mappings.
-        ROSMessageException: a field is unknown, or its value is invalid.
+        genpy.MessageException: a field is unknown, or its value is invalid.
     """
     values = load(yaml_str)
     if not isinstance(values, list):

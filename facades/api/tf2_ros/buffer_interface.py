@@ -38,7 +38,7 @@ class BufferInterface:
 
         Raises:
             TypeException: the type is not registered.
-            TransformException: the transform is not available within `timeout`.
+            tf2_ros.TransformException: the transform is not available within `timeout`.
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
@@ -61,7 +61,7 @@ class BufferInterface:
 
         Raises:
             TypeException: the type is not registered.
-            TransformException: the transform is not available within `timeout`.
+            tf2_ros.TransformException: the transform is not available within `timeout`.
         """
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header

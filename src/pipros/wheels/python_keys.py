@@ -132,7 +132,7 @@ def read_keys(file: str | None) -> Mapping[str, str]:
             file.
 
     Raises:
-        BadKeys: the file contains something else.
+        BadPythonKeys: the file contains something else.
         YamlError, OSError: the file cannot be read.
     """
     if file is None:
