@@ -118,7 +118,7 @@ class _Build:
         self._earlier = projects
         self._result = BuildResult()
         self._failed: dict[str, str] = {}
-        self._broken: dict[str, str] = {}  # by package whose compiled part failed, the cause
+        self._broken: dict[str, str] = {}  # causes of failed compiled parts, by package
         self._state_file = layout.build / "pipros" / "state.json"
         self._state = _read_state(self._state_file)
 

@@ -1,7 +1,7 @@
 """Compute the environment that a workspace's `setup.*` files set, and print it as shell code.
 
 As in Noetic, the entries of previously sourced workspaces are removed, then this workspace and its underlays
-are prepended, so sourcing twice changes nothing. With `--extend`, they are kept.
+are prepended, so sourcing twice changes nothing. With `--extend`, the old entries are kept.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_limits_of_lerobot_are_checked_first(
     change: tuple[str, str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    reason = "needs a whole number as rate, and gaps: skip or hold"
+    reason = "needs a whole number as the rate, and gaps: skip or hold"
     assert reason in failure(capsys, CONFIG.replace(*change), "--format", "lerobot")
 
 

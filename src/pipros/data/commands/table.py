@@ -63,7 +63,7 @@ def table(argv: Sequence[str]) -> int:
         from pipros.data.files import write_arrow
 
         if output.exists() and any(output.samefile(name) for name in names if Path(name).exists()):
-            raise CommandError(f"the output must not be a bag that is read, got [{output}]")
+            raise CommandError(f"the output must not be one of the bags, got [{output}]")
         for name in write_arrow((each.to_arrow() for each in tables), output, kind):
             print(f"{name} is left out, because CSV cannot store bytes", file=sys.stderr)
     return 0

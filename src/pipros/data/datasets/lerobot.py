@@ -35,7 +35,7 @@ def check_lerobot(config: DatasetConfig) -> None:
         MissingExtra: LeRobot is not installed.
     """
     if config.rate % 1 or config.gaps == "keep":
-        raise BadSettings("the format lerobot needs a whole number as rate, and gaps: skip or hold")
+        raise BadSettings("the format lerobot needs a whole number as the rate, and gaps: skip or hold")
     _library("lerobot_dataset")
 
 

@@ -198,7 +198,9 @@ def _by_name(column: ListColumn, labels: ListColumn, source: SignalSource) -> ND
 
 def _check_width(source: SignalSource, values: NDArray[np.float64], width: int) -> None:
     if len(values) and values.shape[1] != width:
-        raise BadSettings(f"{source.place}: must have {width} numbers, got {values.shape[1]}. Correct fields")
+        raise BadSettings(
+            f"{source.place}: must have {width} numbers, got {values.shape[1]}. Select other fields"
+        )
 
 
 def check_limits(source: SignalSource, width: int) -> None:
