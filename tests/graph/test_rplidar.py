@@ -203,7 +203,7 @@ def test_a_silent_or_broken_device_is_asked_again(
     lidar.unplug()
     lidar.health = (2, 0x8001)
     lidar.plug_in()
-    node.wait_for(r"reports a broken lidar \(code 0x8001\); disconnect its power. Trying again")
+    node.wait_for(r"reports an internal error \(code 0x8001\); power-cycle it. Trying again")
     lidar.health = (1, 7)
     before = len(scans.messages)
     node.wait_for("problem 0x0007")

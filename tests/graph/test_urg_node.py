@@ -159,7 +159,7 @@ def test_a_device_without_intensities_sends_distances(
     urg, inbox, has_echoes = make_urg(lacks=kinds), Inbox(), kinds == ("NE",)
     viewer.subscribe("/first" if has_echoes else "/scan", LaserScan, inbox)
     node = start(ros, urg, f"_publish_multiecho:={str(has_echoes).lower()}")
-    node.wait_for("has no intensities")
+    node.wait_for("does not provide intensities")
     scan = inbox.wait()[0]
     assert scan.ranges[1] == pytest.approx(1.001)
     assert not scan.intensities
@@ -170,7 +170,7 @@ def test_a_device_without_several_echoes_is_named(
     ros: RosSystem, make_urg: Callable[..., SimulatedUrg], viewer: Node
 ) -> None:
     node = start(ros, make_urg(lacks=("ME", "NE", "ND")), "_publish_multiecho:=true")
-    node.wait_for(r"127.0.0.1:\d+ cannot send several echoes. Trying again until it works")
+    node.wait_for(r"127.0.0.1:\d+ cannot send multi-echo scans. Trying again until it works")
     end(node)
 
 

@@ -1,8 +1,8 @@
 """Client-side state of a goal.
 
 The server publishes the status of its goals several times a second, and a result when a goal ends. Statuses
-and results have separate topics, so they may arrive in any order, and a status may be missed. A single status
-may therefore cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to
+and results are published on separate topics, so they may arrive in any order, and a status may be missed. A
+single status may therefore cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to
 WAITING_FOR_RESULT.
 """
 

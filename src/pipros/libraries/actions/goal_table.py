@@ -26,7 +26,7 @@ def meant_by(
 
 
 def append_goal(goals: list[_Goal], goal: _Goal, limit: int, has_ended: Callable[[_Goal], bool]) -> bool:
-    """Append a goal to a list of at most `limit` goals, in which it may replace the oldest that has ended.
+    """Append a goal to a list of at most `limit` goals. If the list is full, replace the oldest ended goal.
 
     Return False if the list is full and no goal has ended.
     """

@@ -18,7 +18,7 @@ _SENT_QUEUE, _RECEIVED_QUEUE = 5, 30
 
 
 class NodeBond:
-    """One side of a bond, which is formed with the first other side that uses the same topic and ID."""
+    """One side of a bond. The bond is formed with the first other side that uses the same topic and ID."""
 
     def __init__(self, node: Node, topic: str, bond_id: str, on_broken: Callable[[], object]) -> None:
         """Start the bond.
@@ -55,7 +55,7 @@ class NodeBond:
         threading.Thread(target=self._run, name=f"bond {bond_id}", daemon=True).start()
 
     def break_bond(self) -> None:
-        """Tell the other side that this one ends. Does not block; may be called repeatedly."""
+        """Notify the other side that this side is ending. Does not block; may be called repeatedly."""
         self._side.handle(BondEvent.BREAK)
 
     def _run(self) -> None:
@@ -72,7 +72,7 @@ class NodeBond:
         if message.id == self.bond_id and message.instance_id != self._instance:
             is_sister = self._side.receive(message.instance_id, bool(message.active))
             if is_sister and not message.active:
-                self._side.handle(BondEvent.SISTER_ENDS)  # the answer was sent, so this side need not wait
+                self._side.handle(BondEvent.SISTER_ENDS)  # the other side was notified: no need to wait
 
     def _notify(self, state: BondState) -> None:
         if state is BondState.DEAD and not self._node.is_ending:

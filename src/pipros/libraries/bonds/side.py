@@ -153,6 +153,6 @@ class BondSide:
             return is_reached(self.state)
 
     def wake(self) -> None:
-        """Make the heartbeat loop and all waiting callers check `is_over` at once."""
+        """Make the heartbeat loop and all waiting callers check `is_over` immediately."""
         with self._changed:
             self._changed.notify_all()

@@ -13,7 +13,7 @@ except ImportError as error:
 
 
 def tree_of(points: Any, purpose: str) -> Any:
-    """Return a k-d tree of scipy for points, an array of shape (n, 3) of finite numbers.
+    """Return scipy's k-d tree for points, an array of shape (n, 3) of finite numbers.
 
     Raises:
         MissingExtra: scipy is not installed. The message names `purpose`.

@@ -48,7 +48,7 @@ class CloudFilterNodelet(LazyNode):
     keeps_sizes: ClassVar[bool] = False
 
     def __init__(self, node: Node) -> None:
-        """Advertise, and serve the settings. Blocks until the master answers."""
+        """Advertise the output, and serve the settings. Blocks until the master answers."""
         self._node, self._errors = node, Throttle(node.log, 1.0)
         self._listener: TransformListener | None = None
         self._listener_lock = threading.Lock()
@@ -62,7 +62,7 @@ class CloudFilterNodelet(LazyNode):
         """Return the filtered cloud. Filters override this.
 
         Raises:
-            InvalidCloud: the cloud or the settings do not permit filtering.
+            InvalidCloud: the cloud or a setting is invalid.
         """
         raise NotImplementedError
 
@@ -86,7 +86,7 @@ class CloudFilterNodelet(LazyNode):
                 made = filters.emptied(given, keeps_sizes=self.keeps_sizes)
             self._output.publish(self._in_frame(made, back or frame) if target or back else made)
         except (InvalidCloud, TransformException) as error:
-            self._errors.error("a cloud is dropped: %s", error)
+            self._errors.error("dropped a cloud: %s", error)
 
     def _in_frame(self, cloud: Any, target: str) -> Any:
         """Return a cloud in another frame, with the same timestamp."""
@@ -103,7 +103,7 @@ class CloudFilterNodelet(LazyNode):
 
 
 def transformed(cloud: Any, matrix: Any) -> Any:
-    """Return a cloud whose finite positions, and viewpoints if it has any, are moved."""
+    """Return a cloud whose points and viewpoints (if any) are transformed, except points with NaN."""
     rows = rows_of(cloud).copy()
     points = positions(cloud, rows)
     finite = np.isfinite(points).all(1)
@@ -120,7 +120,7 @@ def transformed(cloud: Any, matrix: Any) -> Any:
 
 
 class PassThrough(CloudFilterNodelet):
-    """`pcl/PassThrough`."""
+    """The nodelet `pcl/PassThrough`."""
 
     settings = _LIMITS
     keeps_sizes = True
@@ -130,7 +130,7 @@ class PassThrough(CloudFilterNodelet):
 
 
 class VoxelGrid(CloudFilterNodelet):
-    """`pcl/VoxelGrid`."""
+    """The nodelet `pcl/VoxelGrid`."""
 
     settings = (
         Setting("leaf_size", 0.01, 0.0, 1.0),
@@ -144,7 +144,7 @@ class VoxelGrid(CloudFilterNodelet):
 
 
 class CropBox(CloudFilterNodelet):
-    """`pcl/CropBox`."""
+    """The nodelet `pcl/CropBox`."""
 
     settings = (
         *(Setting(f"min_{axis}", -1.0, -1000.0, 1000.0) for axis in POSITION),
@@ -159,7 +159,7 @@ class CropBox(CloudFilterNodelet):
 
 
 class ExtractIndices(CloudFilterNodelet):
-    """`pcl/ExtractIndices`."""
+    """The nodelet `pcl/ExtractIndices`."""
 
     settings = (Setting("negative", False),)
     needs_indices = True
@@ -169,7 +169,7 @@ class ExtractIndices(CloudFilterNodelet):
 
 
 class StatisticalOutlierRemoval(CloudFilterNodelet):
-    """`pcl/StatisticalOutlierRemoval`."""
+    """The nodelet `pcl/StatisticalOutlierRemoval`."""
 
     settings = (
         Setting("mean_k", 2, 2, 100),

@@ -1,7 +1,7 @@
 """The filters of pcl_ros: functions that return a new cloud. Arithmetic is in float32, as in PCL.
 
-Selected points keep all their bytes. Names and rules are those of PCL; `values` are the settings of the
-nodelets by name.
+Selected points keep all their bytes. Names and rules are those of PCL; `values` maps the names of a nodelet's
+settings to their values.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from pipros.libraries.clouds.points import (
 Values = Mapping[str, Any]
 
 _FARTHEST: Final = 2.0**60
-"""Cells farther from the origin count as being there."""
+"""Cell coordinates are clamped to this distance from the origin."""
 
 _NUMBERS: Final = 2.0**62
-"""Bounding boxes of voxel grids with this many cells are numbered by their used cells only."""
+"""In voxel grids with at least this many cells, only the occupied cells are numbered."""
 
 
 def pass_through(cloud: Any, values: Values) -> Any:
-    """Return the points whose field `filter_field_name` is within the limits, or outside of them."""
+    """Return the points whose field `filter_field_name` is within the limits, or outside if negated."""
     rows, name = rows_of(cloud), values["filter_field_name"]
     organized = values["keep_organized"]
     if name and not has_field(cloud, name):
@@ -48,7 +48,7 @@ def pass_through(cloud: Any, values: Values) -> Any:
 
 
 def _within(field: Any, values: Values) -> Any:
-    """Return which values of a field are finite and within the limits (or outside, if negative)."""
+    """Return a mask of the values that are finite and within the limits, or outside if negated."""
     low, high = values["filter_limit_min"], values["filter_limit_max"]
     with np.errstate(invalid="ignore"):
         if values["filter_limit_negative"]:
@@ -57,7 +57,7 @@ def _within(field: Any, values: Values) -> Any:
 
 
 def _without(cloud: Any, rows: Any, removed: Any) -> Any:
-    """Return the cloud in its shape, with NaN for the position of the removed points."""
+    """Return a cloud of the same shape in which the positions of the removed points are NaN."""
     changed = rows.copy()
     positions(cloud, changed)  # the fields must be of type FLOAT32
     for name in POSITION:
@@ -66,13 +66,13 @@ def _without(cloud: Any, rows: Any, removed: Any) -> Any:
 
 
 def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
-    """Return the points inside a box, its faces included, or outside of it. NaN counts as inside.
+    """Return the points inside a box (including its faces), or outside if negated. NaN counts as inside.
 
     Args:
-        indices: of the points to filter, by default all.
+        indices: indices of the points to filter; defaults to all points.
 
     Raises:
-        InvalidCloud: an index is not that of a point.
+        InvalidCloud: the cloud is invalid, or an index is out of range.
     """
     rows = rows_of(cloud)
     chosen = indices_of(indices, len(rows))
@@ -91,10 +91,10 @@ def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
 
 
 def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
-    """Return the points with these indices, in their order, or all others in the order of the cloud.
+    """Return the points with these indices, in the order of the indices, or all other points if negated.
 
     Raises:
-        InvalidCloud: an index is not that of a point.
+        InvalidCloud: the cloud is invalid, or an index is out of range.
     """
     rows = rows_of(cloud)
     chosen = indices_of(indices, len(rows))
@@ -111,7 +111,7 @@ def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
 
 
 def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
-    """Return a cloud without points, like PCL's; its steps are 0 unless `keeps_sizes` is true."""
+    """Return an empty cloud, as PCL does. `point_step` and `row_step` are 0 unless `keeps_sizes` is true."""
     made = type(cloud)(header=cloud.header, fields=cloud.fields, is_bigendian=cloud.is_bigendian)
     if keeps_sizes:
         made.point_step, made.row_step, made.is_dense = cloud.point_step, cloud.row_step, True
@@ -119,15 +119,17 @@ def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
 
 
 def statistical_outlier_removal(cloud: Any, values: Values, indices: Any = None) -> Any:
-    """Return the points whose mean distance to their `mean_k` - 1 nearest others is not extreme.
+    """Return the points whose mean distance to their `mean_k` - 1 nearest neighbours is not an outlier.
 
-    The limit is the mean over these points plus `stddev` times the standard deviation. NaN points are kept.
+    A distance is an outlier if it exceeds the mean of the distances by more than `stddev` times their
+    standard deviation. If `negative` is true, return the other points. NaN points are not outliers.
 
     Args:
-        indices: of the points to filter, by default all; the nearest others are those of the whole cloud.
+        indices: indices of the points to filter; defaults to all points. Neighbours may be any points of
+            the cloud.
 
     Raises:
-        InvalidCloud: `stddev` is 0, or an index is not that of a point.
+        InvalidCloud: the cloud is invalid, `stddev` is 0, or an index is out of range.
     """
     if values["stddev"] == 0.0:
         raise InvalidCloud("stddev must not be 0")
@@ -148,12 +150,14 @@ def statistical_outlier_removal(cloud: Any, values: Values, indices: Any = None)
 
 
 def voxel_grid(cloud: Any, values: Values) -> Any:
-    """Return one point for each cell of a grid that has points: the mean of each field.
+    """Return one point for each grid cell with at least `min_points_per_voxel` points.
 
-    The points are sorted by cell. `rgb` and `rgba` are averaged byte by byte.
+    Each field is the mean of the cell's points; `rgb` and `rgba` are averaged byte by byte. The result is
+    sorted by cell.
 
     Raises:
-        InvalidCloud: a leaf size is not greater than 0, or a field of the limits is missing.
+        InvalidCloud: the cloud is invalid, a leaf size is not greater than 0, or the field
+            `filter_field_name` is missing.
     """
     rows, name = rows_of(cloud), values["filter_field_name"]
     leaf = leaf_sizes(values)
@@ -178,7 +182,7 @@ def voxel_grid(cloud: Any, values: Values) -> Any:
 
 
 def _cell_numbers(points: Any, leaf: Any) -> Any:
-    """Return the number of each point's cell; x changes fastest."""
+    """Return the cell number of each point; x varies fastest."""
     with np.errstate(over="ignore"):
         scaled = np.floor(points * (np.float32(1.0) / leaf)).astype(np.float64)
     cells = np.clip(scaled, -_FARTHEST, _FARTHEST).astype(np.int64)
@@ -192,7 +196,7 @@ def _cell_numbers(points: Any, leaf: Any) -> Any:
 
 
 def leaf_sizes(values: Values) -> Any:
-    """Return the sizes of a cell in float32. A negative `leaf_size_x` means `leaf_size`.
+    """Return a cell's size along each axis in float32. `leaf_size` replaces a negative `leaf_size_x`.
 
     Raises:
         InvalidCloud: a size is not greater than 0.
@@ -206,7 +210,7 @@ def leaf_sizes(values: Values) -> Any:
 
 
 def _means(cloud: Any, rows: Any, starts: Any, counts: Any) -> Any:
-    """Return the rows of points whose fields are the means of consecutive groups of rows."""
+    """Return one row for each group of consecutive rows; its fields are the means of the group's fields."""
     means = np.zeros((len(starts), rows.shape[1]), np.uint8)
     for field in cloud.fields:
         if field.datatype not in TYPES:

@@ -1,4 +1,4 @@
-"""The inputs that all nodelets of pcl_ros share: clouds, and optionally indices of their points."""
+"""The inputs that all nodelets of pcl_ros have in common: clouds, and optionally indices of their points."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _CLOUD: Final = "sensor_msgs/PointCloud2"
 
 
 class CloudInputs:
-    """Subscribes to `~input`, and to `~indices` if requested, while an output has subscribers.
+    """Subscribes to `~input`, and to `~indices` if needed, while any output has subscribers.
 
     Attributes:
         outputs: the publishers.
@@ -32,8 +32,8 @@ class CloudInputs:
 
         Args:
             outputs: message classes by topic.
-            receive: called with each cloud, and the list of its indices or None.
-            needs_indices: whether `~indices` is an input even without `~use_indices`.
+            receive: called with each cloud and its point indices; None instead of indices if there are none.
+            needs_indices: whether to subscribe to `~indices` even if `~use_indices` is false.
         """
         self._node, self._receive = node, receive
         self.queue_size = max(private(node, "max_queue_size", 3), 1)

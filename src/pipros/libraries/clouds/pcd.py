@@ -24,7 +24,7 @@ _KINDS: Final = {"F": "f", "I": "i", "U": "u"}
 
 
 class InvalidPcd(PiprosError, ValueError):
-    """The bytes are not those of a PCD file. The text names the mistake."""
+    """The data is not a valid PCD file. The text says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,10 +48,10 @@ class Header:
 
 
 def parse(data: bytes) -> tuple[Any, Pose]:
-    """Return the cloud in a file, without a frame and time, and the pose of its sensor.
+    """Return the cloud in a file, without a frame ID and timestamp, and the pose of the sensor.
 
     Raises:
-        InvalidPcd: the data is malformed, or shorter than its header says.
+        InvalidPcd: the data is malformed, or shorter than the header specifies.
     """
     header, body = _read_header(data)
     count, step = header.width * header.height, header.point_step
@@ -92,7 +92,7 @@ def _read_header(data: bytes) -> tuple[Header, memoryview]:
     while "DATA" not in values:
         end = data.find(b"\n", start, start + _HEADER_BYTES)
         if end < 0 or start > _HEADER_BYTES:
-            raise InvalidPcd("the header must end with a line DATA")
+            raise InvalidPcd("the header must end with a DATA line")
         words = data[start:end].decode("ascii", "replace").split()
         if words and not words[0].startswith("#"):
             values[words[0]] = words[1:]
@@ -148,7 +148,7 @@ def _from_text(body: memoryview, header: Header) -> Any:
 
 
 def _from_columns(data: bytes, header: Header) -> Any:
-    """Return rows of points from the values field by field, as compressed files have them."""
+    """Convert the values of a compressed file, which are stored field by field, to rows of points."""
     count = header.width * header.height
     points, at = np.zeros(count, _layout(header)), 0
     for index, (_, kind, elements) in enumerate(header.fields):
@@ -158,10 +158,13 @@ def _from_columns(data: bytes, header: Header) -> Any:
 
 
 def _decompressed(body: memoryview, size: int) -> bytes:
-    """Decompress LZF data, which follows its two sizes. PyPI has no wheel of the LZF library."""
+    """Decompress LZF data preceded by its compressed and uncompressed size.
+
+    The LZF library is not used, because PyPI has no wheel of it.
+    """
     packed = int.from_bytes(body[:4], "little")
     if len(body) < 8 + packed or int.from_bytes(body[4:8], "little") != size:
-        raise InvalidPcd(f"the compressed data must be whole, and have {size} bytes when decompressed")
+        raise InvalidPcd(f"the compressed data must be complete and decompress to {size} bytes")
     source, found, at = bytes(body[8 : 8 + packed]), bytearray(), 0
     try:
         while at < packed and len(found) <= size:
@@ -184,12 +187,12 @@ def _decompressed(body: memoryview, size: int) -> bytes:
     except IndexError as error:
         raise InvalidPcd("the compressed data is malformed") from error
     if len(found) != size:
-        raise InvalidPcd(f"the compressed data must give {size} bytes, got {len(found)}")
+        raise InvalidPcd(f"the compressed data must decompress to {size} bytes, got {len(found)}")
     return bytes(found)
 
 
 def _compressed(data: bytes) -> bytes:
-    """Return LZF data that consists of literals only: every reader accepts it, but it is not smaller."""
+    """Return LZF data that consists of literals only. Every reader accepts it, but it is not smaller."""
     whole = len(data) // 32
     blocks = np.full((whole, 33), 31, np.uint8)
     blocks[:, 1:] = np.frombuffer(data, np.uint8, whole * 32).reshape(whole, 32)

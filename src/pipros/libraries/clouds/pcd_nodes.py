@@ -28,9 +28,9 @@ _POLL_S: Final = 0.05
 
 @exits_after_ctrl_c()
 def pcd_to_pointcloud(argv: Sequence[str] | None = None) -> int:
-    """Publish the cloud of a file on `cloud_pcd` for its first subscriber, then periodically if requested.
+    """Publish the cloud in a file on `cloud_pcd`, once or periodically.
 
-    Return the exit code.
+    Unless `~latch` is true, wait for a subscriber before publishing. Return the exit code.
     """
     with roscpp_program("pcd_to_pointcloud", "pcl_ros", argv) as (node, log):
         words = node.identity.arguments.rest

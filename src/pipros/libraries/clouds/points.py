@@ -1,6 +1,7 @@
 """The fields of a `sensor_msgs/PointCloud2` as arrays, and clouds made from arrays.
 
-A cloud's points are rows of `point_step` bytes. Functions that select or move points keep all other bytes.
+A cloud's points are rows of `point_step` bytes. Functions that select or transform points leave all other
+bytes unchanged.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ POSITION: Final = ("x", "y", "z")
 
 
 class InvalidCloud(PiprosError, ValueError):
-    """A cloud's fields and data contradict each other, or a field is missing. The text says what is wrong."""
+    """A cloud's fields do not match its data, a field is missing, or a value is invalid."""
 
 
 def rows_of(cloud: Any) -> Any:
@@ -42,10 +43,10 @@ def rows_of(cloud: Any) -> Any:
 
 
 def indices_of(given: Any, count: int) -> Any:
-    """Return the indices of points as an array; those of all points if None is given.
+    """Return indices as an array; if None is given, the indices of all `count` points.
 
     Raises:
-        InvalidCloud: an index is not that of a point.
+        InvalidCloud: an index is out of range.
     """
     if given is None:
         return np.arange(count)
@@ -56,7 +57,7 @@ def indices_of(given: Any, count: int) -> Any:
 
 
 def column(cloud: Any, rows: Any, name: str) -> Any:
-    """Return the values of a field, an array of shape (points,); writable if `rows` is.
+    """Return the values of a field as an array of shape (points,), which is writable if `rows` is.
 
     Raises:
         InvalidCloud: the field is missing, or lies outside the point.
@@ -67,7 +68,7 @@ def column(cloud: Any, rows: Any, name: str) -> Any:
     kind = np.dtype(TYPES.get(field.datatype, "V0")).newbyteorder(">" if cloud.is_bigendian else "<")
     if not 0 < kind.itemsize <= rows.shape[1] - field.offset:
         raise InvalidCloud(
-            f"field {name} must lie in its point, got type {field.datatype} at offset {field.offset} of "
+            f"field {name} must lie within the point, got type {field.datatype} at offset {field.offset} of "
             f"{rows.shape[1]} bytes"
         )
     return (
@@ -78,12 +79,12 @@ def column(cloud: Any, rows: Any, name: str) -> Any:
 
 
 def has_field(cloud: Any, name: str, datatype: int = FLOAT32) -> bool:
-    """Return whether the cloud has a field of this name and type."""
+    """Return whether the cloud has a field with this name and type."""
     return any(each.name == name and each.datatype == datatype for each in cloud.fields)
 
 
 def positions(cloud: Any, rows: Any) -> Any:
-    """Return x, y and z, a new array of shape (points, 3), as float32.
+    """Return x, y and z as a new float32 array of shape (points, 3).
 
     Raises:
         InvalidCloud: a field is missing or has another type.
@@ -98,7 +99,7 @@ def positions(cloud: Any, rows: Any) -> Any:
 
 
 def with_rows(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
-    """Return a cloud of one line with the fields and header of `cloud`, and these points."""
+    """Return an unorganized cloud (height 1) with the fields and header of `cloud`, and the given points."""
     return type(cloud)(
         header=cloud.header,
         height=1,
@@ -113,7 +114,7 @@ def with_rows(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
 
 
 def reorganized(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
-    """Return a cloud with the shape, fields and header of `cloud`, and these points, as many as before."""
+    """Return a cloud with the shape, fields and header of `cloud`, and the given points, equal in number."""
     made = with_rows(cloud, rows, is_dense=is_dense)
     made.height, made.width = cloud.height, cloud.width
     made.row_step = cloud.width * cloud.point_step
@@ -121,10 +122,11 @@ def reorganized(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
 
 
 def cloud_of(header: Any, columns: Mapping[str, Any], point_step: int = 0) -> Any:
-    """Return a cloud of one line with the given values: arrays of equal length, by field.
+    """Return an unorganized cloud (of height 1) with the given values.
 
     Args:
-        point_step: size of a point, if it is larger than its fields.
+        columns: arrays of equal length, by field name.
+        point_step: size of a point in bytes, if larger than the sum of its fields.
     """
     field_class: Any = load_message_class("sensor_msgs/PointField")
     kinds = {name: np.dtype(values.dtype).newbyteorder("<") for name, values in columns.items()}
@@ -155,7 +157,7 @@ def cloud_of(header: Any, columns: Mapping[str, Any], point_step: int = 0) -> An
 
 
 def matrix_of(pose: Pose, kind: Any = np.float32) -> Any:
-    """Return the first three rows of a pose's matrix, computed with numbers of type `kind` as Eigen does."""
+    """Return the first three rows of a pose's matrix, computed in the type `kind` with Eigen's formula."""
     px, py, pz, *quaternion = pose
     x, y, z, w = (kind(value) for value in quaternion)
     one, two = kind(1), kind(2)
@@ -173,13 +175,13 @@ def matrix_of(pose: Pose, kind: Any = np.float32) -> Any:
 
 
 def exact_matrix_of(pose: Pose) -> Any:
-    """Return the first three rows of a pose's matrix, computed in float64 as tf does, in float32."""
+    """Return the first three rows of a pose's matrix in float32, computed in float64 with tf's formula."""
     rotation = np.array(rotation_matrix(pose)).reshape(3, 3)
     return np.concatenate([rotation, np.array(pose[:3])[:, np.newaxis]], 1).astype(np.float32)
 
 
 def moved(points: Any, matrix: Any) -> Any:
-    """Transform points of shape (n, 3). Results have the matrix's type, and are summed as in Eigen."""
+    """Transform points of shape (n, 3). The result has the matrix's type; sums are in Eigen's order."""
     x, y, z = (points[:, axis, np.newaxis].astype(matrix.dtype) for axis in range(3))
     with np.errstate(all="ignore"):
         return x * matrix[:, 0] + y * matrix[:, 1] + z * matrix[:, 2] + matrix[:, 3]

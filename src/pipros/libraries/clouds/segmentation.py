@@ -1,4 +1,4 @@
-"""Planes by RANSAC, and clusters of points that are near each other, as in PCL."""
+"""Plane fitting by RANSAC, and Euclidean clustering, as in PCL."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.extras import tree_of
 
 PAIRS: Final = 10_000_000
-"""Default of the maximum number of pairs of neighbours in memory."""
+"""Default maximum number of neighbour pairs in memory."""
 
 
 def plane(
@@ -21,15 +21,16 @@ def plane(
     optimize: bool = True,
     has_ended: Callable[[], bool] = bool,
 ) -> tuple[Any, Any] | None:
-    """Return the coefficients (a, b, c, d) of the plane with most inliers, and their indices, or None.
+    """Return the coefficients (a, b, c, d) of the plane with the most inliers, and the inliers' indices.
 
-    The normal (a, b, c) has length 1. Random, but equal for equal points.
+    The normal (a, b, c) has length 1. The search is random but reproducible: equal points give equal
+    results. Return None if no plane is found.
 
     Args:
         points: an array of shape (n, 3); points that are not finite are ignored.
         threshold: maximum distance of an inlier from the plane.
         iterations: maximum number of planes to try.
-        probability: the search ends when a plane without outliers has been tried with this probability.
+        probability: the search ends when, with this probability, some plane was defined by inliers only.
         optimize: whether to fit the plane to its inliers.
         has_ended: called between planes; if it returns True, the best plane so far is returned.
     """
@@ -62,7 +63,10 @@ def plane(
 
 
 def _tries(share: float, probability: float) -> float:
-    """Return how many planes to try until one of three inliers is found with this probability."""
+    """Return how many planes to try to define one by three inliers with this probability.
+
+    `share` is the proportion of inliers among the points.
+    """
     chance = share**3
     return 1.0 if chance >= 1.0 else math.log(1.0 - probability) / math.log1p(-max(chance, 1e-300))
 
@@ -72,7 +76,7 @@ def _inliers(points: Any, coefficients: Any, threshold: float) -> Any:
 
 
 def _fitted(points: Any, before: Any) -> Any:
-    """Return the least-squares plane, with its normal on the same side as before."""
+    """Return the least-squares plane. Its normal points to the same side as that of the plane `before`."""
     center = points.mean(0)
     normal = np.linalg.eigh(np.cov((points - center).T))[1][:, 0]
     normal = normal if normal @ before[:3] >= 0 else -normal
@@ -82,13 +86,13 @@ def _fitted(points: Any, before: Any) -> Any:
 def clusters(points: Any, tolerance: float, smallest: int, largest: int, pairs: int = PAIRS) -> list[Any]:
     """Return the sorted indices of each cluster, the largest cluster first.
 
-    Two points are in one cluster if a chain of points joins them in steps of at most `tolerance`. Others than
-    finite points are in none. The time grows with the number of pairs of neighbours at different places, the
-    memory does not.
+    Two points are in the same cluster if a chain of points connects them in steps of at most `tolerance`.
+    Points with NaN or infinite coordinates are ignored. Computing time grows with the number of pairs of
+    neighbours at different positions; memory is limited by `pairs`.
 
     Args:
-        smallest, largest: clusters of other sizes are left out.
-        pairs: maximum number of pairs of neighbours in memory, unless one point has more.
+        smallest, largest: limits of a cluster's size; other clusters are omitted.
+        pairs: maximum number of neighbour pairs in memory, unless a single point has more neighbours.
     """
     finite = np.flatnonzero(np.isfinite(points).all(1))
     if not len(finite):
@@ -101,9 +105,9 @@ def clusters(points: Any, tolerance: float, smallest: int, largest: int, pairs: 
 
 
 def _places(points: Any) -> tuple[Any, Any]:
-    """Return the distinct positions of points, and for each point the index of its position.
+    """Return the distinct positions, and the index of each point's position.
 
-    Drivers often put all points that they could not measure at the origin.
+    Duplicates are common, because many drivers place points without a measurement at the origin.
     """
     order = np.lexsort(points.T)
     ordered = points[order]
@@ -126,7 +130,7 @@ def _labels(points: Any, tolerance: float, pairs: int) -> Any:
         end = max(int(np.searchsorted(total, before + pairs)), start + 1)
         part = tree_of(points[start:end], "pcl/EuclideanClusterExtraction")
         near = part.sparse_distance_matrix(tree, tolerance, output_type="coo_matrix")
-        # The points of each group so far are joined to its first one.
+        # To keep the groups found so far, connect each point to the first point of its group.
         firsts = np.unique(labels, return_index=True)[1][labels]
         rows = np.concatenate([near.row + start, np.arange(count)])
         columns = np.concatenate([near.col, firsts])

@@ -25,11 +25,11 @@ _STEP_NS: Final = 1_000_000
 
 
 class MissingParameter(PiprosError):
-    """A nodelet lacks a required parameter, or has an unsupported value. The text names it."""
+    """A required parameter is missing or has an unsupported value. The text names the parameter."""
 
 
 class _Segmentation(LazyNode):
-    """Base: the inputs, the settings, and the points of clouds."""
+    """Base of segmentation nodelets. Handles inputs and settings, and extracts the points of clouds."""
 
     settings: tuple[Setting, ...] = ()
     _inputs: CloudInputs
@@ -48,7 +48,7 @@ class _Segmentation(LazyNode):
             points = positions(cloud, rows_of(cloud))
             self.segment(cloud.header, points, indices_of(indices, len(points)))
         except InvalidCloud as error:
-            self._errors.error("a cloud is dropped: %s", error)
+            self._errors.error("dropped a cloud: %s", error)
 
     def segment(self, header: Any, points: Any, chosen: Any) -> None:
         """Publish the results for the points with the chosen indices."""
@@ -62,7 +62,7 @@ def _required(node: Node, name: str) -> Any:
 
 
 class SacSegmentation(_Segmentation):
-    """Publishes the `~inliers` and the `~model` of the plane with most points."""
+    """Publishes the `~inliers` and the `~model` of the plane that contains the most points."""
 
     settings = (
         Setting("max_iterations", 50, 0, 100_000),
@@ -78,7 +78,7 @@ class SacSegmentation(_Segmentation):
     )
 
     def __init__(self, node: Node) -> None:
-        """Advertise.
+        """Check the parameters, and advertise. Blocks until the master answers.
 
         Raises:
             MissingParameter: `~model_type` is not 0 (a plane), or `~distance_threshold` is not set.
@@ -86,7 +86,7 @@ class SacSegmentation(_Segmentation):
         model = _required(node, "model_type")
         if model != _PLANE:
             raise MissingParameter(
-                f"~model_type must be 0 (a plane), the only model in Python, got {model!r}"
+                f"~model_type must be 0 (a plane), the only supported model, got {model!r}"
             )
         _required(node, "distance_threshold")
         self._indices: Any = load_message_class("pcl_msgs/PointIndices")
@@ -114,7 +114,7 @@ class SacSegmentation(_Segmentation):
 
 
 class EuclideanClusterExtraction(_Segmentation):
-    """Publishes each cluster of a cloud on `~output`: its points or, on request, their indices."""
+    """Publishes the points of each cluster on `~output`, or their indices if `~publish_indices` is true."""
 
     settings = (
         Setting("cluster_tolerance", 0.05, 0.0, 2.0),
@@ -124,10 +124,11 @@ class EuclideanClusterExtraction(_Segmentation):
     )
 
     def __init__(self, node: Node) -> None:
-        """Advertise.
+        """Check the parameters, and advertise. Blocks until the master answers.
 
         Raises:
-            MissingParameter: `~cluster_tolerance` or `~spatial_locator`, whose value is unused, is not set.
+            MissingParameter: `~cluster_tolerance` or `~spatial_locator` (which is otherwise ignored) is not
+                set.
         """
         for name in ("cluster_tolerance", "spatial_locator"):
             _required(node, name)

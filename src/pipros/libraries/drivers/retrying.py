@@ -1,4 +1,4 @@
-"""Keep a node connected to its device: one warning for each outage, and new attempts at growing intervals."""
+"""Keep a node connected to its device: reconnect at increasing intervals, and report failures once."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from pipros.node import Node
 PAUSES_S: Final = (0.5, 4.0)
 """The first and the longest pause between attempts."""
 END_S: Final = 0.3
-"""How long a node that shuts down waits for the driver, which may have to stop a motor."""
+"""Maximum time for which node shutdown waits for the driver, which may have to stop a motor."""
 
 
 class Driver:
     """Runs sessions with a device in a thread, until the node is shut down.
 
-    No failure of a device ends it. The thread delays the end of the node by at most `END_S`.
+    If the device fails, the session is restarted after a pause. In each outage, an error is logged once per
+    exception type. The thread delays node shutdown by at most `END_S`.
     """
 
     def __init__(
@@ -31,11 +32,12 @@ class Driver:
         session: Callable[[Stream], None],
         pauses_s: tuple[float, float] = PAUSES_S,
     ) -> None:
-        """Store what to run.
+        """Store the arguments; `run` starts the thread.
 
         Args:
-            session: called with the open stream. It returns when `is_ending`, and raises DeviceError if the
-                device does not work. It calls `report_data` when there is data.
+            session: function that communicates with the device over the open stream. It must return when
+                `is_ending` is true, raise DeviceError if the device fails, and call `report_data` whenever
+                data arrives.
             pauses_s: the first and the longest pause between attempts.
         """
         self._node, self._log, self._port, self._session = node, log, port, session
@@ -50,7 +52,7 @@ class Driver:
         return self._node.is_ending
 
     def report_data(self) -> None:
-        """Note that the device works, which ends an outage."""
+        """Record that the device works, which ends an outage."""
         if self._reported:
             self._reported.clear()
             self._log.info("%s works again", self._port.name)

@@ -1,4 +1,4 @@
-"""`rplidarNode` of rplidar_ros: scans of an RPLIDAR."""
+"""The program `rplidarNode` of rplidar_ros, which publishes the scans of an RPLIDAR."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 
 SILENCE_S: Final = 5.0
-"""A scan without a whole turn for so long is started again. A motor needs seconds to reach its speed."""
+"""A scan is restarted if no turn is completed for this long. A motor needs seconds to reach its speed."""
 QUEUE_SIZE: Final = 1000
 RANGE_MIN_M: Final = 0.15
 
@@ -33,7 +33,7 @@ class RplidarNode:
     """Publishes `scan`, and serves `start_motor` and `stop_motor`."""
 
     def __init__(self, node: Node, log: logging.Logger) -> None:
-        """Read the parameters, and advertise. Blocks until the master answers.
+        """Read the parameters, and advertise the topic and services. Blocks until the master answers.
 
         Raises:
             MissingExtra: the device is on a serial port, and pyserial is not installed.
@@ -83,10 +83,10 @@ class RplidarNode:
                     lidar.stop()
 
     def _ready_mode(self, lidar: Lidar) -> Mode:
-        """Report the device, and return the scan mode of the parameter, or the typical one."""
+        """Log the device's information. Return the scan mode in `~scan_mode`, or the default mode."""
         info, (status, code) = lidar.info, lidar.health()
         if status >= 2:
-            raise DeviceError(f"{lidar.name} reports a broken lidar (code {code:#06x}); disconnect its power")
+            raise DeviceError(f"{lidar.name} reports an internal error (code {code:#06x}); power-cycle it")
         modes, typical = lidar.modes()
         names = [mode.name for mode in modes]
         if self._mode and self._mode not in names:
@@ -106,7 +106,7 @@ class RplidarNode:
         return mode
 
     def _publish_scans(self, lidar: Lidar, mode: Mode) -> None:
-        """Scan until the motor is to be stopped, or the node shuts down."""
+        """Publish scans until `stop_motor` is called or the node is shut down."""
         lidar.turn_motor(self._scan_hz)
         decoder, turns = lidar.start(mode), TurnCollector()
         began_ns, last_s = self._node.clock.now_ns(), time.monotonic()
@@ -141,7 +141,7 @@ class RplidarNode:
 
 
 def _port(node: Node, log: logging.Logger) -> Port:
-    """Return the port that the parameters name."""
+    """Return the port specified by the parameters."""
     kind = private(node, "channel_type", "serial")
     if kind == "tcp":
         return network_port(private(node, "tcp_ip", "192.168.0.7"), private(node, "tcp_port", 20108))

@@ -1,6 +1,7 @@
 """Connections to devices: serial ports, TCP and UDP. Calls block for a fraction of a second at most.
 
-Only opening a TCP connection may take `CONNECT_S`, and longer if the name of the host has to be looked up.
+The exception is opening a TCP connection, which may take `CONNECT_S`, or longer if the host name must be
+resolved.
 """
 
 from __future__ import annotations
@@ -20,30 +21,30 @@ from pipros.basics.extras import install_command
 POLL_S: Final = 0.1
 CONNECT_S: Final = 3.0
 COLLECT_S: Final = 0.005
-"""How long a serial port collects bytes after the first one. Otherwise each would wake the driver."""
+"""How long to collect bytes from a serial port after the first, so that not every byte wakes the driver."""
 CHUNK_BYTES: Final = 1 << 16
 
 
 class DeviceError(PiprosError):
-    """A device does not work. The text names it."""
+    """A device does not work. The text names the device."""
 
 
 class StreamLost(DeviceError):
-    """A device cannot be reached, or the connection to it has ended."""
+    """A device cannot be reached, or its connection was lost."""
 
 
 class Stream:
-    """An open connection to a device, over the file descriptor of a serial port or a socket."""
+    """An open connection to a device, which uses the file descriptor of a serial port or a socket."""
 
     def __init__(self, name: str, handle: Any, *, is_serial: bool) -> None:
-        """Take over `handle`, an object with `fileno` and `close` that does not block."""
+        """Take ownership of `handle`, a non-blocking object with the methods `fileno` and `close`."""
         self._name, self._handle, self._is_serial = name, handle, is_serial
 
     def read(self) -> bytes:
-        """Return the data that has arrived, at most 64 KiB, or b"" after `POLL_S` without data.
+        """Return up to 64 KiB of received data, or b"" after `POLL_S` without data.
 
         Raises:
-            StreamLost: the connection has ended. So do the other methods.
+            StreamLost: the connection was lost.
         """
         try:
             if not select.select([self._handle], [], [], POLL_S)[0]:
@@ -60,7 +61,7 @@ class Stream:
         return data
 
     def write(self, data: bytes) -> None:
-        """Send a few bytes, such as a command."""
+        """Send a few bytes, such as a command. Raises `StreamLost` if they cannot be sent."""
         try:
             sent = os.write(self._handle.fileno(), data)
         except OSError as error:
@@ -69,7 +70,7 @@ class Stream:
             raise StreamLost(f"cannot write to {self._name}: the device accepts no data")
 
     def set_dtr(self, is_on: bool) -> None:
-        """Switch the DTR line of a serial port, if it has one."""
+        """Set the DTR line of a serial port. Do nothing for sockets and ports without this line."""
         if self._is_serial:
             with suppress(OSError):
                 self._handle.dtr = is_on
@@ -77,7 +78,7 @@ class Stream:
     def close(self) -> None:
         """Close the connection. Data that has not been sent is lost."""
         if self._is_serial:
-            with suppress(Exception):  # also termios.error; closing would wait until all is sent
+            with suppress(Exception):  # including termios.error; without it, close waits until all is sent
                 self._handle.reset_output_buffer()
         with suppress(OSError):
             self._handle.close()
@@ -85,7 +86,7 @@ class Stream:
 
 @dataclass(frozen=True, slots=True)
 class Port:
-    """The name of a device's port, and how to open it, which raises StreamLost."""
+    """A device's port: its name, and a function that opens it or raises StreamLost."""
 
     name: str
     open: Callable[[], Stream]
@@ -117,7 +118,7 @@ def serial_port(path: str, baud: int) -> Port:
 
 
 def network_port(host: str, number: int, kind: socket.SocketKind = socket.SOCK_STREAM) -> Port:
-    """Return a TCP port of a device, or with SOCK_DGRAM a UDP port."""
+    """Return a TCP port or, if `kind` is SOCK_DGRAM, a UDP port."""
     name = f"{host}:{number}"
 
     def opened() -> Stream:

@@ -1,4 +1,4 @@
-"""`urg_node` of urg_node: scans of Hokuyo's laser scanners."""
+"""The program `urg_node`, which publishes the scans of Hokuyo's laser scanners."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ SILENCE_S: Final = 2.0
 QUEUE_SIZE: Final = 20
 NAN: Final = math.nan
 _RESTARTS: Final = 1
-"""The level of settings that the stream depends on."""
+"""The level of settings whose changes restart the stream."""
 
 
 class UrgNode:
-    """Publishes `scan`, or with `~publish_multiecho` `echoes`, `first`, `last` and `most_intense`."""
+    """Publishes `scan`, or `echoes`, `first`, `last` and `most_intense` if `~publish_multiecho` is true."""
 
     def __init__(self, node: Node, log: logging.Logger) -> None:
-        """Read the parameters, and advertise. Blocks until the master answers.
+        """Read the parameters, and advertise the topics. Blocks until the master answers.
 
         Raises:
             MissingExtra: the device is on a serial port, and pyserial is not installed.
@@ -89,7 +89,7 @@ class UrgNode:
             raise
 
     def _configure(self, sensor: UrgSensor) -> None:
-        """Report the device, and offer the settings once the limits of the first device are known."""
+        """Log the device's information. For the first device, offer the settings with the device's limits."""
         version = sensor.version
         self._driver.describe(", ".join(version.get(key, "?") for key in ("PROD", "SERI", "FIRM")))
         if self._settings is None:
@@ -116,7 +116,7 @@ class UrgNode:
     def _request(self, sensor: UrgSensor) -> ScanRequest:
         first, last = (sensor.parameters.step(self._setting(name)) for name in ("angle_min", "angle_max"))
         if first > last:
-            self._log.error("~angle_min must be <= ~angle_max, got more: using the whole scan")
+            self._log.error("~angle_min must be <= ~angle_max: using the device's full range")
             first, last = sensor.parameters.first, sensor.parameters.last
         how = self._setting("cluster"), self._setting("skip"), self._has_intensities, self._has_echoes
         return ScanRequest(first, last, *how)
@@ -126,14 +126,14 @@ class UrgNode:
         if sensor.start(request):
             return request
         if not self._has_intensities:
-            what = "several echoes" if self._has_echoes else "scans"
+            what = "multi-echo scans" if self._has_echoes else "scans"
             raise DeviceError(f"{self._port.name} cannot send {what}")
-        self._log.warning("%s has no intensities", self._port.name)
+        self._log.warning("%s does not provide intensities", self._port.name)
         self._has_intensities = False
         return self._started(sensor)
 
     def _publish_scans(self, sensor: UrgSensor, request: ScanRequest) -> None:
-        """Publish until the settings change, or the node shuts down."""
+        """Publish scans until a setting of the stream changes or the node is shut down."""
         last_s, errors = time.monotonic(), sensor.errors
         while not self._driver.is_ending and not self._is_changed.is_set():
             for reply in sensor.scans(request):
@@ -174,7 +174,7 @@ class UrgNode:
     def _publish_echoes(
         self, steps: Sequence[Sequence[tuple[int, int]]], fields: Mapping[str, Any], stamp_ns: int, has: bool
     ) -> None:
-        """Publish all echoes of each step, and one of them, where there are subscribers."""
+        """Publish all echoes of each step, and scans with one echo per step, to topics with subscribers."""
         for name, choose in _CHOICES.items():
             if self._outputs[name].connection_count and (has or name != "most_intense"):
                 found = [choose(step) if step else (NAN, 0) for step in steps]
@@ -199,11 +199,11 @@ _CHOICES: Final[dict[str, Callable[[Sequence[tuple[int, int]]], tuple[float, int
     "last": lambda step: step[-1],
     "most_intense": lambda step: max(step, key=lambda echo: echo[1]),
 }
-"""The echoes of the outputs with one echo."""
+"""The echo selected by each output that has one echo per step."""
 
 
 def _port(node: Node) -> tuple[dict[str, str], Port]:
-    """Return the port that the parameters name, and what diagnostics say about it."""
+    """Return the diagnostic values for the port specified by the parameters, and the port."""
     host, number = private(node, "ip_address", ""), private(node, "ip_port", 10940)
     if host:
         return {"IP Address": host, "IP Port": str(number)}, network_port(host, number)

@@ -1,5 +1,5 @@
-"""Nodelets that process images, with OpenCV: image_proc, stereo_image_proc and depth_image_proc.
+"""Nodelets that process images with OpenCV: image_proc, stereo_image_proc and depth_image_proc.
 
-`arrays.py`, `pinhole.py`, `bayer.py`, `matching.py` and `depths.py` perform no I/O; the nodelets are in
-modules named after them.
+`arrays.py`, `bayer.py`, `clouds.py`, `depths.py`, `matching.py` and `pinhole.py` perform no I/O. `ports.py`
+handles image topics; the other modules contain nodelets and programs.
 """

@@ -13,13 +13,13 @@ from pipros.pictures.encodings import UnknownEncoding, encoding
 
 
 class BadImage(PiprosError, ValueError):
-    """An image has an unknown or unsuitable encoding, or too few bytes."""
+    """An image has an unknown or unsuitable encoding, an unsuitable size, or too few bytes."""
 
 
 def array_of(message: Any) -> Any:
     """Return the pixels of a `sensor_msgs/Image`, of shape (height, width) or (height, width, channels).
 
-    The array is read-only, in the byte order of this machine, and shares the memory of the message if it can.
+    The array is read-only and in native byte order. If possible, it shares the message's memory.
 
     Raises:
         BadImage: the encoding is unknown, or the data is too short.
@@ -45,10 +45,10 @@ def array_of(message: Any) -> Any:
 
 
 def image_message(array: Any, encoding_name: str, header: Any) -> Any:
-    """Return a `sensor_msgs/Image` with the memory of an array, which must not be changed afterwards."""
+    """Return a `sensor_msgs/Image` that shares the memory of an array. Do not change the array afterwards."""
     pixels = np.ascontiguousarray(array)
     message: Any = load_message_class("sensor_msgs/Image")()
-    message.header = copy.copy(header)  # publishing numbers it
+    message.header = copy.copy(header)  # publishing sets its seq
     message.height, message.width = pixels.shape[:2]
     message.encoding = encoding_name
     message.step = pixels.nbytes // max(message.height, 1)

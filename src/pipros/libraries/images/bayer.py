@@ -1,4 +1,4 @@
-"""Colour and grey images from the raw images of cameras, as image_proc computes them."""
+"""Convert a camera's raw images to colour and grey images, as in image_proc."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _YUV = (Color.YUV422, Color.YUV422_YUY2)
 
 
 def gray(image: Any, name: str) -> tuple[Any, str]:
-    """Return the grey image of a raw image, and its encoding.
+    """Convert a raw image to grey. Return the grey image and its encoding.
 
     Raises:
         BadImage: the encoding defines no colours.
@@ -47,7 +47,7 @@ def gray(image: Any, name: str) -> tuple[Any, str]:
 
 
 def colors(image: Any, name: str, method: int) -> tuple[Any, str]:
-    """Return the colour image of a raw image, and its encoding. Grey and colour images are unchanged.
+    """Convert a raw image to colour. Return the image and its encoding. Grey and colour images are unchanged.
 
     Raises:
         BadImage: the encoding defines no colours, or the method does not support it.
@@ -56,7 +56,7 @@ def colors(image: Any, name: str, method: int) -> tuple[Any, str]:
     if kind.color in (Color.GRAY, *_COLORS):
         return image, name
     if name == "8UC3":
-        raise BadImage("the order of the colours of [8UC3] is ambiguous; the camera must say bgr8 or rgb8")
+        raise BadImage("the channel order of [8UC3] is ambiguous; the camera must publish bgr8 or rgb8")
     if kind.color in _OPENCV_NAMES:
         cv2 = opencv("converting images")
         suffix = ""
@@ -73,4 +73,4 @@ def colors(image: Any, name: str, method: int) -> tuple[Any, str]:
             return convert(image, name, "bgr8"), "bgr8"
         except ImageConversionError as error:
             raise BadImage(str(error)) from error
-    raise BadImage(f"cannot find colours in [{name}]")
+    raise BadImage(f"cannot convert [{name}] to colour")

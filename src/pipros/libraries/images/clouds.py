@@ -1,4 +1,4 @@
-"""Organised point clouds: one point per pixel, optionally with colours."""
+"""Create organised point clouds, which have one point per pixel, optionally with colours."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ FLOAT32: Final = 7
 """PointField.FLOAT32."""
 
 _RGB_AT = 4
-"""Index of the packed colour among the floats of a point."""
+"""Index of the packed colour in a point's floats."""
 
 
 def empty_points(height: int, width: int, *, has_colors: bool) -> Any:
-    """Return the memory of a cloud as floats, of shape (height, width, 4) or, with colours, (…, 8).
+    """Return a float32 array of zeros for a cloud, with 4 floats per point, or 8 if it has colours.
 
-    The first three floats are x, y and z. All are 0.
+    The shape is (height, width, floats). The first three floats of a point are x, y and z.
     """
     return np.zeros((height, width, 8 if has_colors else 4), np.float32)
 
 
 def set_colors(points: Any, image: Any, name: str, alpha: int) -> None:
-    """Set the packed colours of points: in memory blue, green, red, alpha.
+    """Set the packed colours of points. Their bytes in memory are blue, green, red and alpha.
 
     Args:
-        image: an image with as many pixels as there are points, of any encoding with colours or grey.
+        image: an image with the height and width of `points`, in any colour or grey encoding.
 
     Raises:
-        BadImage: the encoding has neither colours nor grey.
+        BadImage: the encoding is neither a colour nor a grey encoding.
     """
     packed = points[:, :, _RGB_AT : _RGB_AT + 1].view(np.uint8)
     try:
@@ -44,11 +44,11 @@ def set_colors(points: Any, image: Any, name: str, alpha: int) -> None:
 
 
 def cloud_message(points: Any, header: Any) -> Any:
-    """Return a `sensor_msgs/PointCloud2` with the memory of `points`, which must not change afterwards."""
+    """Return a `sensor_msgs/PointCloud2` that shares the memory of `points`. Do not change it afterwards."""
     field: Any = load_message_class("sensor_msgs/PointField")
     message: Any = load_message_class("sensor_msgs/PointCloud2")()
     height, width, floats = points.shape
-    message.header = copy.copy(header)  # publishing numbers it
+    message.header = copy.copy(header)  # publishing sets its seq
     message.height, message.width = height, width
     message.fields = [field(name, 4 * at, FLOAT32, 1) for at, name in enumerate("xyz")]
     if floats > _RGB_AT:

@@ -1,4 +1,4 @@
-"""The nodelet `image_proc/debayer`: grey and colour images from a camera's raw images."""
+"""The nodelet `image_proc/debayer`, which converts a camera's raw images to grey and colour images."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Debayer(LazyNode):
         )
 
     def _apply(self, values: Mapping[str, Value], level: int) -> None:
-        """Accept all values; each image reads the current ones."""
+        """Do nothing, because each image is converted with the current values."""
 
     def _on_image(self, message: Any) -> None:
         for output, is_color in ((self._mono, False), (self._color, True)):

@@ -33,7 +33,7 @@ from pipros.node.private_params import private
 
 
 class ConvertMetric(LazyNode):
-    """Converts `image_raw` between millimetres and metres to `image`, while that has subscribers."""
+    """Converts `image_raw` from millimetres to metres or vice versa, while `image` has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, ERRORS_S)
@@ -53,7 +53,7 @@ class ConvertMetric(LazyNode):
 
 
 class PointCloudXyz(LazyNode):
-    """Publishes `points` from the depths in `image_rect`, while it has subscribers."""
+    """Converts the depths in `image_rect` to a cloud, while `points` has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, ERRORS_S)
@@ -76,7 +76,7 @@ class PointCloudXyz(LazyNode):
 
 
 class PointCloudXyzrgb(LazyNode):
-    """Publishes `depth_registered/points` from registered depths and the colours of `rgb`."""
+    """Combines registered depths and the colours of `rgb` into `depth_registered/points`."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, 5.0)
@@ -102,8 +102,8 @@ class PointCloudXyzrgb(LazyNode):
         try:
             if depth.header.frame_id != rgb.header.frame_id:
                 raise BadImage(
-                    f"the frame of depths [{depth.header.frame_id}] must be that of colours "
-                    f"[{rgb.header.frame_id}]; register the depths"
+                    f"the frame of the depth image [{depth.header.frame_id}] must equal that of the colour "
+                    f"image [{rgb.header.frame_id}]; register the depth image"
                 )
             depths = array_of(depth)  # check the size before allocating memory
             pixels, name, pinhole = _fitted(array_of(rgb), rgb, depth, Pinhole.of(info))
@@ -117,15 +117,15 @@ class PointCloudXyzrgb(LazyNode):
 
 
 def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, str, Pinhole]:
-    """Return colours with the size of the depth image, their encoding, and the camera of that size.
+    """Resize a colour image to the size of a depth image. Return it, its encoding, and the scaled camera.
 
-    As in depth_image_proc, the lower rows are cut off if the proportions differ.
+    As in depth_image_proc, the lower rows of a colour image that is relatively taller are cut off.
     """
     if (rgb.width, rgb.height) == (depth.width, depth.height):
         return pixels, rgb.encoding, pinhole
     ratio = depth.width / rgb.width
     if depth.height < ratio:
-        raise BadImage(f"the depths have {depth.height} rows, too few for the size of the colours")
+        raise BadImage(f"the depth image has too few rows ({depth.height}) for the size of the colour image")
     try:
         pixels = convert(pixels, rgb.encoding, "bgr8")[: int(depth.height / ratio)]
     except ImageConversionError as error:
@@ -144,7 +144,7 @@ def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, s
 
 
 class Register:
-    """Publishes the depths of one camera as seen by another, `rgb`, while there are subscribers."""
+    """Publishes the depths of one camera as seen by another camera (`rgb`), while there are subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, 2.0)

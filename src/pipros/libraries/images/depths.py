@@ -1,4 +1,4 @@
-"""Depth images: units, points, and the view of another camera. Depths are along the optical axis.
+"""Depth images: conversion of units and to points, and registration. Depths are along the optical axis.
 
 `16UC1` is in millimetres, with 0 for unknown depths; `32FC1` is in metres, with NaN.
 """
@@ -18,11 +18,11 @@ ENCODINGS: Final = (MILLIMETRES, METRES)
 
 _UNIT = {MILLIMETRES: np.float32(0.001), METRES: np.float32(1)}
 _WIDEST_FILL = 16
-"""Maximum number of pixels in either direction that one depth fills."""
+"""Maximum number of pixels that one depth fills in each direction."""
 
 
 def checked(encoding_name: str) -> str:
-    """Return the encoding of a depth image.
+    """Check the encoding of a depth image, and return it. Return 16UC1 for mono16.
 
     Raises:
         BadImage: the encoding is not 16UC1, mono16 or 32FC1.
@@ -43,7 +43,7 @@ def converted_metric(image: Any, encoding_name: str) -> tuple[Any, str]:
 
 
 def _with_nan(image: Any, encoding_name: str) -> Any:
-    """Return the depths in their unit, as float32 with NaN for unknown depths."""
+    """Return the depths as float32 in their original unit, with NaN for unknown depths."""
     if encoding_name == MILLIMETRES:
         depths = image.astype(np.float32)
         depths[image == 0] = np.nan
@@ -52,9 +52,9 @@ def _with_nan(image: Any, encoding_name: str) -> Any:
 
 
 def set_points(points: Any, image: Any, encoding_name: str, camera: Pinhole) -> None:
-    """Set the first three floats of each point, in metres, or to NaN.
+    """Set x, y and z of each point in metres; NaN if the depth is unknown.
 
-    The products are computed in the order of depth_image_proc, with single precision.
+    Products are computed in single precision and in the same order as in depth_image_proc.
     """
     name = checked(encoding_name)
     depths, unit = _with_nan(image, name), _UNIT[name]
@@ -78,13 +78,13 @@ def registered(
     *,
     fills_holes: bool = False,
 ) -> Any:
-    """Return a depth image as seen by another camera, with the same encoding.
+    """Return a depth image as seen by another camera, in the same encoding.
 
     Args:
         camera, target: the cameras of the image and of the result.
         size: height and width of the result.
-        transform: 4x4 matrix from the frame of `camera` to that of `target`.
-        fills_holes: whether a depth covers all pixels of the result that its pixel covers.
+        transform: 4x4 matrix that transforms points from the frame of `camera` to that of `target`.
+        fills_holes: whether each depth fills all pixels of the result that its source pixel covers.
     """
     name = checked(encoding_name)
     depths = (_with_nan(image, name) * _UNIT[name]).astype(np.float64)  # single precision, as in Noetic
@@ -110,7 +110,7 @@ def registered(
 def _projected(
     u: Any, v: Any, z: Any, camera: Pinhole, target: Pinhole, transform: Any
 ) -> tuple[Any, Any, Any]:
-    """Return the rows, columns and depths of pixels in another camera."""
+    """Project pixels into another camera. Return their rows, columns and depths."""
     points = np.stack(
         [
             ((u - camera.cx) * z - camera.tx) / camera.fx,
@@ -129,12 +129,12 @@ def _projected(
 
 
 def _nearest(rows: Any, columns: Any, depths: Any, size: tuple[int, int], name: str) -> Any:
-    """Return a depth image with the smallest depth of each pixel."""
+    """Return a depth image with the smallest depth for each pixel."""
     height, width = size
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width) & (depths > 0)
     depths = depths[inside]
     places = rows[inside] * width + columns[inside]
-    order = np.argsort(-depths, kind="stable")  # written from far to near, so that the nearest remain
+    order = np.argsort(-depths, kind="stable")  # write from far to near, so that the nearest remain
     if name == MILLIMETRES:
         result = np.zeros(height * width, np.uint16)
         result[places[order]] = np.clip(

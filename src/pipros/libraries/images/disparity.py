@@ -1,4 +1,4 @@
-"""The nodelet `stereo_image_proc/disparity`: disparities between two rectified images."""
+"""The nodelet `stereo_image_proc/disparity`, which computes disparities between two rectified images."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CAMERA_INFO: Final = "sensor_msgs/CameraInfo"
 
 
 class Disparity(LazyNode):
-    """Publishes `disparity` from the images and calibrations of `left` and `right`, while subscribed to."""
+    """Computes `disparity` from images and calibrations of two cameras, while it has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._cv2 = opencv("stereo matching")

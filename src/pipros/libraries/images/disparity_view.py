@@ -1,4 +1,4 @@
-"""The program `disparity_view` of image_view: shows disparity images in colours, in a window of OpenCV."""
+"""The program `disparity_view` of image_view, which shows disparity images in colour in an OpenCV window."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _KEY_MS = 30
 
 
 def shown(message: Any) -> Any:
-    """Return a disparity image in colours (bgr8), from blue for the minimum to red for the maximum.
+    """Convert a disparity image to colours (bgr8), from blue for the minimum to red for the maximum.
 
     Raises:
-        BadImage: the image is not 32FC1, or both limits are 0.
+        BadImage: the image is not 32FC1, or its minimum and maximum are equal.
     """
     low, high = message.min_disparity, message.max_disparity
     if message.image.encoding != "32FC1":

@@ -33,7 +33,7 @@ SETTINGS: Final = (
 
 
 def corrected(values: Mapping[str, Value]) -> dict[str, Value]:
-    """Return settings that the matchers accept: odd windows, and a range that is a multiple of 16."""
+    """Adjust settings for the matchers: make window sizes odd, and the range a multiple of 16."""
     new = dict(values)
     for name in ("prefilter_size", "correlation_window_size"):
         new[name] = int(new[name]) | 1
@@ -42,7 +42,7 @@ def corrected(values: Mapping[str, Value]) -> dict[str, Value]:
 
 
 class BlockMatcher:
-    """A block matcher with settings that `corrected` returned."""
+    """A block matcher for settings returned by `corrected`."""
 
     def __init__(self, values: Mapping[str, Any]) -> None:
         cv2 = opencv("stereo matching")
@@ -68,8 +68,8 @@ class BlockMatcher:
         """Return the disparities of the left image's pixels as float32; min_disparity - 1 without a match.
 
         Args:
-            left, right: images of uint8 with the same shape.
-            factor: the images are matched at this fraction of their size.
+            left, right: uint8 images of the same shape.
+            factor: factor by which the images are downsampled before matching.
 
         Raises:
             cv2.error: the images are too small, or have different sizes.

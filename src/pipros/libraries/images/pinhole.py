@@ -1,6 +1,6 @@
-"""Pinhole cameras as `sensor_msgs/CameraInfo` describes them: rectification, binning and regions of interest.
+"""Pinhole cameras described by `sensor_msgs/CameraInfo`: rectification, binning and regions of interest.
 
-Pixels are (u, v): column, row. Camera frames have x to the right, y down, z forward; lengths are in metres.
+Pixels are (u, v): column, row. In camera frames, x points right, y down and z forward. Lengths are in metres.
 """
 
 from __future__ import annotations
@@ -14,21 +14,23 @@ from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
 
 MOST_PIXELS: Final = 2**26
-"""Maximum size of a camera's picture, because a calibration that is not valid could ask for any memory."""
+"""Maximum number of pixels of an image. Without this limit, an invalid calibration could exhaust memory."""
 
 _MODELS = ("plumb_bob", "rational_polynomial", "equidistant")
 
 
 class Uncalibrated(PiprosError, ValueError):
-    """A camera has no calibration, or one with an unknown model."""
+    """A camera is not calibrated, or its calibration is invalid or unsupported."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pinhole:
-    """The rectified camera: pixel (fx x / z + cx, fy y / z + cy), for the published image.
+    """A rectified camera: the point (x, y, z) appears at the pixel (fx x / z + cx, fy y / z + cy).
+
+    All values refer to the published image, that is, after binning and cropping.
 
     Attributes:
-        tx, ty: the projection's fourth column, P03 and P13: minus focal length times the baseline.
+        tx, ty: the fourth column of the projection matrix: minus the focal length times the baseline.
     """
 
     fx: float
@@ -40,7 +42,7 @@ class Pinhole:
 
     @classmethod
     def of(cls, info: Any) -> Pinhole:
-        """Return the camera of a message.
+        """Return the camera that a `sensor_msgs/CameraInfo` describes.
 
         Raises:
             Uncalibrated: the focal lengths are 0.
@@ -70,7 +72,7 @@ def check_size(height: int, width: int) -> None:
         Uncalibrated: the image has no pixels, or more than `MOST_PIXELS`.
     """
     if not 0 < height * width <= MOST_PIXELS:
-        raise Uncalibrated(f"a calibration must have 1 to {MOST_PIXELS} pixels, got {width} x {height}")
+        raise Uncalibrated(f"a calibrated image must have 1 to {MOST_PIXELS} pixels, got {width} x {height}")
 
 
 def key_of(info: Any) -> tuple[Any, ...]:
@@ -84,13 +86,14 @@ def key_of(info: Any) -> tuple[Any, ...]:
 
 
 class Rectifier:
-    """Rectifies images of one calibration. The maps are computed with the first image."""
+    """Rectifies images with one calibration. The maps are computed for the first image."""
 
     def __init__(self, info: Any) -> None:
         """Read the calibration.
 
         Raises:
-            Uncalibrated: K is 0, the picture is too large, or the distortion model is unknown.
+            Uncalibrated: K has no focal length, the image size is invalid, or the distortion model is
+                unknown.
         """
         if not info.K[0]:
             raise Uncalibrated("the camera is not calibrated: K has no focal length")
@@ -106,15 +109,15 @@ class Rectifier:
 
     @property
     def is_needed(self) -> bool:
-        """Whether the lens distorts. As in image_proc, a rotation alone is ignored."""
+        """Whether the lens distorts images. As in image_proc, a rotation alone is ignored."""
         return any(self._info.D)
 
     def rectified(self, image: Any, interpolation: int) -> Any:
-        """Return the rectified image. Pixels without a source are 0, or NaN in images of floats.
+        """Return the rectified image. Pixels without a source are 0, or NaN in float images.
 
         Raises:
             Uncalibrated: the binning leaves no pixels, or the region of interest lies outside the image.
-            cv2.error: the image does not have the size of the calibration.
+            cv2.error: OpenCV cannot remap the image.
         """
         cv2 = opencv("rectifying images")
         if self._maps is None:

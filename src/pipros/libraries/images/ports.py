@@ -1,4 +1,4 @@
-"""The image topics of nodelets: inputs of any transport, synchronized inputs, and compressed outputs."""
+"""Image topics of nodelets: inputs with any transport, synchronized inputs, and compressed outputs."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from pipros.node.private_params import private
 from pipros.pictures.codecs import codec
 
 ERRORS_S: Final = 10.0
-"""Shortest time between two records of the same error about images."""
+"""Minimum interval between log messages about the same error."""
 
 APPROXIMATE_S: Final = 0.1
-"""Maximum difference of the timestamps of messages that belong together, if they need not be equal."""
+"""Maximum difference between the timestamps of matching messages, if they need not be equal."""
 
 
 class ImageOutput:
-    """An image topic, with its transports `compressed`, and `compressedDepth` for depth images.
+    """An image topic with its transport `compressed`, or `compressedDepth` for depth images.
 
     Attributes:
-        publishers: the publishers of all transports.
+        publishers: the publishers of raw and of compressed images.
     """
 
     def __init__(self, node: Node, topic: str, *, is_depth: bool = False) -> None:
@@ -50,11 +50,11 @@ class ImageOutput:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether any transport has subscribers."""
+        """Whether raw or compressed images have subscribers."""
         return any(each.connection_count for each in self.publishers)
 
     def publish(self, image: Any) -> None:
-        """Publish a `sensor_msgs/Image`. It is compressed only for subscribers of that transport."""
+        """Publish a `sensor_msgs/Image`. Compress it only if the compressed topic has subscribers."""
         if self._raw.connection_count:
             self._raw.publish(image)
         if self._compressed.connection_count:
@@ -76,7 +76,7 @@ class ImageOutput:
 def subscribe_image(
     node: Node, topic: str, callback: Callable[[Any], object], queue_size: int, transport: str | None = None
 ) -> Any:
-    """Subscribe to an image topic with a transport, by default that in `~image_transport`."""
+    """Subscribe to an image topic. `transport` defaults to the parameter `~image_transport`."""
     transport = transport or private(node, "image_transport", "raw")
     if transport == "raw":
         kind = load_message_class("sensor_msgs/Image")
@@ -100,7 +100,7 @@ def subscribe_image(
 
 
 class ImageInput(NamedTuple):
-    """A synchronized input. Its transport is that in `~image_transport` if it is None."""
+    """A synchronized input. `transport` defaults to the parameter `~image_transport`."""
 
     topic: str
     type: str = "sensor_msgs/Image"
@@ -122,12 +122,12 @@ def synchronized(
     is_exact: bool = True,
     topic_queue_size: int | None = None,
 ) -> list[Any]:
-    """Call `callback` with one message of each input whose timestamps match. Return the subscriptions.
+    """Call `callback` with matching messages, one from each input. Return the subscriptions.
 
     Args:
-        queue_size: number of messages of each input that wait for those of the others.
-        is_exact: whether the timestamps must be equal; otherwise they may differ by `APPROXIMATE_S`.
-        topic_queue_size: the queue size of the subscriptions, by default `queue_size`.
+        queue_size: maximum number of messages per input that wait for matching messages.
+        is_exact: whether matching timestamps must be equal; otherwise, they may differ by `APPROXIMATE_S`.
+        topic_queue_size: the queue size of the subscriptions; defaults to `queue_size`.
     """
     size = max(queue_size, 1)
     matcher: ExactSynchronizer = ExactSynchronizer(len(inputs), size)
@@ -160,11 +160,11 @@ def synchronized(
 
 
 def enum(**constants: int) -> str:
-    """Return the edit method of a setting whose value is one of the constants."""
+    """Return the edit method of a setting whose value must be one of the constants."""
     listed = [{"name": name, "value": value, "type": "int"} for name, value in constants.items()]
     return repr({"enum": listed, "enum_description": ""})
 
 
 def inside(node: Node, namespace: str, name: str) -> str:
-    """Return the resolved name of a topic in a namespace, both of which can be remapped."""
+    """Resolve a topic name in a namespace. The namespace and the result can be remapped."""
     return node.resolve(f"{node.resolve(namespace)}/{name}")

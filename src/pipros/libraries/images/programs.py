@@ -15,7 +15,7 @@ from pipros.node.roscpp_program import roscpp_program
 
 FAILED: Final = 255
 CHECK_S: Final = 60.0
-"""Interval of the warnings about inputs that are not published."""
+"""Interval between warnings about inputs that are not published."""
 
 _PER_CAMERA: Final[Sequence[tuple[str, str, Mapping[str, str]]]] = (
     ("debayer", "image_proc/debayer", {}),
@@ -56,7 +56,7 @@ def stereo_image_proc(argv: Sequence[str] | None = None) -> int:
 
 def _check_namespace(node: Node, log: logging.Logger) -> None:
     if node.namespace == "/":
-        log.warning("started in the global namespace; start it in that of the camera (__ns:=camera)")
+        log.warning("started in the global namespace; start in the namespace of the camera (__ns:=camera)")
     if node.resolve("camera") != f"{node.namespace}camera":
         log.warning("remapping [camera] has no effect; start in the namespace of the camera (__ns:=camera)")
 
@@ -67,11 +67,11 @@ def _run(
     nodelets: Sequence[tuple[str, str, Mapping[str, str], set[str]]],
     inputs: Sequence[str],
 ) -> int:
-    """Load nodelets, and warn about inputs that are not published until the node is shut down.
+    """Load nodelets, and run until the node is shut down. Warn about inputs without publishers.
 
     Args:
-        nodelets: for each, the suffix of its name after the node's, its plugin, its remappings, and the
-            private parameters of the node that are copied to it.
+        nodelets: for each nodelet, the suffix to append to the node's name, the plugin, the remappings, and
+            the node's private parameters to copy to the nodelet.
     """
     hosting = Hosting(node)
     for suffix, plugin, remappings, parameters in nodelets:

@@ -1,4 +1,4 @@
-"""The nodelet `image_proc/rectify`: images without the distortion of the lens."""
+"""The nodelet `image_proc/rectify`, which removes the lens distortion of images."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from pipros.node import Node
 from pipros.node.private_params import private
 
 INTERPOLATIONS = enum(NN=0, Linear=1, Cubic=2, Lanczos4=4)
-"""OpenCV's numbers of the interpolations."""
+"""OpenCV's interpolation constants."""
 
 _SETTING = Setting("interpolation", 1, 0, 4, "how values between pixels are computed", 0, INTERPOLATIONS)
 
 
 class Rectify(LazyNode):
-    """Rectifies `image_mono` with its `camera_info` to `image_rect`, while that has subscribers."""
+    """Rectifies `image_mono` according to `camera_info`, while `image_rect` has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._cv2 = opencv("rectifying images")
@@ -39,7 +39,7 @@ class Rectify(LazyNode):
         )
 
     def _apply(self, values: Mapping[str, Value], level: int) -> None:
-        """Accept all values; each image reads the current ones."""
+        """Do nothing, because each image is rectified with the current values."""
 
     def _on_image(self, message: Any, info: Any) -> None:
         try:

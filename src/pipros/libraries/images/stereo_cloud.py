@@ -1,4 +1,4 @@
-"""The nodelet `stereo_image_proc/point_cloud2`: coloured points from disparities."""
+"""The nodelet `stereo_image_proc/point_cloud2`, which converts disparities to coloured points."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from pipros.node.private_params import private
 
 _COLORS = ("mono8", "rgb8", "rgba8", "bgr8", "bgra8")
 _MISSING_Z = 10000.0
-"""Depth that OpenCV gives to the pixels with the smallest disparity, which have no match."""
+"""Depth that OpenCV assigns to pixels with the smallest disparity, which have no match."""
 
 
 class StereoCloud(LazyNode):
-    """Publishes `points2` from `disparity` and the left image, while it has subscribers."""
+    """Combines `disparity` and the left image into `points2`, while it has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, ERRORS_S)
@@ -58,11 +58,12 @@ class StereoCloud(LazyNode):
             return
         try:
             if image.encoding not in _COLORS:
-                raise BadImage(f"cannot use [{printable(image.encoding)}]")
+                raise BadImage(f"the encoding [{printable(image.encoding)}] is not supported")
             pixels = array_of(image)
             if pixels.shape[:2] != disparities.shape:
                 raise BadImage(
-                    f"the image has {pixels.shape[:2]} pixels, the disparities {disparities.shape}"
+                    f"the image must have the shape of the disparities {disparities.shape}, "
+                    f"got {pixels.shape[:2]}"
                 )
             set_colors(points, pixels, image.encoding, alpha=0)
         except PiprosError as error:
@@ -71,7 +72,7 @@ class StereoCloud(LazyNode):
 
 
 def positions(disparities: Any, left: Pinhole, right: Pinhole) -> Any:
-    """Return the points of a disparity image, in metres; NaN where the disparity is the smallest value.
+    """Return the points of a disparity image in metres; NaN for pixels with the smallest disparity.
 
     Raises:
         BadImage: the cameras have no baseline.

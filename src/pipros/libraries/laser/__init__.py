@@ -1,6 +1,6 @@
-"""Laser scans: projection to points, filters, the assembler, and scans from clouds and depth images.
+"""Laser scans: projection to points, filters, an assembler, and conversion from clouds and depth images.
 
 The modules `*_node.py` are nodes; the others perform no I/O. Lengths are in metres, angles in radians.
-Arithmetic has the precision of the genuine C++ programs (float32 where they use `float`), so that results
-are equal.
+Arithmetic has the same precision as in the genuine C++ programs (float32 for `float`), so that results are
+equal.
 """

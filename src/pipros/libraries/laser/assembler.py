@@ -1,4 +1,4 @@
-"""The memory of laser_assembler: the points of the last scans in a fixed frame, joined on request."""
+"""The memory of laser_assembler: the points of the last scans in a fixed frame, concatenated on request."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class StoredScan:
     """The points of a scan.
 
     Attributes:
-        columns: arrays of float32 by name: x, y, z, and the channels.
+        columns: float32 arrays by name: x, y, z, and the channels.
     """
 
     stamp_ns: int
@@ -29,20 +29,21 @@ class Assembler:
 
         Args:
             size: maximum number of scans.
-            step: answers use only every n-th scan and point.
+            step: only every `step`-th scan and point is returned.
         """
         self._scans: deque[StoredScan] = deque(maxlen=size)
         self._step = max(step, 1)
 
     def add(self, scan: StoredScan) -> None:
-        """Store a scan; the oldest is dropped if there are too many."""
+        """Store a scan. If there are too many, drop the oldest."""
         self._scans.append(scan)
 
     def assembled(self, begin_ns: int, end_ns: int) -> StoredScan | None:
         """Return the points of the scans with begin <= time < end, or None if there are none.
 
-        The channels are those of the first scan; in scans without one of them, it is 0. The time is that of
-        the last scan. As in the original, the scans are searched from the oldest received.
+        The channels are those of the first scan; a channel that another scan lacks is filled with 0. The
+        timestamp is that of the last scan. As in the original, the search starts at the oldest scan and ends
+        at the first one at or after `end_ns`.
         """
         scans = list(self._scans)
         start = next((at for at, each in enumerate(scans) if each.stamp_ns >= begin_ns), len(scans))

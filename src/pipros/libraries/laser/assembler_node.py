@@ -27,11 +27,11 @@ from pipros.node.roscpp_program import roscpp_program
 QUEUE_SIZE: Final = 10
 SCANS: Final = 400
 _CHANNELS: Final = {"intensity": "intensities"}
-"""Names of channels of a `sensor_msgs/PointCloud` that differ from those of fields."""
+"""Channel names of a `sensor_msgs/PointCloud` that differ from the field names."""
 
 
 class LaserScanAssembler:
-    """Stores the points of `scan` in `~fixed_frame`, and serves those of an interval."""
+    """Stores the points of scans in `~fixed_frame`. Its services return the points of a time interval."""
 
     def __init__(self, node: Node) -> None:
         """Subscribe, and offer the services. Blocks until the master answers."""
@@ -66,7 +66,7 @@ class LaserScanAssembler:
             scan = self._chain.update(message)
             poses = poses_of_scan(self._listener, self._frame, scan, moves=not self._ignores_motion)
         except (FilterFailed, TransformException) as error:
-            self._warnings.warning("a scan is not stored: %s", error)
+            self._warnings.warning("cannot store a scan: %s", error)
             return
         beams = valid_beams(scan)
         points = moving(projected(scan, beams), beams, len(scan.ranges), poses)

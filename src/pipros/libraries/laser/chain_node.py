@@ -1,4 +1,4 @@
-"""`scan_to_scan_filter_chain` and `scan_to_cloud_filter_chain`, also as nodelets."""
+"""The nodes `scan_to_scan_filter_chain` and `scan_to_cloud_filter_chain`, which can also run as nodelets."""
 
 from __future__ import annotations
 
@@ -27,13 +27,15 @@ QUEUE_SIZE: Final = 50
 
 
 class ScanChain:
-    """The chain in a private parameter of a node, with its settings and transforms."""
+    """The filter chain described by a node's private parameter, with its settings and transforms."""
 
     def __init__(self, node: Node, names: Sequence[str], listener: TransformListener | None = None) -> None:
-        """Create the filters, and offer their settings. An invalid chain is logged, and drops all scans.
+        """Create the filters, and offer their settings.
+
+        If the chain is invalid, log an error. `update` then always raises FilterFailed.
 
         Args:
-            names: of the parameter, and its deprecated names.
+            names: the parameter's name, and its deprecated names.
         """
         self.node, self._lock = node, threading.Lock()
         found = [(name, raw(node, name)) for name in names]
@@ -59,7 +61,7 @@ class ScanChain:
         return self._listener
 
     def _offer(self, one: ScanFilter) -> None:
-        """Offer the settings of a filter. Values in the chain replace those of its namespace."""
+        """Offer a filter's settings. Values in the chain take precedence, except for `from_server`."""
         given, is_ready = one.values, False
 
         def apply(values: Mapping[str, Any], _: int) -> None:
@@ -83,16 +85,16 @@ class ScanChain:
         """Return the filtered scan.
 
         Raises:
-            FilterFailed: a filter drops the scan, or the chain is invalid.
+            FilterFailed: a filter cannot process the scan, or the chain is invalid.
         """
         if self._chain is None:
-            raise FilterFailed("the chain of filters is invalid")
+            raise FilterFailed("the filter chain is invalid")
         with self._lock:
             return self._chain.update(Scan.of(message))
 
 
 class _LazyPlace(FilterHost):
-    """Subscribes to transforms when the first filter needs them."""
+    """Subscribes to transforms when a filter first needs them."""
 
     def __init__(self, listen: Callable[[], TransformListener]) -> None:
         super().__init__()
@@ -104,7 +106,7 @@ class _LazyPlace(FilterHost):
 
 
 def _show_polygon(node: Node, one: PolygonFilter) -> None:
-    """Publish the polygon of a filter once."""
+    """Publish a filter's polygon on a latched topic."""
     polygon: Any = load_message_class("geometry_msgs/PolygonStamped")()
     point: Any = load_message_class("geometry_msgs/Point32")
     polygon.header.frame_id = one.values["polygon_frame"]
@@ -114,7 +116,7 @@ def _show_polygon(node: Node, one: PolygonFilter) -> None:
 
 
 class ScanToScanFilterChain:
-    """Publishes `scan_filtered` from `scan`."""
+    """Filters `scan` to `scan_filtered`."""
 
     def __init__(self, node: Node) -> None:
         """Advertise and subscribe. Blocks until the master answers."""
@@ -141,7 +143,7 @@ class ScanToScanFilterChain:
 
 
 class ScanToCloudFilterChain:
-    """Publishes `cloud_filtered`, in `~target_frame`, from `scan`."""
+    """Filters `scan`, and converts it to `cloud_filtered` in `~target_frame`."""
 
     def __init__(self, node: Node) -> None:
         """Advertise and subscribe. Blocks until the master answers."""
@@ -176,7 +178,7 @@ class ScanToCloudFilterChain:
     def _on_scan(self, message: Any) -> None:
         try:
             scan = self._chain.update(message)
-        except FilterFailed as error:  # genuine nodes ignore it
+        except FilterFailed as error:  # as in laser_filters, convert the unfiltered scan
             self._errors.error("Filtering the scan failed: %s", error)
             scan = Scan.of(message)
         if self._corrects:
@@ -184,7 +186,7 @@ class ScanToCloudFilterChain:
         try:
             poses = poses_of_scan(self._listener, self._target, scan)
         except TransformException as error:
-            self._errors.warning("no cloud for a scan: %s", error)
+            self._errors.warning("cannot convert a scan to a cloud: %s", error)
             return
         beams = valid_beams(scan, self._cutoff)
         points = moving(projected(scan, beams), beams, len(scan.ranges), poses)

@@ -1,4 +1,4 @@
-"""Laser scans from the points of a cloud between two heights, as in pointcloud_to_laserscan 1.4."""
+"""Convert the points of a cloud between two heights to a laser scan, as in pointcloud_to_laserscan 1.4."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ from pipros.basics.errors import PiprosError
 from pipros.libraries.clouds.extras import numpy as np
 
 BEAMS_LIMIT = 1_000_000
-"""Maximum number of beams of a scan."""
+"""Maximum number of beams in a scan."""
 
 
 class InvalidScanSettings(PiprosError, ValueError):
-    """The angles do not define a number of beams. The text names them."""
+    """The angles do not result in a valid number of beams. The text contains the angles."""
 
 
 @dataclass(frozen=True, slots=True)
 class CloudToScan:
-    """The settings, with the names and defaults of the genuine parameters.
+    """Converts points to ranges. Settings have the names and defaults of the genuine parameters.
 
     Attributes:
-        min_height: the default is the smallest positive number: without it, points at z = 0 are dropped.
-        use_inf: whether beams without a point are infinite; otherwise `range_max + inf_epsilon`.
+        min_height: minimum z of points. As in the original, the default is the smallest positive number, so
+            points at z = 0 are dropped.
+        use_inf: whether the range of beams without a point is infinity; otherwise, it is
+            `range_max + inf_epsilon`.
     """
 
     min_height: float = sys.float_info.min
@@ -39,7 +41,7 @@ class CloudToScan:
     inf_epsilon: float = 1.0
 
     def beams(self) -> int:
-        """Return the number of beams, computed with the float32 values of the message.
+        """Return the number of beams, computed from the float32 values in the message.
 
         Raises:
             InvalidScanSettings: the result is not a number from 0 to `BEAMS_LIMIT`.
@@ -55,14 +57,14 @@ class CloudToScan:
         return int(count)
 
     def _angles(self) -> Any:
-        """Return the first and last angle and the increment as float32, the type of the message."""
+        """Return the first and last angle and the increment as float32, their type in the message."""
         return np.array([self.angle_min, self.angle_max, self.angle_increment], np.float32)
 
     def ranges(self, points: Any) -> Any:
-        """Return the distance of the nearest point in each beam, in float32.
+        """Return the distance of the nearest point in each beam as float32.
 
         Args:
-            points: x, y and z in the scan's frame, an array of shape (n, 3) of float32.
+            points: x, y and z in the scan's frame, a float32 array of shape (n, 3).
         """
         low, high, step = self._angles()
         with np.errstate(over="ignore"):

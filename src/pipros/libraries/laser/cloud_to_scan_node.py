@@ -20,10 +20,10 @@ from pipros.node.private_params import private
 
 
 class CloudToScanNode(LazyNode):
-    """Publishes `scan` from `cloud_in`, which it subscribes to while `scan` has subscribers."""
+    """Converts `cloud_in` to `scan`, while `scan` has subscribers."""
 
     def __init__(self, node: Node) -> None:
-        """Advertise. Blocks until the master answers."""
+        """Advertise `scan`. Blocks until the master answers."""
         self._node, self._warnings = node, Throttle(node.log, 1.0)
         self._scan_class: Any = load_message_class("sensor_msgs/LaserScan")
         self._settings = CloudToScan(
@@ -71,7 +71,7 @@ class CloudToScanNode(LazyNode):
                 points = moved(points, matrix_of(pose))
             ranges = one.ranges(points)
         except (InvalidCloud, InvalidScanSettings, TransformException) as error:
-            self._warnings.error("no scan for a cloud on cloud_in: %s", error)
+            self._warnings.error("cannot convert a cloud to a scan: %s", error)
             return
         scan = self._scan_class(
             angle_min=one.angle_min,
@@ -87,5 +87,5 @@ class CloudToScanNode(LazyNode):
 
 
 def _in_float32(value: float) -> float:
-    """Return a number as float32 can represent it: too large ones become infinite, as in C++."""
+    """Replace a number that is too large for float32 by infinity, as C++ does."""
     return value if abs(value) < 3.402823466e38 else float("inf") * (1 if value > 0 else -1)

@@ -1,4 +1,4 @@
-"""Laser scans from the middle rows of a depth image, as in depthimage_to_laserscan 1.0."""
+"""Convert the middle rows of a depth image to a laser scan, as in depthimage_to_laserscan 1.0."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _METRES: Final = {"16UC1": np.float32(0.001), "32FC1": np.float32(1.0)}
 
 
 class InvalidDepthImage(PiprosError, ValueError):
-    """A depth image or its camera does not allow a scan. The text says why."""
+    """A depth image or its calibration cannot be converted to a scan. The text says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """What a camera sees: the focal length and centre of the rectified image, and the angles of its edges."""
+    """Geometry of a rectified image: its focal length and centre in pixels, and the angles of its edges."""
 
     focal_length: float
     center_x: float
@@ -27,16 +27,16 @@ class View:
     angle_max: float
 
     def increment(self, width: int) -> Any:
-        """Return the angle between the beams of an image of this width, in float32."""
+        """Return the angle between adjacent beams for an image of this width, as float32."""
         with np.errstate(all="ignore"):
             return (np.float32(self.angle_max) - np.float32(self.angle_min)) / np.float32(width - 1)
 
 
 def view_of(info: Any, width: int) -> View:
-    """Return the view of a camera from its `sensor_msgs/CameraInfo`.
+    """Compute the geometry of the rectified image from a `sensor_msgs/CameraInfo`.
 
     Raises:
-        InvalidDepthImage: the camera is not calibrated, or its number of coefficients is invalid.
+        InvalidDepthImage: the camera is not calibrated, or has an invalid number of distortion coefficients.
     """
     camera, projection = np.array(info.K).reshape(3, 3), np.array(info.P).reshape(3, 4)
     for matrix in (camera, projection):
@@ -71,20 +71,25 @@ def _angle(one: Any, other: Any) -> float:
 
 @dataclass(frozen=True, slots=True)
 class DepthToScan:
-    """The settings: the number of rows in the middle of the image, and the limits of ranges."""
+    """Converts depth images to ranges.
+
+    Attributes:
+        scan_height: number of rows to use, around the image's centre.
+        range_min, range_max: ranges outside these limits are ignored.
+    """
 
     scan_height: int = 1
     range_min: float = 0.45
     range_max: float = 10.0
 
     def ranges(self, image: Any, view: View) -> Any:
-        """Return the nearest distance in each column in float32; NaN without a point.
+        """Return the smallest distance in each beam as float32; NaN if there is none.
 
         Args:
             image: a `sensor_msgs/Image` with depths.
 
         Raises:
-            InvalidDepthImage: its encoding or size is invalid, or it has too few rows.
+            InvalidDepthImage: the encoding or size is invalid, or the image has too few rows.
         """
         half = self.scan_height // 2
         if not half <= view.center_y <= image.height - half:
@@ -111,7 +116,7 @@ class DepthToScan:
         return self._nearest(distances, np.broadcast_to(beams, distances.shape), image.width)
 
     def _nearest(self, distances: Any, beams: Any, count: int) -> Any:
-        """Return the smallest distance within the limits per beam; infinities only where there is none."""
+        """Return the smallest distance within the limits for each beam, otherwise an infinity or NaN."""
         ranges = np.full(count, np.nan, np.float32)
         inside = (beams >= 0) & (beams < count)
         infinite = inside & np.isinf(distances)
@@ -124,7 +129,7 @@ class DepthToScan:
 
 
 def _pixels(image: Any) -> Any:
-    """Return the depths of an image, an array of shape (height, width)."""
+    """Return the depths in an image as an array of shape (height, width)."""
     kind = np.dtype("u2" if image.encoding == "16UC1" else "f4")
     kind = kind.newbyteorder(">" if image.is_bigendian else "<")
     row = image.width * kind.itemsize

@@ -1,4 +1,4 @@
-"""`depthimage_to_laserscan` and the nodelet `depthimage_to_laserscan/DepthImageToLaserScanNodelet`."""
+"""The node `depthimage_to_laserscan`, and `depthimage_to_laserscan/DepthImageToLaserScanNodelet`."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ SETTINGS: Final = (
 
 
 class DepthToScanNode(LazyNode):
-    """Publishes `scan` from `image` and its `camera_info`, subscribed to while `scan` has subscribers."""
+    """Converts `image`, described by `camera_info`, to `scan`, while `scan` has subscribers."""
 
     def __init__(self, node: Node) -> None:
-        """Advertise, and serve the settings. Blocks until the master answers."""
+        """Advertise `scan`, and serve the settings. Blocks until the master answers."""
         self._node, self._warnings = node, Throttle(node.log, 1.0)
         self._scan_class: Any = load_message_class("sensor_msgs/LaserScan")
         self._settings: Mapping[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Points of laser scans, in the scan's frame or, corrected for motion, in another one."""
+"""Convert laser scans to points in the scan's frame, or in another frame with correction for motion."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pipros.libraries.transforms.pose import Pose
 
 
 def valid_beams(scan: Scan, cutoff: float = -1.0) -> Any:
-    """Return the indices of beams with `range_min` <= range < cutoff; a negative cutoff is `range_max`."""
+    """Return the indices of beams with `range_min` <= range < cutoff (`range_max` if it is negative)."""
     limit = scan.range_max if cutoff < 0 else cutoff
     with np.errstate(invalid="ignore"):
         return np.flatnonzero((scan.ranges < limit) & (scan.ranges >= scan.range_min))
 
 
 def projected(scan: Scan, beams: Any) -> Any:
-    """Return the points of beams in the scan's frame, an array of shape (n, 3) of float32."""
+    """Return the points of beams in the scan's frame as a float32 array of shape (n, 3)."""
     angles = scan.angle_min + beams * scan.angle_increment
     ranges = scan.ranges[beams].astype(np.float64)
     return np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(beams))], 1).astype(
@@ -29,7 +29,7 @@ def projected(scan: Scan, beams: Any) -> Any:
 
 
 def channels(scan: Scan, beams: Any, names: Mapping[str, bool]) -> dict[str, Any]:
-    """Return the requested fields of laser_geometry: intensity, index, distances and stamps."""
+    """Return the requested channels of laser_geometry: intensity, index, distances and stamps."""
     found = {}
     if names.get("intensity") and len(scan.intensities):
         found["intensity"] = np.resize(scan.intensities, len(scan.ranges))[beams]
@@ -47,10 +47,10 @@ def poses_of_scan(
 ) -> tuple[Pose, Pose]:
     """Return the poses of the scan's frame in `target` at the times of the first and the last beam.
 
-    If `moves` is false, both are those of the first beam.
+    If `moves` is false, return the pose at the first beam twice.
 
     Raises:
-        TransformException: the poses are not known.
+        TransformException: a pose is not available.
     """
     end_ns = scan.beam_stamp_ns(max(len(scan.ranges) - 1, 0) if moves else 0)
     target, frame = target.removeprefix("/"), scan.frame.removeprefix("/")
@@ -58,9 +58,9 @@ def poses_of_scan(
 
 
 def moving(points: Any, beams: Any, count: int, poses: tuple[Pose, Pose]) -> Any:
-    """Return the points of a scan with `count` beams whose frame moves between two poses at constant speed.
+    """Transform points of a scan with `count` beams whose frame moves between two poses at constant speed.
 
-    The positions are interpolated linearly, the rotations by slerp.
+    Positions are interpolated linearly, and rotations by slerp.
     """
     start, end = (np.array(each) for each in poses)
     ratio = (beams * (1.0 / (count - 1.0)) if count > 1 else np.zeros(len(beams)))[:, np.newaxis]
@@ -83,7 +83,7 @@ def _dot(one: Any, other: Any) -> float:
 
 
 def _turned(quaternions: Any, points: Any) -> Any:
-    """Rotate each point by its quaternion (x, y, z, w), with tf's formula for the matrix."""
+    """Rotate each point by its quaternion (x, y, z, w), with tf's formula for rotation matrices."""
     x, y, z, w = quaternions.T
     scale = 2.0 / (x * x + y * y + z * z + w * w)
     xs, ys, zs = x * scale, y * scale, z * scale

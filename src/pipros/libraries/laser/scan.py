@@ -1,4 +1,4 @@
-"""A laser scan whose ranges and intensities are arrays, for filters."""
+"""A laser scan for filters, with ranges and intensities as arrays."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _LONGEST_SCAN_S: Final = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class Scan:
-    """The fields of a `sensor_msgs/LaserScan`. Filters return copies, and never change the arrays.
+    """The fields of a `sensor_msgs/LaserScan`. Filters return copies and never change the arrays.
 
     Attributes:
-        ranges, intensities: arrays of float32; there may be fewer intensities than ranges.
+        ranges, intensities: float32 arrays. There may be fewer intensities than ranges.
     """
 
     frame: str
@@ -35,7 +35,7 @@ class Scan:
 
     @classmethod
     def of(cls, message: Any) -> Scan:
-        """Return the scan in a message."""
+        """Convert a message to a scan."""
         return cls(
             message.header.frame_id,
             in_ns(message.header.stamp),
@@ -51,7 +51,7 @@ class Scan:
         )
 
     def message(self) -> Any:
-        """Return the scan as a message."""
+        """Convert the scan to a message."""
         made: Any = load_message_class("sensor_msgs/LaserScan")()
         for name in self.__slots__[2:]:
             setattr(made, name, getattr(self, name))
@@ -59,46 +59,46 @@ class Scan:
         return made
 
     def with_ranges(self, ranges: Any) -> Scan:
-        """Return the scan with other ranges, converted to float32."""
+        """Return a copy with other ranges, which are converted to float32."""
         with np.errstate(over="ignore"):
             return replace(self, ranges=np.asarray(ranges).astype(np.float32))
 
     def without(self, beams: Any) -> Scan:
-        """Return the scan with NaN for the ranges of these beams: a mask or indices."""
+        """Return a copy in which the ranges of the given beams (a mask or indices) are NaN."""
         ranges = self.ranges.copy()
         ranges[beams] = np.nan
         return replace(self, ranges=ranges)
 
     def cleared(self, beams: Any) -> Scan:
-        """Return the scan with the range `range_max` + 1 and intensity 0 for the beams in a mask."""
+        """Return a copy in which the masked beams have the range `range_max` + 1 and the intensity 0."""
         ranges, intensities = self.ranges.copy(), self.intensities.copy()
         ranges[beams] = np.float32(self.range_max + 1.0)
         intensities[beams[: len(intensities)].nonzero()[0]] = 0.0
         return replace(self, ranges=ranges, intensities=intensities)
 
     def summed_angles(self) -> Any:
-        """Return the angles of the beams in float64, added up one by one as the filters in C++ do."""
+        """Return the beams' angles in float64, computed by repeated addition as in the C++ filters."""
         steps = np.full(len(self.ranges) + 1, self.angle_increment)
         steps[0] = self.angle_min
         return np.add.accumulate(steps)[: len(self.ranges)]
 
     def angles32(self) -> Any:
-        """Return the angles of the beams in float64, each computed from its index in float32."""
+        """Return the beams' angles as float64, each computed from its index in float32."""
         beams = np.arange(len(self.ranges), dtype=np.float32)
         angles = np.float32(self.angle_min) + beams * np.float32(self.angle_increment)
         return angles.astype(np.float64)
 
     def beam_stamp_ns(self, index: int) -> int:
-        """Return the time at which a beam is measured, from a product in float32."""
+        """Return the time at which a beam was measured. The offset is computed in float32."""
         with np.errstate(all="ignore"):
             after_s = float(np.float32(index) * np.float32(self.time_increment))
         return self.stamp_ns + _in_ns(after_s)
 
     def stamp_of_cut(self, count: int) -> int:
-        """Return the timestamp of the scan without its first beams, added up as the filters in C++ do."""
+        """Return the timestamp of the scan without its first `count` beams, rounded as in the C++ filters."""
         return self.stamp_ns + count * _in_ns(self.time_increment)
 
 
 def _in_ns(seconds: float) -> int:
-    """Return a time in nanoseconds, or 0 if it cannot be the duration of a scan."""
+    """Convert seconds to nanoseconds. Return 0 if the time is too long for a scan."""
     return round(seconds * NS_PER_S) if abs(seconds) < _LONGEST_SCAN_S else 0

@@ -76,7 +76,7 @@ def test_compressed_data_with_repetitions_is_read() -> None:
     ("old", "new", "text"),
     [
         (b"DATA ascii", b"DATA jpeg", "DATA must be one of ascii, binary, binary_compressed, got jpeg"),
-        (b"DATA", b"DAYA", "must end with a line DATA"),
+        (b"DATA", b"DAYA", "must end with a DATA line"),
         (b"SIZE 4 4 1 2", b"SIZE 4 4 1", "header is malformed"),
         (b"SIZE 4 4 1 2", b"SIZE 4 3 1 2", "header is malformed"),
         (b"SIZE 4 4 1 2", b"SIZE 2 4 1 2", "must describe numbers"),
@@ -85,7 +85,7 @@ def test_compressed_data_with_repetitions_is_read() -> None:
         (b"300", b"70000", "value of field n is invalid"),
         (b"2e3", b"much", "value of field y is invalid"),
         (b"DATA ascii", b"DATA binary", "with 2 points must have"),
-        (b"DATA ascii", b"DATA binary_compressed", "compressed data must be whole"),
+        (b"DATA ascii", b"DATA binary_compressed", "compressed data must be complete"),
     ],
 )
 def test_mistakes_are_named(old: bytes, new: bytes, text: str) -> None:

@@ -1,1 +1,1 @@
-"""The protocol of SLAMTEC's RPLIDARs: requests, samples, and scans of whole turns."""
+"""The protocol of SLAMTEC's RPLIDARs: requests, samples, and scans, each of which covers a full turn."""

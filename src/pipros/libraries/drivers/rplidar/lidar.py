@@ -1,4 +1,4 @@
-"""An RPLIDAR on a stream: information, scan modes, the motor, and the beginning of a scan.
+"""Control an RPLIDAR over a stream: read device information and scan modes, run the motor, and start scans.
 
 Source: SLAMTEC, "RPLIDAR Interface Protocol and Application Notes".
 """
@@ -18,14 +18,14 @@ from pipros.libraries.drivers.streams import DeviceError, Stream
 
 ANSWER_S: Final = 1.0
 STOP_S: Final = 0.1
-"""How long a device may send on after it has been stopped."""
+"""How long a device may continue to send after it has been stopped."""
 RESET_S: Final = 15.0
 MAX_ANSWER_BYTES: Final = 256
 _MARK: Final = b"\xa5\x5a"
 
 
 class LidarCommand(IntEnum):
-    """Requests. Those from 0x80 on have a payload."""
+    """Request codes. Requests with codes >= 0x80 have a payload."""
 
     STOP = 0x25
     RESET = 0x40
@@ -50,7 +50,7 @@ _ANSWERS: Final = {
 
 
 class ConfigurationItem(IntEnum):
-    """Items of the configuration."""
+    """Configuration items that `GET_CONFIG` can read."""
 
     DESIRED_SPEED = 0x01
     MODE_COUNT = 0x70
@@ -62,7 +62,7 @@ class ConfigurationItem(IntEnum):
 
 
 def request(command: LidarCommand, payload: bytes = b"") -> bytes:
-    """Return the bytes of a request."""
+    """Encode a request."""
     data = bytes([0xA5, command])
     if command >= 0x80:
         data += bytes([len(payload)]) + payload
@@ -80,7 +80,7 @@ class DeviceInfo(NamedTuple):
 
 
 class Mode(NamedTuple):
-    """A scan mode. `answer` is the type of its samples."""
+    """A scan mode. `answer` is the response type that identifies its sample format."""
 
     number: int
     name: str
@@ -90,17 +90,18 @@ class Mode(NamedTuple):
 
 
 class Lidar:
-    """A device on a stream that has just been opened. It must not be shared by threads."""
+    """An RPLIDAR on a newly opened stream. Not thread-safe."""
 
     def __init__(self, stream: Stream, name: str, is_ending: Callable[[], bool]) -> None:
-        """Stop a running scan, and request the information.
+        """Stop a running scan, and request the device information.
 
         Args:
-            name: names the device in errors.
-            is_ending: makes all waits raise DeviceError.
+            name: name of the device for error messages.
+            is_ending: function that returns True when the node is shutting down, which ends all waits with
+                DeviceError.
 
         Raises:
-            DeviceError: the device does not answer as an RPLIDAR does. All methods raise it.
+            DeviceError: the device does not respond like an RPLIDAR. All methods can raise it.
         """
         self._stream, self.name, self._is_ending = stream, name, is_ending
         self._received = b""
@@ -114,7 +115,7 @@ class Lidar:
         self._has_power = 2 <= self._series < 6 and self._has_board()
 
     def reset(self) -> None:
-        """Restart the device, and wait until it answers."""
+        """Restart the device, and wait until it responds."""
         self._stream.write(request(LidarCommand.RESET))
         end_s = time.monotonic() + RESET_S
         while True:
@@ -127,12 +128,12 @@ class Lidar:
                     raise
 
     def health(self) -> tuple[int, int]:
-        """Return the status (0 good, 1 warning, 2 error) and the code of the error."""
+        """Return the status (0 good, 1 warning, 2 error) and the error code."""
         status, code = struct.unpack("<BH", self._ask(LidarCommand.GET_HEALTH, 3))
         return status, code
 
     def modes(self) -> tuple[list[Mode], int]:
-        """Return the scan modes, and the number of the typical one."""
+        """Return the scan modes, and the number of the default mode."""
         if not self._has_config:
             standard_us, express_us = struct.unpack("<HH", self._ask(LidarCommand.GET_SAMPLE_RATE, 4))
             modes = [Mode(0, "Standard", standard_us, 16.0, 0x81), Mode(1, "Express", express_us, 16.0, 0x82)]
@@ -154,12 +155,10 @@ class Lidar:
         return modes, self._config(ConfigurationItem.TYPICAL_MODE, "<H")[0]
 
     def start(self, mode: Mode) -> Decoder:
-        """Start a scan, and return the decoder for the data that `read` returns."""
+        """Start a scan, and return a decoder for the data that `read` returns."""
         decoder: Decoder | None = decoder_of(mode.answer, mode.sample_us)
         if decoder is None:
-            raise DeviceError(
-                f"{self.name} scans in format {mode.answer:#x} in mode {mode.name}, which is unknown"
-            )
+            raise DeviceError(f"{self.name} uses the unknown format {mode.answer:#x} in mode {mode.name}")
         if mode.answer == 0x81:
             self._send(LidarCommand.SCAN)
         else:
@@ -169,12 +168,12 @@ class Lidar:
         return decoder
 
     def read(self) -> bytes:
-        """Return the data that has arrived, waiting for at most a fraction of a second."""
+        """Return the received data. Wait for at most a fraction of a second; the result may be empty."""
         data, self._received = self._received, b""
         return data or self._stream.read()
 
     def stop(self) -> None:
-        """Stop the scan, and drop data that still arrives."""
+        """Stop the scan, and discard data that arrives within `STOP_S`."""
         self._stream.write(request(LidarCommand.STOP))
         end_s = time.monotonic() + STOP_S
         while time.monotonic() < end_s:
@@ -182,7 +181,7 @@ class Lidar:
         self._received = b""
 
     def turn_motor(self, scan_hz: float) -> None:
-        """Make the head turn; 0 stops it. Only devices of newer series obey the frequency exactly."""
+        """Start the motor, or stop it if `scan_hz` is 0. Only newer models turn at exactly this rate."""
         if self._series >= 6:
             self._send(LidarCommand.MOTOR_SPEED, struct.pack("<H", min(round(60 * scan_hz), 0xFFFF)))
         elif self._has_power:
@@ -196,7 +195,7 @@ class Lidar:
             self._stream.set_dtr(not scan_hz)
 
     def _has_board(self) -> bool:
-        """Return whether a board on the cable controls the power of the motor."""
+        """Return whether an accessory board controls the motor's power."""
         (flags,) = struct.unpack("<I", self._ask(LidarCommand.GET_BOARD_FLAGS, 4, bytes(4)))
         return bool(flags & 1)
 
@@ -204,7 +203,7 @@ class Lidar:
         value = self._ask_config(item, of)
         if len(value) < struct.calcsize(form):
             raise DeviceError(
-                f"{self.name} returned {len(value)} bytes for item {item:#x} of its configuration"
+                f"{self.name} returned only {len(value)} bytes for configuration item {item:#x}"
             )
         return struct.unpack_from(form, value)
 
@@ -212,7 +211,7 @@ class Lidar:
         echo = struct.pack("<I", item)
         answer = self._ask(LidarCommand.GET_CONFIG, None, echo + of)
         if answer[:4] != echo:
-            raise DeviceError(f"{self.name} answered for a configuration item other than {item:#x}")
+            raise DeviceError(f"{self.name} did not return the requested configuration item {item:#x}")
         return answer[4:]
 
     def _send(self, command: LidarCommand, payload: bytes = b"") -> None:
@@ -224,15 +223,13 @@ class Lidar:
         what = command.name
         size = self._wait_for_answer(_ANSWERS[command], what)
         if size > MAX_ANSWER_BYTES or length not in (None, size):
-            raise DeviceError(
-                f"{self.name} answered {what} with {size} bytes, which should be {length or 'few'}"
-            )
+            raise DeviceError(f"{self.name} answered {what} with {size} bytes, expected {length or 'fewer'}")
         self._wait(lambda: len(self._received) >= size, what)
         answer, self._received = self._received[:size], self._received[size:]
         return answer
 
     def _wait_for_answer(self, kind: int, what: str) -> int:
-        """Skip everything before the beginning of an answer, and return the number of bytes that follow."""
+        """Skip all data before the next response, and its header. Return the length of its payload."""
 
         def is_here() -> bool:
             while True:
@@ -253,7 +250,7 @@ class Lidar:
         end_s = time.monotonic() + ANSWER_S
         while not is_here():
             if self._is_ending():
-                raise DeviceError("the node shuts down")
+                raise DeviceError("the node is shutting down")
             if time.monotonic() > end_s:
                 raise DeviceError(
                     f"{self.name} does not answer {what} like an RPLIDAR; the baud rate may be wrong"

@@ -1,11 +1,11 @@
-"""Samples of a scanning RPLIDAR: bytes in, points out.
+"""Decode the samples that an RPLIDAR sends while it scans. This module performs no I/O.
 
 Source: SLAMTEC, "RPLIDAR Interface Protocol and Application Notes". All numbers are little endian.
 
-A decoder yields segments: a flag that the first point begins a turn, and the points. Angles are in
-degrees from 0 to 360, clockwise; distances in mm, 0 if nothing was measured; qualities have 6 bits. Angles
-of capsules are computed in whole units of 1/(64 N) degrees, N being the number of their points, so that every
-turn has exactly one beginning.
+A decoder yields segments. A segment is a pair: whether its first point begins a new turn, and the points.
+Angles are in degrees from 0 to 360, clockwise. Distances are in mm, and 0 if nothing was measured. Qualities
+have 6 bits. In a capsule of N points, angles are computed as integers in units of 1/(64 N) degrees, so that
+every turn has exactly one beginning.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any, Final, NamedTuple, Protocol
 
 
 class Point(NamedTuple):
-    """One sample; see the module."""
+    """One sample. The module's docstring describes the units."""
 
     angle: float
     distance_mm: float
@@ -30,14 +30,14 @@ class Point(NamedTuple):
 Segment = tuple[bool, list[Point]]
 
 VALID_QUALITY: Final = 47
-"""The quality of valid points in formats that have none."""
+"""The quality of valid points in formats without qualities."""
 FASTEST_HZ: Final = 50
-"""A lidar turns more slowly than this, so a larger angle between two capsules means that some were lost."""
+"""Upper bound on the rate of rotation. A larger angle between two capsules means that some were lost."""
 _TURN: Final = 360 * 64
 
 
 class Decoder(Protocol):
-    """Turns the bytes of one format into segments. Invalid bytes are skipped."""
+    """Decodes one format into segments. Invalid bytes are skipped."""
 
     def feed(self, data: bytes) -> Iterator[Segment]:
         """Yield the segments that `data` completes."""
@@ -45,7 +45,7 @@ class Decoder(Protocol):
 
 
 class StandardNodes:
-    """The format of standard scans: five bytes for each point."""
+    """Decodes standard scans, which have five bytes per point."""
 
     _NODE: Final = struct.Struct("<BBBH")
 
@@ -61,7 +61,7 @@ class StandardNodes:
         while at <= end:
             flags, low, high, quarters = unpack(data, at)
             if not (flags ^ flags >> 1) & 1 or not low & 1:
-                at += 1  # not the beginning of a node
+                at += 1  # no node begins here
                 continue
             if flags & 1:
                 yield is_start, points
@@ -74,14 +74,15 @@ class StandardNodes:
 
 @dataclass(frozen=True, slots=True)
 class CapsuleFormat:
-    """A format whose points come in capsules.
+    """A format that sends points in packets called capsules.
 
     Attributes:
-        length: bytes of a capsule.
-        count: points of a capsule.
-        start_at: offset of the word with the angle of the first point; the cabins follow it.
-        points: makes points from the cabins of a capsule and of the next one, and a function that returns
-            the angle of a point by its index.
+        length: size of a capsule in bytes.
+        count: number of points in a capsule.
+        start_at: offset of the 16-bit word with the angle of the first point. The encoded points (cabins)
+            follow this word.
+        points: function that returns the points of a capsule. Its arguments are the cabins of the capsule,
+            those of the next capsule, and a function that maps the index of a point to its angle.
     """
 
     length: int
@@ -91,7 +92,7 @@ class CapsuleFormat:
 
 
 class Capsules:
-    """Decodes each capsule when the next one has arrived, because it starts where the first one ends."""
+    """Decodes capsules. Each is decoded when the next has arrived, because it ends where the next starts."""
 
     def __init__(self, form: CapsuleFormat, sample_us: float) -> None:
         self._form = form
@@ -99,7 +100,7 @@ class Capsules:
         self._buffer = b""
         self._previous: tuple[int, bytes] | None = None
         self._end = 0
-        """The angle at which the last points ended: where the next ones begin, unless some were lost."""
+        """The end angle of the last decoded capsule. The next one starts there unless capsules were lost."""
 
     def feed(self, data: bytes) -> Iterator[Segment]:
         """Yield the segments that `data` completes."""
@@ -129,7 +130,8 @@ class Capsules:
         points = form.points(
             previous[1], following[1], lambda index: (first + index * turned) % whole / (64 * form.count)
         )
-        # the first point from which a step leads across 360 degrees; after lost capsules, also any wrap
+        # The turn begins at the first point after the step across 360 degrees. If that step was in lost
+        # capsules, it begins at the first point.
         begins = -((first - whole) // turned) - 1 if turned else form.count
         if start < self._end and begins >= form.count:
             begins = 0
@@ -144,7 +146,7 @@ def _point(angle: float, distance_mm: float) -> Point:
 
 
 def _express(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Point]:
-    """Pairs of distances, with the difference of each angle to the regular one in 1/8 degrees."""
+    """Decode pairs of distances, each with an offset from the regular angle in units of 1/8 degree."""
     points = []
     for index, (one, two, low) in enumerate(struct.iter_unpack("<HHB", cabins)):
         points.append(_point(angle(2 * index) - ((one & 3) << 4 | low & 15) / 8, one >> 2))
@@ -153,23 +155,27 @@ def _express(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Poi
 
 
 def _dense(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Point]:
-    """Distances in mm."""
+    """Decode distances in mm."""
     return [_point(angle(index), each) for index, (each,) in enumerate(struct.iter_unpack("<H", cabins))]
 
 
 _SCALES: Final = ((3328, 16384, 4), (1792, 4096, 3), (1280, 2048, 2), (512, 512, 1), (0, 0, 0))
-"""From which value, the distance there, and the logarithm of the step."""
+"""Ranges of 12-bit values: the first value, its distance in mm, and the step in mm as a power of 2."""
 _UNUSED: Final = (-512, 511)
 
 
 def _scaled(value: int) -> tuple[int, int]:
-    """Return the distance of a 12-bit value, and the shift of differences to it."""
+    """Return the distance for a 12-bit value, and the shift to apply to differences from this distance."""
     begin, base_mm, shift = next(each for each in _SCALES if value >= each[0])
     return base_mm + ((value - begin) << shift), shift
 
 
 def _ultra(cabins: bytes, following: bytes, angle: Callable[[int], float]) -> list[Point]:
-    """Triples: a distance with 12 bits, and signed differences to it and to the next one with 10 bits."""
+    """Decode triples: a 12-bit distance and two signed 10-bit differences.
+
+    The second point is relative to this distance (or, if it is 0, to the next triple's), and the third point
+    is relative to the distance of the next triple.
+    """
     words = [word for (word,) in struct.iter_unpack("<I", cabins)]
     words.append(struct.unpack_from("<I", following)[0])
     majors = [_scaled(word & 0xFFF) for word in words]
@@ -185,7 +191,7 @@ def _ultra(cabins: bytes, following: bytes, angle: Callable[[int], float]) -> li
 
 
 def _corrected(angle: float, distance_mm: int) -> Point:
-    """Return a point whose angle is corrected for the distance between sender and receiver."""
+    """Return a point whose angle is corrected for the distance between the laser and the receiver."""
     if distance_mm < 50:
         return _point(angle - 7.5, distance_mm)
     k = 98361 // (4 * distance_mm)
@@ -194,11 +200,11 @@ def _corrected(angle: float, distance_mm: int) -> Point:
 
 
 _STEPS: Final = ((0x3FF, 2, 0), (0x7FF, 3, 2046), (0xFFF, 4, 8187), (0x1FFF, 5, 24567))
-"""By the scale of a value: the mask of its distance, the step and the smallest distance in mm."""
+"""Indexed by a value's scale: the distance mask, and the step and the smallest distance in mm."""
 
 
 def _ultra_dense(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Point]:
-    """Pairs of values with 20 bits: two of scale, 10 to 13 of distance, and the rest is the quality."""
+    """Decode pairs of 20-bit values: 2 bits of scale, 10 to 13 bits of distance, and the quality."""
     points: list[Point] = []
     before_mm = 0.0
     for one, two, high in struct.iter_unpack("<HHB", cabins):
@@ -220,11 +226,11 @@ FORMS: Final = {
     0x85: CapsuleFormat(84, 40, 2, _dense),
     0x86: CapsuleFormat(170, 64, 8, _ultra_dense),
 }
-"""The formats with capsules, by the type of the answer."""
+"""The capsule formats by response type."""
 
 
 def decoder_of(answer: int, sample_us: float) -> Any:
-    """Return the decoder for a type of answer; None if there is none."""
+    """Return a decoder for a response type, or None if the type is unknown."""
     if answer == 0x81:
         return StandardNodes()
     return Capsules(FORMS[answer], sample_us) if answer in FORMS else None

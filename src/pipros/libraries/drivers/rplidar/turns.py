@@ -1,4 +1,4 @@
-"""Scans from the points of whole turns."""
+"""Assemble points into scans of full turns."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Final
 from pipros.libraries.drivers.rplidar.samples import Point, Segment
 
 MAX_POINTS: Final = 8192
-"""Points of a turn. If no turn begins after so many, as the head does not turn, they are dropped."""
+"""Maximum number of points in a turn. More are dropped, because the head has probably stopped turning."""
 
 
 class TurnCollector:
-    """Collects the points of a turn, from its beginning to that of the next one."""
+    """Collects the points of each turn."""
 
     def __init__(self) -> None:
         self._points: list[Point] | None = None
 
     def add(self, segment: Segment) -> list[Point] | None:
-        """Add a segment. Return the turn that it completes."""
+        """Add a segment. Return the points of the turn that it completes, or None."""
         is_start, points = segment
         done = None
         if is_start:
@@ -34,10 +34,10 @@ class TurnCollector:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """The measurements of a scan, in the order of its message, with angles in radians.
+    """The measurements of a scan in the order of a LaserScan. Angles are in radians.
 
     Attributes:
-        ranges: in metres; infinite if nothing was measured.
+        ranges: distances in metres; infinite if nothing was measured.
     """
 
     angle_min: float
@@ -47,12 +47,13 @@ class Sweep:
 
 
 def sweep_of(turn: Sequence[Point], cells_per_degree: float | None, *, is_inverted: bool) -> Sweep:
-    """Return the scan of a turn.
+    """Convert the points of a turn to a scan.
 
     Args:
-        cells_per_degree: if given, the points are put into equal cells of the whole circle, and those between
-            the points repeat the one before. Otherwise the scan begins and ends with the first and last
-            valid point.
+        cells_per_degree: if given, the points are assigned to equal cells that cover the full circle, and
+            each point is repeated up to the next point, for about one degree at most. Otherwise, the scan
+            begins with the first and ends with the last valid point.
+        is_inverted: whether to keep the device's clockwise order.
     """
     valid = [at for at, point in enumerate(turn) if point.distance_mm]
     low, high = 0.0, 360.0
@@ -68,7 +69,7 @@ def sweep_of(turn: Sequence[Point], cells_per_degree: float | None, *, is_invert
         low, high = points[0].angle, points[-1].angle
         cells = [(point.distance_mm, point.quality) for point in points]
     if not is_inverted:
-        cells.reverse()  # angles of the device grow clockwise
+        cells.reverse()  # the device's angles increase clockwise
     return Sweep(
         math.pi - math.radians(high),
         math.pi - math.radians(low),
@@ -78,7 +79,7 @@ def sweep_of(turn: Sequence[Point], cells_per_degree: float | None, *, is_invert
 
 
 def cells_per_degree(sample_us: float, scan_hz: float) -> float:
-    """Return how many cells a degree has: at least as many as the points of a regular turn."""
+    """Return the number of cells per degree, which is greater than the mean number of points per degree."""
     return max(int(1e6 / sample_us / scan_hz) / 360 + 1, 1.0)
 
 
@@ -93,7 +94,7 @@ def _in_cells(points: Sequence[Point], per_degree: float) -> list[tuple[float, f
 
 
 def _sorted(turn: Sequence[Point], first: int) -> list[Point]:
-    """Sort points by angle. Invalid points are placed as if distributed evenly over the turn."""
+    """Sort points by angle. Invalid points get angles as if all points were evenly spaced."""
     step = 360 / len(turn)
     front = turn[first].angle - first * step
     return sorted(

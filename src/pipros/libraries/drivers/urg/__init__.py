@@ -1,1 +1,1 @@
-"""The protocol SCIP 2 of Hokuyo's laser scanners: replies, values, and the sensor."""
+"""SCIP 2, the protocol of Hokuyo's laser scanners: replies, values, and control of the sensor."""

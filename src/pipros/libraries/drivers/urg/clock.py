@@ -1,4 +1,4 @@
-"""Smooth timestamps from the clock of a device."""
+"""Compute smooth timestamps from a device's clock."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from typing import Final
 from pipros.libraries.drivers.urg.scip import CLOCK_MS
 
 USED_AFTER: Final = 100
-"""So many timestamps are compared before the result is used."""
+"""Number of timestamps to average before the result is used."""
 WEIGHT: Final = 0.01
 """The weight of the newest timestamp in the average."""
 LARGEST_S: Final = 0.1
-"""If a timestamp differs by more from the average, the averaging begins anew."""
+"""Deviation of a timestamp from the average above which averaging restarts."""
 
 
 class DeviceClock:
-    """Averages the difference between the clocks of device and host exponentially."""
+    """Exponential moving average of the difference between the host's and the device's clock."""
 
     def __init__(self) -> None:
         self._last_ms, self._elapsed_s = 0, 0.0
         self._offset_s, self._count = 0.0, 0
 
     def host_s(self, device_ms: int, received_s: float) -> float:
-        """Return the time of the host for a time of the device that was received at `received_s`."""
+        """Convert the device's time to the host's. `received_s` is when the host received it."""
         self._elapsed_s += (device_ms - self._last_ms) % CLOCK_MS / 1000
         self._last_ms = device_ms
         offset_s = received_s - self._elapsed_s

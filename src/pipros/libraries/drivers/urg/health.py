@@ -24,18 +24,18 @@ _VERSION_KEYS: Final = {
 
 
 class LidarHealth:
-    """Publishes the state of the device, and the rate of its scans, on `/diagnostics`.
+    """Publishes the device's state and scan rate on `/diagnostics`.
 
     Attributes:
-        window: counts the scans.
+        window: counter of scans.
     """
 
     def __init__(self, node: Node, place: Mapping[str, str], output: str) -> None:
-        """Advertise. Blocks until the master answers.
+        """Advertise the topic. Blocks until the master answers.
 
         Args:
-            place: the address of the device, as keys and values.
-            output: name of the counted output.
+            place: the device's address as diagnostic values.
+            output: name of the output whose rate is reported.
         """
         self._node, self._place, self._output = node, place, output
         self._name = node.name.removeprefix("/")
@@ -48,17 +48,17 @@ class LidarHealth:
         self._target_hz = 0.0
 
     def connect(self, sensor: UrgSensor, request: ScanRequest) -> None:
-        """Note that a device works."""
+        """Record that the device works."""
         self._diagnostics.hardware = sensor.version.get("SERI", "none")
         self._target_hz = 1 / (sensor.parameters.scan_s * (request.skip + 1))
         self._problem, self._sensor = "", sensor
 
     def disconnect(self, problem: str) -> None:
-        """Note that the device does not work."""
+        """Record that the device does not work."""
         self._problem, self._sensor = problem, None
 
     def run(self) -> None:
-        """Publish each second until the node is shut down."""
+        """Publish every second until the node is shut down."""
         while not self._node.wait_for_shutdown(PERIOD_S):
             self._diagnostics.publish([self._device(), self._rate()])
 

@@ -1,7 +1,7 @@
-"""Replies of SCIP 2: bytes in, values out.
+"""Decode SCIP 2 replies. This module performs no I/O.
 
-Source: Hokuyo, "Communication Protocol Specification for SCIP 2.0 Standard". A reply is the command, a
-status, lines of data, each with a checksum, and an empty line.
+Source: Hokuyo, "Communication Protocol Specification for SCIP 2.0 Standard". A reply consists of the echoed
+command, a status, lines of data, and an empty line. The status and the data lines have checksums.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from functools import reduce
 from typing import Final, NamedTuple
 
 MAX_REPLY_BYTES: Final = 1 << 18
-"""A scan of 1,440 steps with three echoes and intensities has 26 kB."""
+"""Maximum size of a reply. A scan of 1,440 steps with three echoes and intensities has 26 kB."""
 CLOCK_MS: Final = 1 << 24
-"""The clock of a device starts again at 0 after so many milliseconds."""
+"""The device's clock wraps to 0 after this many milliseconds."""
 _FURTHER: Final = ord("&")
 
 
 class InvalidReply(ValueError):
-    """Bytes that are not a reply, or have a wrong checksum."""
+    """The data is not a SCIP 2 reply, or a checksum is wrong."""
 
 
 class ScipReply(NamedTuple):
-    """A reply without its checksums. `received_ns` is when its first bytes arrived."""
+    """A reply without its checksums. `received_ns` is the arrival time of its first bytes."""
 
     echo: str
     status: str
@@ -57,9 +57,9 @@ class Replies:
 def _reply(block: bytes, received_ns: int) -> ScipReply:
     echo, *lines = block.split(b"\n")
     if not lines:
-        raise InvalidReply("a reply needs a status")
-    status = lines[0] if len(lines[0]) < 3 else checked(lines[0])  # that of SCIP2.0 has no checksum
-    if echo[:2] in (b"VV", b"PP", b"II"):  # KEY:value;c, whose semicolon does not count
+        raise InvalidReply("a reply must have a status")
+    status = lines[0] if len(lines[0]) < 3 else checked(lines[0])  # without a checksum in replies to SCIP2.0
+    if echo[:2] in (b"VV", b"PP", b"II"):  # KEY:value;checksum, where the checksum excludes the semicolon
         data = [checked(line[:-2] + line[-1:]) for line in lines[1:]]
     else:
         data = [checked(line) for line in lines[1:]]
@@ -84,7 +84,7 @@ def texts(lines: list[bytes]) -> dict[str, str]:
 
 
 def numbers(data: bytes) -> list[int]:
-    """Return values of 18 bits: three characters each, of 6 bits. An incomplete one is dropped."""
+    """Decode 18-bit values: three characters of 6 bits each. An incomplete value at the end is dropped."""
     return [
         (high << 12) + (middle << 6) + low - 0x30 * 0x1041
         for high, middle, low in zip(data[0::3], data[1::3], data[2::3], strict=False)
@@ -92,18 +92,21 @@ def numbers(data: bytes) -> list[int]:
 
 
 def clock_ms(text: bytes) -> int:
-    """Return a time of the device: four characters of 6 bits."""
+    """Decode the device's time: four characters of 6 bits each."""
     return reduce(lambda value, char: value << 6 | (char - 0x30) & 0x3F, text[:4], 0)
 
 
 def scan_of(data: bytes, *, has_intensities: bool) -> tuple[list[int], list[int]]:
-    """Return the distance at each step in mm (0 for none), and the intensities, if the data has any."""
+    """Return the distance at each step in mm (0 for no echo), and the intensities, if included."""
     values = numbers(data)
     return (values[0::2], values[1::2]) if has_intensities else (values, [])
 
 
 def echoes_of(data: bytes, *, has_intensities: bool) -> list[list[tuple[int, int]]]:
-    """Return the echoes at each step: distances in mm and intensities. `&` precedes each further echo."""
+    """Return the echoes at each step: distances in mm and intensities (0 if not included).
+
+    In the data, `&` precedes each echo of a step except the first.
+    """
     steps: list[list[tuple[int, int]]] = []
     size, at = 6 if has_intensities else 3, 0
     while at < len(data):

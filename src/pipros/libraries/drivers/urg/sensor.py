@@ -1,4 +1,4 @@
-"""A laser scanner on a stream: its parameters and state, and scans.
+"""Control a SCIP 2 laser scanner over a stream: read its parameters and state, and receive scans.
 
 Source: Hokuyo, "Communication Protocol Specification for SCIP 2.0 Standard".
 """
@@ -21,7 +21,15 @@ CALIBRATION_SCANS: Final = 10
 
 @dataclass(frozen=True, slots=True)
 class DeviceParameters:
-    """Parameters of a device: steps per turn; the first, last and front step; and distances."""
+    """Parameters of a device.
+
+    Attributes:
+        turn: number of steps in a full turn.
+        first, last: the range of steps that the device measures.
+        front: the step at angle 0.
+        nearest_mm, farthest_mm: the range of distances that the device measures.
+        scan_s: duration of a full turn.
+    """
 
     turn: int
     first: int
@@ -36,13 +44,19 @@ class DeviceParameters:
         return math.tau * (step - self.front) / self.turn
 
     def step(self, angle: float) -> int:
-        """Return the step that is nearest to an angle in radians."""
+        """Return the step nearest to an angle in radians, within the measured range."""
         return min(max(math.floor(self.turn * angle / math.tau + 0.5) + self.front, self.first), self.last)
 
 
 @dataclass(frozen=True, slots=True)
 class ScanRequest:
-    """Contents of a scan: steps, merged in groups of `cluster`. `skip` scans are omitted after each scan."""
+    """Parameters of a scan.
+
+    Attributes:
+        first, last: the range of steps.
+        cluster: number of adjacent steps to merge into one measurement.
+        skip: number of scans to omit after each scan.
+    """
 
     first: int
     last: int
@@ -53,34 +67,37 @@ class ScanRequest:
 
     @property
     def command(self) -> str:
-        """The command that starts a stream of such scans."""
+        """The command that starts a stream of these scans."""
         kind = ("N" if self.has_echoes else "M") + ("E" if self.has_intensities else "D")
         return f"{kind}{self.first:04}{self.last:04}{self.cluster:02}{self.skip}00"
 
 
 class UrgSensor:
-    """A device on a stream that has just been opened. It must not be shared by threads.
+    """A laser scanner on a newly opened stream. Not thread-safe.
 
     Attributes:
-        parameters, version, state: information from the device; the latter two are keyed as in SCIP.
+        parameters: the device's parameters.
+        version, state: the device's responses to VV and II, by SCIP key.
     """
 
     def __init__(
         self, stream: Stream, name: str, is_ending: Callable[[], bool], now_ns: Callable[[], int]
     ) -> None:
-        """Stop a running stream, and request the parameters.
+        """Stop a running scan stream, and request the device's parameters.
 
         Args:
-            name: names the device in errors.
-            is_ending: makes all waits raise DeviceError.
+            name: name of the device for error messages.
+            is_ending: function that returns True when the node is shutting down, which ends all waits with
+                DeviceError.
+            now_ns: function that returns the current time.
 
         Raises:
-            DeviceError: the device does not answer in SCIP 2. All methods raise it.
+            DeviceError: the device does not respond in SCIP 2. All methods can raise it.
         """
         self._stream, self.name, self._is_ending, self._now_ns = stream, name, is_ending, now_ns
         self._replies = Replies()
         if self.ask("QT").status != "00":
-            for command in ("SCIP2.0", "TM2"):  # it speaks SCIP 1, or is in time adjustment mode
+            for command in ("SCIP2.0", "TM2"):  # leave SCIP 1 or time adjustment mode
                 self.ask(command)
             self._ask_well("QT")
         self.parameters = self._parameters(texts(self._ask_well("PP").lines))
@@ -93,7 +110,7 @@ class UrgSensor:
         return self._replies.errors
 
     def start(self, request: ScanRequest) -> bool:
-        """Switch the laser on, and start a stream. Return False if the device cannot send such scans."""
+        """Switch the laser on, and start a stream. Return False if the device rejects the request."""
         if (status := self.ask("BM").status) not in ("00", "02"):
             raise DeviceError(f"{self.name} cannot switch its laser on: status {status}")
         return self.ask(request.command).status == "00"
@@ -103,9 +120,9 @@ class UrgSensor:
         self._ask_well("QT")
 
     def scans(self, request: ScanRequest) -> Iterator[ScipReply]:
-        """Return the replies of a stream that have arrived, after at most a fraction of a second.
+        """Yield the scans received from a stream. Wait for data for at most a fraction of a second.
 
-        The first line of each is the time of the device, the others are the data.
+        The first line of each reply is the device's time, and the remaining lines are the data.
         """
         command = request.command[:-2]
         for reply in self._read():
@@ -116,7 +133,7 @@ class UrgSensor:
             yield reply
 
     def latency_s(self, request: ScanRequest) -> float:
-        """Return the negated median time from a measurement to its arrival, by the device's clock."""
+        """Return the negated median time between the device's timestamp of a scan and the scan's arrival."""
         self._ask_well("TM0")
         offsets = []
         for _ in range(CALIBRATION_SCANS):
@@ -131,7 +148,7 @@ class UrgSensor:
         end_s = time.monotonic() + ANSWER_S + CALIBRATION_SCANS * self.parameters.scan_s * (request.skip + 1)
         while len(ages) < CALIBRATION_SCANS:
             if time.monotonic() > end_s or self._is_ending():
-                raise DeviceError(f"{self.name} sends too few scans to measure their latency")
+                raise DeviceError(f"{self.name} sends too few scans to measure the latency")
             for reply in self.scans(request):
                 age_ms = reply.received_ns / 1e6 - clock_ms(reply.lines[0]) - offset_ms
                 ages.append((age_ms + CLOCK_MS / 2) % CLOCK_MS - CLOCK_MS / 2)
@@ -139,7 +156,7 @@ class UrgSensor:
         return -median(ages) / 1000
 
     def ask(self, command: str) -> ScipReply:
-        """Send a command, and return the reply to it."""
+        """Send a command, and return the reply."""
         self._stream.write(f"{command}\n".encode())
         end_s = time.monotonic() + ANSWER_S
         while not self._is_ending():
@@ -148,7 +165,7 @@ class UrgSensor:
                     return reply
             if time.monotonic() > end_s:
                 raise DeviceError(f"{self.name} does not answer {command} in SCIP 2")
-        raise DeviceError("the node shuts down")
+        raise DeviceError("the node is shutting down")
 
     def _ask_well(self, command: str) -> ScipReply:
         reply = self.ask(command)

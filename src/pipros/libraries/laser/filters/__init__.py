@@ -1,1 +1,1 @@
-"""The filters of laser_filters and the chains that run them. Start with `base.py` and `chain.py`."""
+"""The filters of laser_filters, and filter chains. Start with `base.py` and `chain.py`."""

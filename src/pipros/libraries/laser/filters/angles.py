@@ -1,4 +1,4 @@
-"""Filters that keep or clear the beams between two angles."""
+"""Filters that keep or clear beams by angle."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _BOUNDS = (Setting("lower_angle", 0.0), Setting("upper_angle", 0.0))
 
 
 class AngularBoundsFilter(ScanFilter):
-    """Cuts the scan to the beams from `lower_angle` to `upper_angle`."""
+    """Crops the scan to the beams from `lower_angle` to `upper_angle`."""
 
     settings = _BOUNDS
     required = ("lower_angle", "upper_angle")
@@ -52,7 +52,7 @@ class AngularBoundsFilterInPlace(ScanFilter):
 
 
 class SectorFilter(ScanFilter):
-    """Clears the beams inside or outside a sector of angles and ranges."""
+    """Clears the beams inside or outside a sector, which is defined by limits of angles and ranges."""
 
     settings = (
         Setting("angle_min", 0.0, -math.pi, math.pi),

@@ -1,4 +1,4 @@
-"""Filters over time for the arrays of a scan: the median or mean of the last scans, beam by beam."""
+"""Filters over time for a scan's arrays: the median or mean of each beam over the last scans."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pipros.libraries.laser.filters.base import InvalidFilter, ScanFilter
 from pipros.libraries.laser.scan import Scan
 
 OBSERVATIONS_LIMIT: Final = 10_000
-"""Maximum number of scans that an array filter remembers."""
+"""Maximum number of scans that an array filter stores."""
 
 
 def _median(rows: Any) -> Any:
-    """Return the lower median of each column. NaN is treated by Wirth's selection as in the original."""
+    """Return the lower median of each column. Like the original, use Wirth's selection for NaN."""
     found = np.sort(rows, axis=0)[(len(rows) - 1) // 2]
     for column in np.flatnonzero(np.isnan(rows).any(0)):
         found[column] = _selected(rows[:, column].tolist(), (len(rows) - 1) // 2)
@@ -24,7 +24,7 @@ def _median(rows: Any) -> Any:
 
 
 def _selected(values: list[float], rank: int) -> float:
-    """Return the value of a rank by Wirth's selection, whose result with NaN depends on the order."""
+    """Return the value with the given rank by Wirth's selection. With NaN, the order affects the result."""
     low, high = 0, len(values) - 1
     while low < high:
         pivot, left, right = values[rank], low, high
@@ -56,7 +56,7 @@ class ArrayChain:
     """A chain of filters over time for one array."""
 
     def __init__(self, owner: str, description: Any) -> None:
-        """Read the description: a list of maps with `name`, `type` and `params`.
+        """Create the filters from a description: a list of maps with `name`, `type` and `params`.
 
         Raises:
             InvalidFilter: the description is invalid.
@@ -79,7 +79,7 @@ class ArrayChain:
             self._steps.append((_FUNCTIONS[kind], deque(maxlen=count)))
 
     def update(self, values: Any) -> Any:
-        """Return the filtered array. An array of another length clears the memory."""
+        """Return the filtered array. If the length has changed, discard the previous arrays."""
         for function, memory in self._steps:
             if memory and len(memory[0]) != len(values):
                 memory.clear()
@@ -89,7 +89,7 @@ class ArrayChain:
 
 
 class ArrayFilter(ScanFilter):
-    """Runs a chain of filters over time on the ranges, and another one on the intensities."""
+    """Applies one chain of filters over time to the ranges, and another one to the intensities."""
 
     def read(self, params: Mapping[str, Any]) -> None:
         chains = params.get("range_filter_chain"), params.get("intensity_filter_chain")
@@ -108,7 +108,7 @@ class ArrayFilter(ScanFilter):
 
 
 class MedianFilter(ArrayFilter):
-    """Deprecated: runs the same chain on the ranges and on the intensities."""
+    """Applies the same chain to the ranges and to the intensities. Deprecated."""
 
     def read(self, params: Mapping[str, Any]) -> None:
         chain = params.get("internal_filter")

@@ -1,4 +1,4 @@
-"""The base of all filters for scans, and the typed values of their parameters."""
+"""The base class of all scan filters, and typed access to their parameters."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from pipros.libraries.transforms.listener import TransformListener
 
 
 class InvalidFilter(PiprosError, ValueError):
-    """The description of a filter or chain is invalid. The text names the filter and the mistake."""
+    """The description of a filter or chain is invalid. The text names the filter and the problem."""
 
 
 class FilterFailed(PiprosError):
-    """A filter cannot handle a scan, which is dropped. The text says why."""
+    """A filter cannot process a scan. The text says why."""
 
 
 class FilterHost:
-    """The environment of a filter: what it needs of its node. Empty in tests without transforms."""
+    """The parts of a node that filters use. Tests without transforms omit the listener."""
 
     def __init__(self, listener: TransformListener | None = None) -> None:
         self._listener = listener
 
     @property
     def listener(self) -> TransformListener:
-        """The transforms of the node.
+        """The node's transform listener.
 
         Raises:
             FilterFailed: the node has no transforms.
@@ -41,12 +41,12 @@ class ScanFilter:
     """A filter for scans.
 
     Attributes:
-        settings: its parameters with their defaults. Clients can change them if `is_reconfigurable`.
+        settings: parameters with their defaults. Clients can change them if `is_reconfigurable` is true.
         fixed: parameters that clients cannot change.
-        required: names of the parameters that must be given.
-        from_server: names of settings whose value in a chain's description has no effect: that of the
-            filter's namespace on the parameter server counts.
-        values: the current parameters by name. The mapping is replaced when clients change them.
+        required: names of the required parameters.
+        from_server: names of settings that are read from the filter's namespace on the parameter server.
+            Their values in a chain's description have no effect.
+        values: the current parameters by name. The mapping is replaced when a client changes them.
     """
 
     settings: ClassVar[tuple[Setting, ...]] = ()
@@ -76,13 +76,13 @@ class ScanFilter:
         """Read parameters that are not settings. Filters override this."""
 
     def changed(self) -> None:
-        """Handle new settings from a client, which are in `values`. Filters override this."""
+        """Handle changes that a client has made to `values`. Filters override this."""
 
     def update(self, scan: Scan) -> Scan:
         """Return the filtered scan.
 
         Raises:
-            FilterFailed: the scan is dropped.
+            FilterFailed: the filter cannot process the scan.
         """
         raise NotImplementedError
 
@@ -98,7 +98,7 @@ def is_given(params: Mapping[str, Any], name: str, default: Any) -> bool:
 
 
 def typed(params: Mapping[str, Any], setting: Setting) -> Any:
-    """Return a parameter of the right type, which may exceed the setting's bounds, or the default."""
+    """Return a parameter, or the default if its type is wrong. The setting's bounds are not enforced."""
     if is_given(params, setting.name, setting.default):
         return type(setting.default)(params[setting.name])
     return setting.default

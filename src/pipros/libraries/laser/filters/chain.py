@@ -1,4 +1,4 @@
-"""Chains of filters, as a list of maps with `name`, `type` and `params` describes them."""
+"""Filter chains, which are described by lists of maps with `name`, `type` and `params`."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ TYPES: Final[Mapping[str, type[ScanFilter]]] = {
     "ScanShadowsFilter": neighbors.ShadowsFilter,
     "StaticLaserScanPolygonFilter": shapes.StaticPolygonFilter,
 }
-"""Filters by the second part of their type, after `laser_filters/`."""
+"""Filter classes by type, without the prefix `laser_filters/`."""
 
 
 class FilterChain:
-    """Filters that run one after another."""
+    """Filters that are applied in sequence."""
 
     def __init__(self, filters: Sequence[ScanFilter]) -> None:
         self.filters = filters
@@ -40,7 +40,7 @@ class FilterChain:
         """Return the filtered scan.
 
         Raises:
-            FilterFailed: a filter drops the scan.
+            FilterFailed: a filter cannot process the scan.
         """
         for each in self.filters:
             scan = each.update(scan)
@@ -48,10 +48,10 @@ class FilterChain:
 
 
 def chain_of(description: Any, place: FilterHost, what: str = "scan_filter_chain") -> FilterChain:
-    """Return the chain for a description; None is an empty chain.
+    """Create a chain from its description. The chain is empty if the description is None.
 
     Args:
-        what: the parameter's name, for errors.
+        what: the parameter's name, for error messages.
 
     Raises:
         InvalidFilter: the description is invalid.

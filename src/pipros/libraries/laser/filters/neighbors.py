@@ -12,7 +12,7 @@ from pipros.libraries.reconfiguring.server import Setting
 
 
 def _shifted(values: Any, by: int) -> Any:
-    """Return the value of the beam `by` places further for each beam, NaN beyond the ends."""
+    """Shift values so that each beam gets the value of the beam `by` indices later, or NaN."""
     found = np.full(len(values), np.nan, values.dtype)
     if abs(by) < len(values):
         found[max(-by, 0) : len(values) - max(by, 0)] = values[max(by, 0) : len(values) + min(by, 0)]
@@ -20,10 +20,11 @@ def _shifted(values: Any, by: int) -> Any:
 
 
 class ShadowsFilter(ScanFilter):
-    """Removes the veil of points between a near and a far object, which lies nearly along the beam.
+    """Removes shadow points: spurious points between the edge of an object and its background.
 
-    If the line from a beam's point to that of a neighbour has an angle to the beam below `min_angle` or above
-    `max_angle` (degrees), all points within `neighbors` beams that are farther away are removed.
+    If the line from a beam's point to that of a neighbour forms an angle with the beam that is less than
+    `min_angle` or greater than `max_angle` (degrees), all more distant points within `neighbors` beams are
+    removed.
     """
 
     settings = (
@@ -67,7 +68,10 @@ class ShadowsFilter(ScanFilter):
 
 
 class SpeckleFilter(ScanFilter):
-    """Keeps only beams with neighbours at a similar range (`filter_type` 0) or nearby in the plane (1)."""
+    """Removes isolated points that are not farther than `max_range`.
+
+    Neighbouring beams are compared by range if `filter_type` is 0, or by distance between points if it is 1.
+    """
 
     settings = (
         Setting("filter_type", 0, 0, 1),
@@ -117,7 +121,7 @@ class SpeckleFilter(ScanFilter):
 
 
 class BlobFilter(ScanFilter):
-    """Leaves only the middle beam of each small blob valid; all other ranges become negative."""
+    """Keeps the middle beam of each small blob of more than `min_points` beams. Negates all other ranges."""
 
     settings = (Setting("max_radius", 0.1), Setting("min_points", 5))
     required = ("max_radius", "min_points")

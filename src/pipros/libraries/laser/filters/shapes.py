@@ -16,19 +16,19 @@ from pipros.libraries.transforms.errors import TransformException
 
 WAIT_S: Final = 1.0
 VERTICES_LIMIT: Final = 10_000
-"""Maximum number of vertices of a polygon."""
+"""Maximum number of vertices in a polygon."""
 
 
 class ShapeFilter(ScanFilter):
-    """Base of filters that project the scan into a frame and judge its points."""
+    """Base of filters that select points by their position in another frame."""
 
     def points(self, scan: Scan, frame: str) -> tuple[Any, Any]:
-        """Return the valid beams, and their points in a frame, corrected for the motion during the scan.
+        """Return the valid beams, and their points in `frame`, corrected for motion during the scan.
 
-        Waits up to `WAIT_S` for the transform at the end of the scan.
+        Wait up to `WAIT_S` for the transform at the end of the scan.
 
         Raises:
-            FilterFailed: the transform is not known.
+            FilterFailed: the transform is not available.
         """
         listener, end_ns = self.place.listener, scan.beam_stamp_ns(len(scan.ranges))
         try:
@@ -41,7 +41,7 @@ class ShapeFilter(ScanFilter):
 
 
 class BoxFilter(ShapeFilter):
-    """Removes the points inside (with `invert`: outside) a box in `box_frame`."""
+    """Removes the points inside a box in `box_frame`, or outside if `invert` is true."""
 
     settings = (
         Setting("box_frame", "base_link"),
@@ -60,7 +60,7 @@ class BoxFilter(ShapeFilter):
 
 
 class FootprintFilter(ShapeFilter):
-    """Removes the points in a square around the origin of `base_link`."""
+    """Removes the points in a square around the origin of `base_link`, given by `inscribed_radius`."""
 
     settings = (Setting("inscribed_radius", 0.0),)
     required = ("inscribed_radius",)
@@ -71,10 +71,10 @@ class FootprintFilter(ShapeFilter):
 
 
 class PolygonFilter(ShapeFilter):
-    """Removes the points inside (with `invert`: outside) a polygon in the plane of `polygon_frame`.
+    """Removes the points inside a polygon in the plane of `polygon_frame`, or outside if `invert` is true.
 
     Attributes:
-        polygon: the vertices with padding, an array of shape (n, 2) of float32.
+        polygon: the vertices with padding, a float32 array of shape (n, 2).
     """
 
     settings = (
@@ -106,7 +106,7 @@ class PolygonFilter(ShapeFilter):
 
 
 class StaticPolygonFilter(PolygonFilter):
-    """Like `PolygonFilter`, but transforms the polygon once, and judges the beams in the scan's plane."""
+    """Like `PolygonFilter`, but transforms the polygon to the scan's frame once, and tests points there."""
 
     fixed = (*PolygonFilter.fixed, Setting("transform_timeout", 5.0))  # type: ignore[assignment]
 
@@ -130,10 +130,11 @@ class StaticPolygonFilter(PolygonFilter):
 
 
 def vertices(value: Any, name: str) -> Any:
-    """Return the vertices in a parameter, an array of shape (n, 2) of float32.
+    """Convert the parameter `polygon` to a float32 array of shape (n, 2).
 
     Raises:
-        InvalidFilter: it is not a list of pairs of numbers, empty or with at least three.
+        InvalidFilter: the value is not a list of pairs of numbers, or has 1, 2 or more than `VERTICES_LIMIT`
+            pairs.
     """
     is_list = isinstance(value, Sequence) and not isinstance(value, str) and len(value) <= VERTICES_LIMIT
     if not is_list or len(value) in (1, 2) or not all(_is_pair(each) for each in value):
@@ -159,12 +160,12 @@ def _parsed(text: str) -> Any:
 
 
 def text_of(corners: Any) -> str:
-    """Return vertices as the text of the setting `polygon`."""
+    """Format vertices as a value of the setting `polygon`."""
     return str([[float(x), float(y)] for x, y in corners])
 
 
 def in_polygon(corners: Any, points: Any) -> Any:
-    """Return which points are inside a polygon, by the number of edges on one side, in float32."""
+    """Return a mask of the points inside a polygon, by the even-odd rule in float32."""
     x, y = points[:, 0], points[:, 1]
     inside = np.zeros(len(points), bool)
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Filters that judge each beam alone: by range, intensity, index, or as a gap to fill."""
+"""Filters that process beams individually by range, intensity or index, or fill gaps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FAR: Final = 100_000.0
 
 
 class RangeFilter(ScanFilter):
-    """Replaces ranges at or beyond two thresholds."""
+    """Replaces ranges <= the lower threshold and ranges >= the upper threshold."""
 
     settings = (
         Setting("lower_threshold", 0.0, 0.0, _FAR),
@@ -40,7 +40,7 @@ class RangeFilter(ScanFilter):
 
 
 class IntensityFilter(ScanFilter):
-    """Removes beams whose intensity is at or beyond one of two thresholds, or marks them."""
+    """Removes beams with intensities outside two thresholds, or sets their intensity to 0 and others to 1."""
 
     settings = (
         Setting("lower_threshold", 8000.0, 0.0, _FAR),
@@ -66,7 +66,7 @@ class IntensityFilter(ScanFilter):
 
 
 class MaskFilter(ScanFilter):
-    """Removes the beams whose indices are listed for the scan's frame."""
+    """Removes the beams whose indices `masks` lists for the scan's frame."""
 
     def read(self, params: Mapping[str, Any]) -> None:
         masks = params.get("masks")
@@ -84,7 +84,7 @@ class MaskFilter(ScanFilter):
 
 
 class InterpolationFilter(ScanFilter):
-    """Replaces each run of invalid ranges by the mean of the valid ranges on both sides."""
+    """Replaces each run of invalid ranges with the mean of the valid ranges on both sides."""
 
     def update(self, scan: Scan) -> Scan:
         with np.errstate(invalid="ignore"):
@@ -99,6 +99,6 @@ class InterpolationFilter(ScanFilter):
             if end < len(ranges):
                 after = float(scan.ranges[end])
             ranges[start:end] = (before + after) / 2.0
-            # As in the original, the beam after a run is skipped.
+            # As in the original, the next run is searched for after the beam at `end`.
             before, last_end = after, end + 1
         return scan.with_ranges(ranges)
