@@ -29,7 +29,7 @@ def main(plugin: str, node_name: str, argv: Sequence[str] | None = None) -> int:
 
 
 def run_alone(node: Node, log: logging.Logger, plugin: str, arguments: Sequence[str] = ()) -> int:
-    """Load a nodelet with the names of a node, and wait until the node is shut down. Return the exit code."""
+    """Load a nodelet with the node's name, and wait until the node is shut down. Return the exit code."""
     try:
         Hosting(node).load(node.name, plugin, arguments=arguments)
     except CannotLoad as error:

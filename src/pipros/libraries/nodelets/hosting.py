@@ -1,4 +1,4 @@
-"""Nodelets within the process of one node: start them, and end them."""
+"""Start and stop nodelets in the process of one node."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pipros.packages.well_known import why_no_nodelet
 
 
 class CannotLoad(PiprosError):
-    """A nodelet is unknown, cannot be constructed, or has the name of another one."""
+    """A nodelet is unknown or cannot be constructed, or its name is already in use."""
 
 
 class Hosting:
     """The nodelets of one process, by name. Methods may be called from any thread."""
 
     def __init__(self, host: Node) -> None:
-        """Prepare the node to host nodelets. It must have been started."""
+        """Prepare a running node to host nodelets."""
         self._host = host
         self._nodelets: dict[str, HostedNode | None] = {}  # None while it is being constructed
         self._types: dict[str, str] = {}
@@ -52,12 +52,12 @@ class Hosting:
         """Construct a nodelet.
 
         Args:
-            name: its full name.
-            remappings: global names by global name.
-            arguments: its command-line words.
+            name: the nodelet's full name.
+            remappings: maps global names to global names.
+            arguments: the nodelet's command-line arguments.
 
         Raises:
-            CannotLoad: Python does not have the plugin, the name is in use, or the constructor failed.
+            CannotLoad: the plugin has no Python class, the name is in use, or the constructor failed.
         """
         with self._lock:
             if name in self._nodelets:
@@ -87,7 +87,7 @@ class Hosting:
             node.shutdown("its host ends")
 
     def unload(self, name: str) -> bool:
-        """End a nodelet. Return False if there is none with that full name."""
+        """Stop a nodelet. Return False if no nodelet has this full name."""
         with self._lock:
             node = self._nodelets.get(name)
             if node is None:
@@ -106,7 +106,7 @@ def class_of(plugin: str) -> Any:
     """Import and return the class of a nodelet.
 
     Raises:
-        CannotLoad: Python does not have the nodelet, or its module cannot be imported.
+        CannotLoad: the plugin has no Python class, or its module cannot be imported.
     """
     target = python_nodelet(plugin)
     if target is None:

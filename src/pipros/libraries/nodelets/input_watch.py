@@ -1,4 +1,4 @@
-"""Rates and losses of the topics that nodelets receive, and warnings about nodelets that are too slow."""
+"""Measure the rates and losses of nodelets' inputs, and warn about nodelets that are too slow."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from pipros.node import Node
 from pipros.node.hosted_node import HostedNode
 
 SAMPLES: Final = 12
-"""Number of samples over which rates are measured, and after which warnings are logged again."""
+"""Number of samples over which rates are measured. Warnings are logged once per this many samples."""
 
 PERIOD_S: Final = 5.0
-"""Interval of the samples."""
+"""Interval between samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,9 +24,9 @@ class InputState:
     """What a nodelet received on a topic within the last minute.
 
     Attributes:
-        rate_hz: messages per second, including those that were dropped.
-        received: number of messages, including those that were dropped.
-        dropped: messages that were dropped because the nodelet was slower than they arrived.
+        rate_hz: messages per second, including dropped messages.
+        received: number of messages, including dropped messages.
+        dropped: number of messages that were dropped because the nodelet was too slow.
     """
 
     nodelet: str
@@ -40,14 +40,14 @@ class InputState:
 
 
 class _Sample(NamedTuple):
-    """Totals of messages, received and dropped, by nodelet and topic."""
+    """Total numbers of received and of dropped messages, by nodelet and topic."""
 
     time_s: float
     totals: Mapping[tuple[str, str], tuple[int, int]]
 
 
 class InputWatch:
-    """Logs a warning once a minute for each nodelet that has dropped messages since the last one."""
+    """Logs a warning every minute for each nodelet input that dropped messages in that minute."""
 
     def __init__(
         self, host: Node, nodelets: Callable[[], Iterable[tuple[HostedNode, str]]], period_s: float = PERIOD_S
@@ -71,11 +71,11 @@ class InputWatch:
             self._samples.append(self._sample())
 
     def states(self) -> list[InputState]:
-        """Return the state of each input over the last minute, or since it was first subscribed to."""
+        """Return the state of each input over the last minute, or since the nodelet subscribed to it."""
         now, before = self._sample(), list(self._samples)
         states = []
         for key, (received, dropped) in now.totals.items():
-            # From the last sample without the topic, or from the oldest one.
+            # Count from the last sample without the topic, or from the oldest sample.
             since = next((each for each in reversed(before) if key not in each.totals), before[0])
             old_received, old_dropped = since.totals.get(key, (0, 0))
             if received < old_received:  # the nodelet has subscribed again

@@ -1,4 +1,4 @@
-"""`nodelet load` and `nodelet unload`: a node that stands for a nodelet of a manager."""
+"""`nodelet load`, which runs a node that represents a nodelet in a manager, and `nodelet unload`."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ FAILED: Final = 255
 """Exit code of failed commands."""
 
 WAIT_S: Final = 10.0
-"""Interval of the warnings about a manager that is missing."""
+"""Interval between warnings about a missing manager."""
 
 _UNLOAD_S: Final = 0.4
-"""How long the loader waits for the manager when it ends itself."""
+"""How long a loader that shuts down waits for the manager to unload the nodelet."""
 
 
 def manager_name(node: Node, manager: str) -> str:
@@ -32,13 +32,14 @@ def manager_name(node: Node, manager: str) -> str:
 def load(
     node: Node, log: logging.Logger, plugin: str, manager: str, arguments: Sequence[str], *, has_bond: bool
 ) -> int:
-    """Ask a manager to load a nodelet with the node's name, and wait until either ends.
+    """Request that a manager load a nodelet with the node's name, and wait until the node is shut down.
 
     Return the exit code.
 
     Args:
-        arguments: the command-line words of the nodelet.
-        has_bond: whether the manager unloads the nodelet when this process ends without notice.
+        arguments: the nodelet's command-line arguments.
+        has_bond: whether to form a bond. The manager then unloads the nodelet if this process dies, and the
+            node is shut down if the nodelet ends.
     """
     own = node.identity.remappings
     log.info(
@@ -54,7 +55,7 @@ def load(
     bond_id = f"{node.name}_{uuid.uuid4()}" if has_bond else ""
 
     def pause(seconds: float) -> None:
-        if node.wait_for_shutdown(seconds):  # not the node's clock, which may be simulated
+        if node.wait_for_shutdown(seconds):  # in real time: the node's clock may be simulated
             raise Interrupted(f"{node.name} was shut down while it waited for the manager")
 
     try:
@@ -77,9 +78,9 @@ def load(
 
 
 def _wait_for_end(node: Node, log: logging.Logger, place: str, bond_id: str) -> None:
-    """Wait until the node ends, and unload its nodelet. With a bond, the end of the nodelet ends the node.
+    """Wait until the node is shut down, and unload its nodelet.
 
-    `bond_id` is empty if there is no bond.
+    If there is a bond, shut the node down when the bond is broken. `bond_id` is empty if there is no bond.
     """
     broken = threading.Event()
     bond: NodeBond | None = None
@@ -88,7 +89,7 @@ def _wait_for_end(node: Node, log: logging.Logger, place: str, bond_id: str) -> 
         if not broken.is_set():
             _unload(node, log, place, node.name, _UNLOAD_S)
 
-    # Before the bond's own hook, so that the nodelet has ended when the bond is broken.
+    # Register this hook before the bond's hook, so that the nodelet has ended when the bond is broken.
     node.on_shutdown(end)
     if bond_id:
 
@@ -103,7 +104,7 @@ def _wait_for_end(node: Node, log: logging.Logger, place: str, bond_id: str) -> 
 
 
 def unload(node: Node, log: logging.Logger, name: str, manager: str) -> int:
-    """Ask a manager to unload a nodelet. Return the exit code."""
+    """Request that a manager unload a nodelet. Return the exit code."""
     log.info("Unloading nodelet %s from manager %s", name, manager)
     if _unload(node, log, manager_name(node, manager), name, WAIT_S):
         return 0

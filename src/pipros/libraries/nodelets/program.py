@@ -68,7 +68,7 @@ def _is_only_compiled(plugin: str) -> bool:
 
 
 def _run_genuine(argv: Sequence[str]) -> int:
-    """Replace the process by the genuine program. Return only if that is impossible."""
+    """Replace this process with the genuine program. Return the exit code if it is not installed."""
     found = program("nodelet", "nodelet")
     if found is None:
         print(

@@ -1,1 +1,1 @@
-"""Settings of a node that clients of dynamic_reconfigure change while it runs. Start with `server.py`."""
+"""Settings of a node that clients of dynamic_reconfigure can change at run time. Start with `server.py`."""

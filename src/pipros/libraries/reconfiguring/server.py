@@ -24,7 +24,7 @@ _KINDS: Final = (
     ("strs", str, "str"),
     ("doubles", float, "double"),
 )
-"""Field of a message, Python type and name of each type of setting. `bool` precedes its base class `int`."""
+"""Message field, Python type and name of each setting type. `bool` precedes its base class `int`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,9 +32,9 @@ class Setting:
     """A setting that can be changed at run time.
 
     Attributes:
-        default: its default, whose type is the type of the setting.
-        low, high: bounds of a number, to which values are clamped; None for no bound.
-        edit_method: the constants of an enum, as in a `.cfg` file's description.
+        default: the default value. Its type is the setting's type.
+        low, high: bounds to which numbers are clamped; None for no bound.
+        edit_method: the constants of an enum, in the format that descriptions of `.cfg` files use.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Setting:
 
     @property
     def bounds(self) -> tuple[Any, Any]:
-        """The bounds as a description reports them."""
+        """The bounds in the setting's description message."""
         if isinstance(self.default, bool):
             return False, True
         if isinstance(self.default, str):
@@ -58,9 +58,9 @@ class Setting:
         return kind(low if self.low is None else self.low), kind(high if self.high is None else self.high)
 
     def read(self, value: Any) -> Value:
-        """Return the value of a parameter within the bounds; for one of another type, the default.
+        """Return a parameter's value clamped to the bounds, or the default if it has another type.
 
-        As in roscpp, an integer may be given as a float, which is rounded, and a float as an integer.
+        As in roscpp, a float is rounded if the setting is an integer, and an integer is accepted as a float.
         """
         kind = type(self.default)
         if kind is bool or kind is str:
@@ -76,8 +76,8 @@ class Reconfigurable:
     """Serves the settings of a namespace: the service `set_parameters`, and two latched topics.
 
     The settings are read from the parameter server, clamped, and written back. Changes are applied one at a
-    time, in threads of the node. A setting `restore_defaults`, as in navigation, restores the
-    settings at startup.
+    time, in threads of the node. If there is a setting `restore_defaults`, as in navigation, setting it to
+    true restores the values at startup.
 
     Attributes:
         values: the current settings by name. The mapping is replaced by each change.
@@ -127,7 +127,7 @@ class Reconfigurable:
         with self._lock:
             new = dict(self.values)
             for name, value in changes.items():
-                if name in new and value == value:  # not NaN
+                if name in new and value == value:  # ignore NaN
                     new[name] = self._settings[name].read(value)
             level = 0
             for name, setting in self._settings.items():

@@ -1,4 +1,4 @@
-"""`twist_mux` of twist_mux: passes on the velocities of one of several sources, by priorities and locks."""
+"""The node `twist_mux`, which forwards velocities from one of several sources, by priorities and locks."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _sources(node: Node, name: str, log: logging.Logger) -> list[VelocitySource]:
-    """Return the valid sources in a private parameter, and log the mistakes in the others."""
+    """Return the valid sources in a private parameter, and log an error for each invalid one."""
     entries = raw(node, name, None)
     if not isinstance(entries, list):
         log.critical("~%s must be a list of sources, got %r", name, entries)

@@ -1,7 +1,7 @@
 """Selection of one source of velocity commands by priorities and locks, as in twist_mux 3.1.
 
-An input is masked while it is expired, or while a lock with a higher priority is on. The input with the
-highest priority that is not masked wins. A velocity is passed on only when it arrives, never later.
+An input is masked while it is expired, or while a lock with a higher priority is active. The unmasked input
+with the highest priority is selected. A velocity is forwarded when it arrives, or not at all.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _PRIORITIES = 255
 
 
 class InvalidSource(PiprosError, ValueError):
-    """An entry of `~topics` or `~locks` is invalid. The text names the entry and the mistake."""
+    """An entry of `~topics` or `~locks` is invalid. The text names the entry and the problem."""
 
 
 @dataclass(slots=True)
@@ -25,9 +25,9 @@ class VelocitySource:
     """A topic with velocities, or a lock.
 
     Attributes:
-        timeout_s: time without messages after which it is expired; never if it is 0 or less.
-        priority: from 0 to 255. Velocities of priority 0 never win.
-        received_s: when the last message arrived; 0 before the first one.
+        timeout_s: time without messages after which the source expires. If <= 0, it never expires.
+        priority: from 0 to 255. Inputs with priority 0 are never selected.
+        received_s: arrival time of the last message; 0 before the first message.
         is_set: the last value of a lock.
     """
 
@@ -46,10 +46,11 @@ class VelocitySource:
 
 
 def source(entry: Any, place: str) -> VelocitySource:
-    """Return the source that an entry of `~topics` or `~locks` describes.
+    """Create a source from an entry of `~topics` or `~locks`.
 
     Raises:
-        InvalidSource: the entry is not a mapping with the keys `name`, `topic`, `timeout` and `priority`.
+        InvalidSource: the entry is not a mapping, or `name`, `topic`, `timeout` or `priority` is missing or
+            invalid.
     """
     if not isinstance(entry, Mapping):
         raise InvalidSource(
@@ -75,14 +76,14 @@ def source(entry: Any, place: str) -> VelocitySource:
 
 
 class VelocityMux:
-    """Decides whose velocities are passed on. The caller provides the time."""
+    """Selects the input whose velocities are forwarded. The caller provides the time."""
 
     def __init__(self, inputs: Sequence[VelocitySource], locks: Sequence[VelocitySource]) -> None:
         self.inputs = inputs
         self.locks = locks
 
     def passes(self, one: VelocitySource, now_s: float) -> bool:
-        """Record the arrival of a velocity from an input, and return whether it is passed on."""
+        """Record the arrival of a velocity from an input. Return whether to forward it."""
         one.received_s = now_s
         return self.winner(now_s) is one
 
@@ -91,11 +92,11 @@ class VelocityMux:
         one.is_set, one.received_s = is_set, now_s
 
     def is_locked(self, one: VelocitySource, now_s: float) -> bool:
-        """Return whether a lock is on: it is set, or its source is silent."""
+        """Return whether a lock is active, that is, set or expired."""
         return one.is_set or one.is_expired(now_s)
 
     def level(self, now_s: float) -> int:
-        """Return the highest priority of the locks that are on, or 0."""
+        """Return the highest priority of the active locks, or 0."""
         return max((lock.priority for lock in self.locks if self.is_locked(lock, now_s)), default=0)
 
     def unmasked(self, now_s: float) -> list[VelocitySource]:
@@ -104,12 +105,12 @@ class VelocityMux:
         return [each for each in self.inputs if not each.is_expired(now_s) and each.priority >= level]
 
     def winner(self, now_s: float) -> VelocitySource | None:
-        """Return the input whose velocities are passed on; of equal priorities, the first in the list."""
+        """Return the selected input, or None. If priorities are equal, the first input is selected."""
         free = [each for each in self.unmasked(now_s) if each.priority > 0]
         return max(free, key=lambda each: each.priority, default=None)
 
     def values(self, now_s: float) -> dict[str, str]:
-        """Return the state of inputs and locks as twist_mux's diagnostics show it."""
+        """Return the state of inputs and locks in the format of twist_mux's diagnostics."""
         free = self.unmasked(now_s)
         rows = [
             (f"velocity {each.name}", f" {'unmasked' if _is_in(each, free) else 'masked'} {each}")

@@ -1,4 +1,4 @@
-"""Velocity commands with bounded speed and acceleration, as in yocs_velocity_smoother 0.8.
+"""Limit the speed and acceleration of velocity commands, as in yocs_velocity_smoother 0.8.
 
 Velocities are pairs (v, w): forward in m/s, and counter-clockwise in rad/s. The caller provides the time.
 """
@@ -27,7 +27,7 @@ _SLIP: Final[Velocity] = (0.2, 2.0)
 
 
 class Feedback(IntEnum):
-    """Where the robot's velocity is read from."""
+    """Source of the robot's measured velocity."""
 
     NONE = 0
     ODOMETRY = 1
@@ -36,7 +36,10 @@ class Feedback(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class VelocityLimits:
-    """Limits in m/s and rad/s, and m/s2 and rad/s2. `deceleration` is a multiple of the acceleration."""
+    """Limits of speed (m/s, rad/s) and acceleration (m/s², rad/s²).
+
+    `deceleration` is a multiple of the acceleration.
+    """
 
     speed: Velocity = (1.0, 5.0)
     acceleration: Velocity = (0.5, 2.5)
@@ -44,19 +47,20 @@ class VelocityLimits:
 
 
 class VelocitySmoother:
-    """Turns commands into smooth ones, one for each period.
+    """Converts commands to smooth commands, one per period.
 
     Attributes:
-        limits: can be replaced at any time.
+        limits: the limits, which can be replaced at any time.
     """
 
     def __init__(
         self, limits: VelocityLimits, period_s: float, feedback: Feedback, log: Callable[[int, str], object]
     ) -> None:
-        """Start with a robot at rest.
+        """Create a smoother for a robot at rest.
 
         Args:
-            log: called with a level of `logging` and a text for silent inputs and for feedback that is used.
+            log: called with a `logging` level and a text if the input is silent, or if the measured velocity
+                replaces the last command.
         """
         self.limits = limits
         self._period_s = period_s
@@ -83,7 +87,7 @@ class VelocitySmoother:
         self._measured = velocity
 
     def step(self, now_s: float) -> Velocity | None:
-        """Return the command of a period, or None if the robot needs none."""
+        """Return the command for the current period, or None if none is needed."""
         known = len(self._intervals) >= _KNOWN_INTERVALS
         usual_s = statistics.median(self._intervals) if known else _USUAL_INTERVAL_S
         silent_s = now_s - self._arrived_s
@@ -119,7 +123,7 @@ class VelocitySmoother:
             if reverses or change[axis] * self._target[axis] <= 0:
                 most *= self.limits.deceleration
             limit.append(most)
-        # Both change in proportion, so the robot keeps the direction of the change.
+        # Scale both changes by the same factor, which preserves the direction of the change.
         slope, size = math.atan2(limit[1], limit[0]), [abs(each) for each in change]
         if slope < math.atan2(size[1], size[0]):
             limit[0] = limit[1] * size[0] / size[1]

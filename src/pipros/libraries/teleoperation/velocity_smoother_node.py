@@ -1,4 +1,4 @@
-"""The nodelet `yocs_velocity_smoother/VelocitySmootherNodelet`: commands with bounded acceleration."""
+"""The nodelet `yocs_velocity_smoother/VelocitySmootherNodelet`, which limits speed and acceleration."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _RATE_HZ = 20.0
 
 
 class SmootherNode:
-    """Publishes `~smooth_cmd_vel` periodically while `~raw_cmd_vel` commands motion."""
+    """Publishes `~smooth_cmd_vel` periodically, while commands arrive on `~raw_cmd_vel`."""
 
     def __init__(self, node: Node) -> None:
         self._clock = node.clock

@@ -1,4 +1,4 @@
-"""Inputs of a node that are subscribed to only while an output has subscribers."""
+"""Subscribe to a node's inputs only while an output has subscribers."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class LazyInputs:
         self._update()
 
     def close(self) -> None:
-        """Unsubscribe, and no longer watch the outputs."""
+        """Unsubscribe, and stop watching the outputs."""
         self._is_closed = True
         for each in self._outputs:
             if self in each.publication.listeners:

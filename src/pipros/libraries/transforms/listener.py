@@ -1,4 +1,4 @@
-"""Receive transforms, look them up, and hold messages back until their transforms are known."""
+"""Receive transforms, look them up, and hold back messages until their transforms are available."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class TransformListener:
         """Return the pose of `source` in `target` at a time; 0 is the latest. Wait up to `timeout_s`.
 
         Raises:
-            TransformException: the transform is not known.
+            TransformException: the transform is not available.
             Interrupted: the node was shut down while waiting.
         """
 
@@ -88,12 +88,12 @@ class TransformListener:
 
 
 class TransformGate:
-    """Holds messages with headers back until their transform to a frame is known, like tf's message filter.
+    """Holds back messages until they can be transformed to a target frame, like tf's message filter.
 
-    Of more than `queue_size` waiting messages, the oldest is dropped.
+    If more than `queue_size` messages are waiting, the oldest is dropped.
 
     Attributes:
-        tolerance_ns: the transform must also be known this long after a message's timestamp.
+        tolerance_ns: the transform must also be available this long after a message's timestamp.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class TransformGate:
         listener.observe(self.check)
 
     def add(self, message: Any) -> None:
-        """Deliver a message now, or when its transform is known."""
+        """Deliver a message now, or when its transform is available."""
         dropped = None
         with self._lock:
             if len(self._waiting) >= self._queue_size:
@@ -125,7 +125,7 @@ class TransformGate:
         self.check()
 
     def check(self) -> None:
-        """Deliver the waiting messages whose transforms are known."""
+        """Deliver the waiting messages whose transforms are available."""
         with self._lock:
             ready = [each for each in self._waiting if self._is_ready(each)]
             if not ready:

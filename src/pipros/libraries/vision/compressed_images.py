@@ -89,8 +89,9 @@ class DepthSettings:
 
     Attributes:
         kind: only `png`.
-        depth_max: m; greater depths are lost. From 1 to 100.
-        depth_quantization: depth in m at which 32-bit depths have a resolution of about 1 cm. From 1 to 150.
+        depth_max: maximum depth in metres, from 1 to 100. Greater depths are lost.
+        depth_quantization: depth in metres, from 1 to 150, at which 32-bit depths have a resolution of about
+            1 cm.
         png_level: from 1 (fast) to 9 (small).
 
     Raises:
@@ -117,7 +118,7 @@ class DepthSettings:
 def read_settings(transport: str, get: Callable[[str, Any], Any]) -> CompressionSettings | DepthSettings:
     """Return the settings of the transport `compressed` or `compressedDepth`.
 
-    `get` returns the value of a parameter, or the given default. Raises CompressionError if one is invalid.
+    `get` returns a parameter's value, or the given default. Raises CompressionError if a value is invalid.
     """
     kind = DepthSettings if transport == "compressedDepth" else CompressionSettings
     default = kind()
@@ -128,7 +129,7 @@ def read_settings(transport: str, get: Callable[[str, Any], Any]) -> Compression
 def compressed_by(
     settings: CompressionSettings | DepthSettings, image: Any, encoding_name: str, codec: Codec
 ) -> tuple[str, bytes]:
-    """Compress an image array as the settings say; see `compressed` and `compressed_depth`."""
+    """Compress an image array with the given settings; see `compressed` and `compressed_depth`."""
     compress: Any = compressed_depth if isinstance(settings, DepthSettings) else compressed
     result: tuple[str, bytes] = compress(image, encoding_name, settings, codec)
     return result
@@ -139,11 +140,11 @@ def compressed_depth(
 ) -> tuple[str, bytes]:
     """Compress a depth image. Return the format and the data of a CompressedImage.
 
-    Millimetres (16 bits) are kept. Metres (32FC1) are quantised by their inverse, so near depths are more
-    exact. Depths that are not in front of `depth_max` are lost.
+    16-bit depths (in millimetres) are stored exactly. Of 32FC1 depths (in metres), the inverse is quantised,
+    so small depths are more accurate. Depths beyond `depth_max` are lost.
 
     Raises:
-        CompressionError: the encoding has neither one 16-bit nor one 32-bit channel.
+        CompressionError: the encoding does not have a single channel of 16-bit integers or 32-bit floats.
     """
     kind = encoding(encoding_name)
     if kind.channels != 1 or kind.depth not in ("16U", "32F"):

@@ -53,7 +53,7 @@ def test_images_with_missing_pixels_are_refused(fields: dict[str, Any], reason: 
 def test_raw_images_without_defined_colors_are_refused() -> None:
     with pytest.raises(BadImage, match="ambiguous"):
         colors(np.zeros((2, 2, 3), np.uint8), "8UC3", 0)
-    with pytest.raises(BadImage, match=r"cannot find colours in \[32FC1\]"):
+    with pytest.raises(BadImage, match=r"cannot convert \[32FC1\] to colour"):
         colors(np.zeros((2, 2), np.float32), "32FC1", 0)
     with pytest.raises(BadImage, match="VNG needs 8 bits"):
         colors(np.zeros((4, 4), np.uint16), "bayer_rggb16", VNG)
