@@ -62,7 +62,7 @@ def test_failures_say_what_happened(ros: RosSystem) -> None:
             apartment.reaches(4.05, 0.6, 0.0, within_s=30)  # in a wall
         with pytest.raises(WorldFailure, match=r"was not reached within 1 s: the robot is at \(\d\.\d+,"):
             apartment.reaches(*KITCHEN, within_s=1)
-        came_near = pytest.raises(WorldFailure, match=r"the robot came within 0\.\d+ m; at least 9 demanded")
+        came_near = pytest.raises(WorldFailure, match=r"obstacles must be at least 9 m, got 0\.\d+ m")
         with came_near, apartment.never_closer_than(9.0):
             apartment.run_for(0.5)
         with pytest.raises(WorldFailure, match=r"the localisation is wrong by \d\.\d+ m, 1 s after"):

@@ -17,7 +17,7 @@ _MISSING: Final = "no transform from %s to %s: %s"
 
 
 class Frames(TransformListener):
-    """Lookups for navigation, which warn if a transform is missing, at most every two seconds."""
+    """Transform lookups for navigation. Warns about missing transforms, at most every two seconds."""
 
     def __init__(self, node: Node, log: logging.Logger) -> None:
         """Subscribe. Blocks until the master answers."""
@@ -26,9 +26,9 @@ class Frames(TransformListener):
         self.problems = partial(self._log.warning, "%s")
 
     def find(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose | None:
-        """Return the pose of `source` in `target` at a time, or the latest one with a warning, or None.
+        """Return the pose of `source` in `target` at a time, or else the latest pose, or None.
 
-        Wait up to `timeout_s` of the node's time for the pose at the time.
+        Wait up to `timeout_s` of the node's time. Warn if the pose at this time is not available.
         """
         try:
             return self.at(target, source, stamp_ns, timeout_s)
@@ -43,9 +43,9 @@ class Frames(TransformListener):
         return latest
 
     def awaited(self, target: str, source: str, stamp_ns: int, timeout_s: float) -> Pose | None:
-        """Return the pose of `source` in `target` at a time, or None with a warning if it is not known.
+        """Return the pose of `source` in `target` at a time. If it is not available, warn and return None.
 
-        Wait up to `timeout_s` of the node's time, but not for a time older than the known transforms.
+        Wait up to `timeout_s` of the node's time, but not if later transforms have already arrived.
         """
 
         def reason() -> str | None:
@@ -60,7 +60,7 @@ class Frames(TransformListener):
             return None
 
     def _wait(self, reason: Callable[[], str | None], timeout_s: float) -> None:
-        """Wait until a transform is known."""
+        """Wait until a transform is available."""
 
         def ask() -> tuple[int, str]:
             found = reason()
@@ -69,14 +69,14 @@ class Frames(TransformListener):
         self.buffer.waiter.wait(ask, round(timeout_s * 1e9), lambda: self._node.clock, self._check)
 
     def latest(self, target: str, source: str) -> Pose | None:
-        """Return the latest pose of `source` in `target`, or None if it is not known."""
+        """Return the latest pose of `source` in `target`, or None if there is none."""
         try:
             return self.buffer.lookup(target, source, 0)[1]
         except TransformException:
             return None
 
     def motion(self, frame: str, fixed: str, since_ns: int, until_ns: int, timeout_s: float) -> Pose | None:
-        """Return the pose of a frame relative to its earlier pose, or None if it is not known in time."""
+        """Return a frame's pose relative to its earlier pose, or None if not available within `timeout_s`."""
         arguments = frame, since_ns, frame, until_ns, fixed
         try:
             self._wait(lambda: self.buffer.can_transform_full(*arguments), timeout_s)

@@ -4,13 +4,13 @@ from typing import NamedTuple
 
 
 class NavigationLimits(NamedTuple):
-    """The limits of navigation: `limits.of(NavigationLimits)` for a `Limits`.
+    """The limits of navigation. Get them with `limits.of(NavigationLimits)`, where `limits` is a `Limits`.
 
     Attributes:
-        costmap_cells: cells of a costmap, and of the map in one of its layers.
-        costmap_points: points of one observation source that a costmap keeps, and as many that wait for
-            their transforms.
-        mapped_cells: cells to which the map of slam_gmapping grows.
+        costmap_cells: maximum number of cells in a costmap, and in the map of each layer.
+        costmap_points: maximum number of points that a costmap stores for each observation source. The same
+            number of points may wait for their transforms.
+        mapped_cells: maximum number of cells in the map of slam_gmapping.
     """
 
     costmap_cells: int = 100_000_000

@@ -1,4 +1,4 @@
-"""Read parameters with the rules of roscpp, from the parameters of a node as one dictionary."""
+"""Read a node's parameters from a dictionary, with the rules of roscpp."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ _Kind = TypeVar("_Kind")
 
 
 class InvalidParameter(PiprosError, ValueError):
-    """A parameter has a value with which the node cannot run. The text names the parameter and the value."""
+    """A parameter has an invalid value. The text names the parameter and the value."""
 
 
 class PrivateParameters:
     """The private parameters of a node, or a namespace below them.
 
-    As in roscpp, a value of another type counts as not set, so the default applies; but an integer may be
-    given as a float, which is rounded, and a float as an integer.
+    As in roscpp, a value of another type is ignored, so that the default applies. However, a float is
+    accepted and rounded for an integer parameter, and an integer is accepted for a float parameter.
     """
 
     def __init__(self, values: Mapping[str, Any], name: str = "~") -> None:
-        """Store the values; `name` is the prefix of parameter names in errors."""
+        """Store the values. `name` is the prefix of parameter names in error messages."""
         self.values = values
         self._name = name
 
@@ -52,7 +52,7 @@ class PrivateParameters:
         return math.floor(value + 0.5)
 
     def read(self, kind: type[_Kind], **known: Any) -> _Kind:
-        """Return a dataclass. Fields that are not `known` are read from the parameters of their names."""
+        """Create a dataclass. Fields that are not in `known` are read from parameters of the same names."""
         readers: Any = {bool: self.boolean, int: self.integer, float: self.number, str: self.text}
         for each in fields(kind):  # type: ignore[arg-type]
             if each.name not in known and type(each.default) in readers:
@@ -95,7 +95,7 @@ def tunable(
 ) -> Any:
     """Declare a field of a dataclass as a parameter that clients of dynamic_reconfigure can change.
 
-    See `Setting`; `offered` is the default for clients if it differs.
+    See `Setting`. `offered` is the default that clients receive, if it differs.
     """
     declared = default if offered is None else offered, low, high, text, 0, edit_method
     return field(default=default, metadata={"setting": declared})
@@ -111,7 +111,7 @@ def is_number(value: Any) -> TypeGuard[int | float]:
 
 
 def read_parameters(node: Node, namespace: str = "~") -> PrivateParameters:
-    """Read the parameters in a namespace of a node: the private ones, or those of a part (`~costmap`)."""
+    """Read a node's parameters in a namespace: its private namespace, or one below (`~costmap`)."""
     try:
         values = node.params.get(namespace)
     except NotFound:
@@ -120,7 +120,7 @@ def read_parameters(node: Node, namespace: str = "~") -> PrivateParameters:
 
 
 def search_upwards(node: Node, namespace: str, name: str) -> Any:
-    """Return a parameter of a namespace, or of the nearest parent that sets it; None if none does."""
+    """Return a parameter from a namespace, or from the nearest parent that sets it, or None."""
     place = node.resolve(namespace)
     while True:
         try:

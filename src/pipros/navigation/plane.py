@@ -1,4 +1,4 @@
-"""Poses in the plane, as (x, y, yaw) in metres and radians, and messages with them."""
+"""Poses in the plane, as (x, y, yaw) in metres and radians, and conversion to and from messages."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ Poses = NDArray[np.float64]
 
 
 def flat(pose: Pose) -> Triple:
-    """Return the part of a pose that lies in the plane."""
+    """Project a pose onto the plane."""
     return pose[0], pose[1], roll_pitch_yaw(pose)[2]
 
 
 def flat_message(pose: Any) -> Triple:
-    """Return the part of a geometry_msgs/Pose that lies in the plane."""
+    """Project a geometry_msgs/Pose onto the plane."""
     return flat(pose_of(pose.position, pose.orientation))
 
 
 def in_frame(frame: Triple, poses: Poses) -> Poses:
-    """Convert poses relative to `frame`, shape (n, 3), to the frame that `frame` is relative to."""
+    """Convert poses of shape (n, 3) from a frame with the pose `frame` to its parent frame."""
     cosine, sine = math.cos(frame[2]), math.sin(frame[2])
     x, y, yaw = poses.T
     return np.column_stack(
@@ -40,12 +40,12 @@ def in_frame(frame: Triple, poses: Poses) -> Poses:
 
 
 def raised(pose: Triple) -> Pose:
-    """Return a pose in the plane as a pose in space."""
+    """Convert a pose in the plane to a pose in space."""
     return (pose[0], pose[1], 0.0, 0.0, 0.0, math.sin(pose[2] / 2), math.cos(pose[2] / 2))
 
 
 def fill(position: Any, orientation: Any, pose: Pose) -> None:
-    """Write a pose to the two parts of a message, such as translation and rotation."""
+    """Write a pose to the two parts of a message, such as the translation and rotation of a Transform."""
     position.x, position.y, position.z = pose[:3]
     orientation.x, orientation.y, orientation.z, orientation.w = pose[3:]
 
@@ -59,7 +59,7 @@ def transforms(parent: str, child: str, pose: Pose, stamp: Time | int) -> Any:
 
 
 def pose_messages(poses: Iterable[Any]) -> list[Any]:
-    """Return poses, each (x, y, yaw), as geometry_msgs/Pose."""
+    """Convert poses (x, y, yaw) to geometry_msgs/Pose."""
     rows = np.asarray(poses, float).reshape(-1, 3)
     names = ("Pose", "Point", "Quaternion")
     pose, point, quaternion = (load_message_class(f"geometry_msgs/{name}") for name in names)
@@ -77,20 +77,20 @@ def stamped_pose(pose: Triple, frame: str, stamp: Time) -> Any:
 
 
 def path(poses: Any, frame: str, stamp: Time) -> Any:
-    """Return a nav_msgs/Path with these poses, each (x, y, yaw)."""
+    """Return a nav_msgs/Path with poses (x, y, yaw)."""
     made = [stamped("geometry_msgs/PoseStamped", frame, stamp, pose=each) for each in pose_messages(poses)]
     return stamped("nav_msgs/Path", frame, stamp, poses=made)
 
 
 def twist(velocity: Triple) -> Any:
-    """Return a geometry_msgs/Twist with velocities along x and y and around z."""
+    """Return a geometry_msgs/Twist with velocities along x and y and about z."""
     message: Any = load_message_class("geometry_msgs/Twist")()
     message.linear.x, message.linear.y, message.angular.z = velocity
     return message
 
 
 def cloud(names: Iterable[str], values: NDArray[Any], frame: str, stamp: Time) -> Any:
-    """Return a sensor_msgs/PointCloud2 of float32 fields, from an array of shape (n, fields)."""
+    """Convert an array of shape (n, fields) to a sensor_msgs/PointCloud2 with float32 fields."""
     header = load_message_class("std_msgs/Header")(stamp=stamp, frame_id=frame)
     message = cloud_of(header, dict(zip(names, values.T.astype("<f4"), strict=True)))
     message.is_dense = True

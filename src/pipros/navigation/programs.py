@@ -22,7 +22,7 @@ def run_program(module: str, *arguments: str) -> int:
 
     Without the required libraries, print an error and return 1.
     """
-    # Threads do not help with matrices of 15 rows, but wait for each other in loops that use a processor.
+    # For matrices of 15 rows, OpenBLAS's threads bring no benefit, but burn CPU time in busy waits.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         program = import_module(f"pipros.navigation.{module}")
@@ -35,11 +35,11 @@ def run_program(module: str, *arguments: str) -> int:
 
 
 def missing_extra(error: ImportError) -> MissingExtra:
-    """Return the error that names the missing library and the command that installs it.
+    """Return an error that names the missing library and the command that installs it.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C interrupted the import of numpy, whose C code prints it, which sets
-            `sys.last_type`, and raises ImportError instead.
+        KeyboardInterrupt: Ctrl-C interrupted the import of numpy. In this case, numpy's C code prints the
+            exception, which sets `sys.last_type`, and raises ImportError.
     """
     if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
         raise KeyboardInterrupt from None
@@ -49,7 +49,7 @@ def missing_extra(error: ImportError) -> MissingExtra:
 
 @exits_after_ctrl_c()
 def run_node(name: str, package: str, make: Callable[[Node, logging.Logger, Schedule], object]) -> int:
-    """Run a node until it is shut down; `make` connects it. Return 1 if a parameter is invalid."""
+    """Run a node, which `make` sets up, until it is shut down. Return 1 if a parameter is invalid."""
     with roscpp_program(name, package) as (node, log):
         schedule = Schedule(node)
         try:

@@ -1,4 +1,4 @@
-"""The pytest fixture `navigation_world`, which pipros's pytest plugin finds among the offers of rooms."""
+"""The pytest fixture `navigation_world`, which pipros's pytest plugin finds through `pipros.basics.rooms`."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class MakeWorld(Protocol):
 def navigation_world(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[MakeWorld]:
     """Start a simulated robot with amcl and move_base: `navigation_world("flat.yaml", (1.0, 2.0, 0.0))`.
 
-    The map's file is relative to the test module's folder; `"apartment"` and `"room"` are maps of pipros_sim.
-    `start` is x, y and yaw of the robot; see `NavigationWorld` for the options. The nodes run in this process
-    and in lockstep. After the test, the factor of simulated to real time is printed.
+    The path of the map is relative to the test module's folder; `"apartment"` and `"room"` are maps of
+    pipros_sim. `start` is the robot's initial (x, y, yaw). `NavigationWorld` describes the options. The nodes
+    run in this process, in lockstep. After the test, the ratio of simulated to real time is printed.
     """
     from pipros.navigation.world import NavigationWorld
     from pipros.workspace.index import SHARED_PACKAGES

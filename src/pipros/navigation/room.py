@@ -1,4 +1,4 @@
-"""The declaration of navigation; see `pipros.basics.rooms`."""
+"""The declaration of the room `navigation`; see `pipros.basics.rooms`."""
 
 from pipros.basics.rooms import Room
 

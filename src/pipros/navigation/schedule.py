@@ -1,9 +1,9 @@
-"""The periodic work of a node: in threads of its own, or in lockstep with a simulator.
+"""Run a node's periodic work in separate threads, or in lockstep with a simulator.
 
-A node is in lockstep if the parameter `/lockstep` lists its name ("Lockstep" in docs/simulation.md). Then the
-simulator calls `~advance` in each of its steps, and all work that is due runs inside this call, one piece
-after the other in the order in which it was added, after the callbacks for all messages sent before. So the
-node does the same in each run.
+A node is in lockstep if the parameter `/lockstep` lists its name ("Lockstep" in docs/simulation.md). In this
+case, the simulator calls the service `~advance` in each step. The call waits for the callbacks of all
+messages sent before, and then runs all functions that are due, one after the other, in the order in which
+they were added. Therefore, the node behaves identically in each run.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from pipros.node.delivery import Sent, sent_by, wait_until_handled
 from pipros.node.rate import Timer
 
 _DELIVERY_S: Final = 10.0
-"""Real time in which a message that was sent must arrive."""
+"""Real time within which a sent message must arrive."""
 
 
 @dataclass(slots=True)
@@ -32,14 +32,14 @@ class _Work:
 
 
 class Schedule:
-    """Runs functions periodically. `every` may be called at any time; a later call runs later in a step."""
+    """Runs functions periodically. In a step, they run in the order in which `every` was called."""
 
     def __init__(self, node: Node, hold: Callable[[], bool] = lambda: False) -> None:
-        """Read the parameter.
+        """Read the parameter `/lockstep`.
 
         Args:
-            hold: called at the end of a step; the simulated time stands still while it returns True. It is
-                called again at once, so it should wait a little before it does.
+            hold: called at the end of a step. While it returns True, simulated time stands still, and it is
+                called again immediately, so it should wait briefly before returning True.
         """
         self._node, self._hold = node, hold
         self._work: list[_Work] = []
@@ -70,7 +70,7 @@ class Schedule:
         return start
 
     def start(self) -> None:
-        """Let the simulator call the node, if it is in lockstep; all of its subscriptions should exist."""
+        """If in lockstep, offer the service for the simulator. All subscriptions must exist before."""
         if self.in_lockstep:
             self._node.serve("~advance", self._service, self._advance)
 
@@ -92,7 +92,7 @@ class Schedule:
         )
 
     def _run(self, now_ns: int) -> int:
-        """Run the work that is due. Return the time at which work is next due, at most a second ahead."""
+        """Run the work that is due. Return when work is due next, but at most a second from now."""
         for work in self._work:
             work.due_ns = work.due_ns or now_ns + work.period_ns
             if now_ns >= work.due_ns:

@@ -1,4 +1,4 @@
-"""Create topics, services and messages of a node from the names of their types."""
+"""Create a node's topics, services and messages from the names of their types."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pipros.node import Node
 
 
 def advertise(node: Node, topic: str, kind: str, queue_size: int | None = 1, *, latch: bool = False) -> Any:
-    """Advertise a topic whose type has this name."""
+    """Advertise a topic with the type named `kind`."""
     return node.advertise(topic, load_message_class(kind), queue_size=queue_size, latch=latch)
 
 
 def subscribe(node: Node, topic: str, kind: str, take: Callable[[Any], object], queue_size: int = 1) -> Any:
-    """Subscribe to a topic whose type has this name."""
+    """Subscribe to a topic with the type named `kind`."""
     return node.subscribe(topic, load_message_class(kind), take, queue_size=queue_size)
 
 
 def serve(node: Node, name: str, kind: str, handle: Callable[[Any], Any]) -> None:
-    """Offer a service. `handle` returns the only field of the response, a tuple of its fields, or None."""
+    """Offer a service. `handle` returns the response's only field, a tuple of its fields, or None."""
     service: Any = load_service_class(kind)
 
     def respond(request: Any) -> Any:
@@ -33,7 +33,7 @@ def serve(node: Node, name: str, kind: str, handle: Callable[[Any], Any]) -> Non
 
 
 def stamped(kind: str, frame: str, stamp: Time | int, **fields: Any) -> Any:
-    """Return a message with a header; the time may be given in ns."""
+    """Return a message with a header. `stamp` may be a time in ns."""
     message: Any = load_message_class(kind)(**fields)
     message.header.frame_id = frame
     message.header.stamp = time_of(stamp) if isinstance(stamp, int) else stamp

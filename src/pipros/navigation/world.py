@@ -1,8 +1,8 @@
 """A simulated robot with localisation and move_base, in this process and in lockstep, for tests.
 
-The simulated time stands still except in the methods that wait for something; they return, or raise
-`WorldFailure`, at the tenth of a second in which this is decided. So a test gives the same result each time,
-on any machine.
+Simulated time advances only in methods that wait for something. These methods return, or raise
+`WorldFailure`, in the tenth of a second in which the outcome is decided. Therefore, a test gives the same
+result in each run, on any machine.
 """
 
 from __future__ import annotations
@@ -42,25 +42,25 @@ from pipros.simulation.robots.world import World
 
 START_S: Final = 60.0
 WANDER_S: Final = 0.2
-"""Time between two commands of a robot that wanders."""
+"""Interval between commands to a wandering robot."""
 ERROR_STEPS: Final = 10
 """Steps between two entries of `NavigationWorld.errors`."""
 STEP_S: Final = 60.0
-"""Real time in which the nodes must start, and longest real time without a step."""
+"""Maximum real time without a simulation step."""
 STATUSES: Final = ("pending", "active", "preempted", "succeeded", "aborted", "rejected", "preempting")
 
 
 class WorldFailure(AssertionError):
-    """The robot did not do what the test demands."""
+    """The robot did not do what the test requires."""
 
 
 class NavigationWorld:
-    """A robot in a map. Methods are for the thread of the test.
+    """A robot on a map. Methods must be called from the test's thread.
 
     Attributes:
-        node: the node `/world` of the test, a member of the lockstep.
-        simulation: the simulator's robots; read it while the time stands still.
-        errors: errors of the localisation in metres and radians, recorded five times per simulated second.
+        node: the test's node `/world`, which runs in lockstep.
+        simulation: the simulator's robots. Read it only while simulated time stands still.
+        errors: localisation errors in metres and radians, recorded five times per simulated second.
     """
 
     def __init__(
@@ -74,14 +74,14 @@ class NavigationWorld:
         obstacles: Sequence[Obstacle] = (),
         parameters: Mapping[str, Any] | None = None,
     ) -> None:
-        """Start everything; the robot is localised at its start.
+        """Start the simulator and all nodes. The robot is localised at its start.
 
         Args:
-            map_file: the YAML file of the map.
-            start: the robot's first pose: x, y, yaw.
-            seed: seed of all noise, including amcl's.
-            robot: defaults to a robot with noisy odometry.
-            parameters: changes to `PARAMETERS`, as parameters by node.
+            map_file: the map's YAML file.
+            start: the robot's initial pose: x, y, yaw.
+            seed: seed for all noise, including amcl's.
+            robot: the robot's settings; defaults to a robot with noisy odometry.
+            parameters: changes to `PARAMETERS`: parameters by node.
         """
         self._grid = read_map(map_file)
         settings = robot or RobotSettings(odometry_noise=0.05, max_angular=2.0)
@@ -163,12 +163,12 @@ class NavigationWorld:
         advertise(self.node, "map", "nav_msgs/OccupancyGrid", latch=True).publish(message)
 
     def close(self) -> None:
-        """End all nodes."""
+        """Shut down all nodes."""
         self._stack.close()
 
     @property
     def report(self) -> str:
-        """The simulated time, the real time, and their ratio, without the start."""
+        """The simulated time, the real time, and their ratio, excluding startup."""
         simulated_s, real_s = self.time_s - self._began_s, self._spent_s
         factor = simulated_s / real_s if real_s else 0.0
         return f"simulated {simulated_s:.1f} s in {real_s:.1f} s: {factor:.1f} times real time"
@@ -176,7 +176,10 @@ class NavigationWorld:
     # -- the time ----------------------------------------------------------------
 
     def _hold(self) -> bool:
-        """Hold the time if the test does not wait. Called by the simulator, every 0.1 s of its time."""
+        """Return whether to stop simulated time, because the test is not waiting for anything.
+
+        Called by the simulator every 0.1 s of simulated time.
+        """
         with self._changed:
             if self._is_running():
                 if self.simulation.steps % ERROR_STEPS == 0:
@@ -196,7 +199,7 @@ class NavigationWorld:
         return self._wanted is not None
 
     def _run_until(self, wanted: Callable[[], bool], within_s: float, real_s: float = STEP_S) -> bool:
-        """Let the time pass until a condition is met, or for a simulated time. Return whether it was met."""
+        """Let simulated time pass until a condition is met, at most `within_s`. Return whether it was met."""
         began_s = time.monotonic()
         with self._changed:
             self._wanted, self._deadline_s = wanted, self.time_s + within_s
@@ -230,7 +233,7 @@ class NavigationWorld:
 
     @property
     def estimate(self) -> Triple | None:
-        """The robot's pose according to the localisation, or None before there is one."""
+        """The robot's pose estimated by amcl, or None before the first estimate."""
         try:
             return plane.flat(self._frames.at("map", "base_footprint", 0))
         except TransformException:
@@ -243,7 +246,7 @@ class NavigationWorld:
 
     @property
     def error_rad(self) -> float:
-        """The difference between the estimated and the true direction."""
+        """The difference between the estimated and the true yaw."""
         estimate = self.estimate
         return math.inf if estimate is None else abs(math.remainder(estimate[2] - self.pose[2], math.tau))
 
@@ -259,7 +262,7 @@ class NavigationWorld:
     def _on_result(self, message: Any) -> None:
         self._result = message.status
 
-    # -- demands of tests --------------------------------------------------------
+    # -- requirements of tests ---------------------------------------------------
 
     def send_goal(self, x: float, y: float, yaw: float) -> None:
         """Send a goal on the map. Does not wait, so no simulated time passes; see `reaches`."""
@@ -276,10 +279,10 @@ class NavigationWorld:
         tolerance_m: float = 0.3,
         tolerance_rad: float = 0.4,
     ) -> None:
-        """Send a goal, and let the time pass until move_base has reached it.
+        """Send a goal, and let simulated time pass until move_base has reached it.
 
         Raises:
-            WorldFailure: the simulated time passed, move_base gave up, or the robot is not at the goal.
+            WorldFailure: `within_s` has elapsed, move_base gave up, or the robot is not at the goal.
         """
         self.send_goal(x, y, yaw)
         began_s = self.time_s
@@ -300,36 +303,39 @@ class NavigationWorld:
 
     @contextlib.contextmanager
     def never_closer_than(self, distance_m: float) -> Iterator[None]:
-        """Check in each step within the context that the robot keeps a distance to walls and obstacles.
+        """Check in each step of a `with` block that the robot keeps a distance from walls and obstacles.
 
         Raises:
-            WorldFailure: the robot came closer.
+            WorldFailure: the robot came closer. Raised at the end of the block.
         """
         with self._changed:
             self._closest_m = self.clearance_m
         yield
         if self._closest_m < distance_m:
             raise WorldFailure(
-                f"the robot came within {self._closest_m:.3f} m; at least {distance_m:g} demanded"
+                f"the distance to obstacles must be at least {distance_m:g} m, got {self._closest_m:.3f} m"
             )
 
     def kidnap(self, x: float, y: float, yaw: float) -> None:
-        """Carry the robot to another place. Neither odometry nor localisation notices this."""
+        """Move the robot to another place, unnoticed by odometry and localisation."""
         with self._robots.lock:
             self.simulation.place(self.robot.settings.name, Pose(x, y, yaw))
 
     def localize_globally(self) -> None:
-        """Tell amcl that the robot may be anywhere."""
+        """Make amcl search for the robot on the whole map."""
         service: Any = load_service_class("std_srvs/Empty")
         self.node.client("global_localization", service).call(service._request_class(), START_S)
 
     def recovers_from_kidnapping(
         self, x: float, y: float, yaw: float, *, within_s: float, tolerance_m: float = 0.3
     ) -> None:
-        """Carry the robot away, and let it wander until the localisation has found it again for a second.
+        """Move the robot to another place, and let it wander until amcl has found it again.
+
+        Wait until the error of the estimate has been less than `tolerance_m` for a second, or `within_s` has
+        elapsed.
 
         Raises:
-            WorldFailure: the estimate is still wrong after the simulated time.
+            WorldFailure: the error is not less than `tolerance_m` at the end.
         """
         self.kidnap(x, y, yaw)
         self.localize_globally()
@@ -346,7 +352,7 @@ class NavigationWorld:
             )
 
     def _wander(self) -> None:
-        """Drive on, or turn if something is ahead."""
+        """Drive forward, or turn if there is an obstacle ahead."""
         with self._robots.lock:
             echoes = self.simulation.echoes(self.robot.settings.name, 120) - self.pose[:2]
         ahead = (np.arctan2(echoes[:, 1], echoes[:, 0]) - self.pose[2] + math.pi) % math.tau - math.pi
@@ -359,7 +365,7 @@ def _text(pose: Triple) -> str:
 
 
 def _wall_centres(world: World) -> Any:
-    """Return the centres of the occupied cells, shape (n, 2)."""
+    """Return the centres of occupied cells, shape (n, 2)."""
     rows, columns = np.nonzero(world.walls)
     half = 0.5 * world.resolution
     x, y = world.left + columns * world.resolution + half, world.bottom + rows * world.resolution + half

@@ -90,7 +90,7 @@ PARAMETERS: Final[Mapping[str, Any]] = {
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return nested parameters with changes applied."""
+    """Return nested parameters with the changes applied."""
     result = dict(base)
     for name, value in changes.items():
         before = result.get(name)

@@ -1,4 +1,4 @@
-"""The node amcl: topics, services, transforms and parameters around a `Localizer`; and its program."""
+"""The node and program amcl: connects a `Localizer` to topics, services, transforms and parameters."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ INITIAL_POSE_S: Final = 0.5
 
 
 class AmclNode:
-    """Localises a robot. Callbacks run in several threads, under one lock, which waits release."""
+    """Localises a robot. Callbacks run in several threads and share one lock, which is not held in waits."""
 
     def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
         """Register topics and services, get the map, and serve the reconfigurable settings.
 
         Raises:
-            InvalidParameter: the node cannot run with a parameter.
+            InvalidParameter: a parameter has an invalid value.
             Interrupted: the node was shut down while it waited for the map.
         """
         self._node, self._log = node, log
@@ -115,7 +115,7 @@ class AmclNode:
             )  # fmt: skip
             return
         values = np.array(message.data, np.int8).reshape(info.height, info.width)
-        # The message has the resolution in single precision; amcl computes with that number as well.
+        # Like amcl, use the resolution in the message, which has single precision.
         grid = GridMap(values, info.resolution, (info.origin.position.x, info.origin.position.y))
         with self._lock:
             self._grid, self._belief = grid, self._read_belief()
@@ -155,7 +155,7 @@ class AmclNode:
         self._log.info("setting the pose to %.3f %.3f %.3f", x, y, yaw)
 
     def _motion_since(self, stamp_ns: int) -> Pose:
-        """Return the robot's pose relative to its pose at a time, or no motion if that is not known."""
+        """Return the robot's pose relative to its pose at a time, or the identity if it is unknown."""
         base, odom = self._settings.base_frame_id, self._settings.odom_frame_id
         pose = self._frames.motion(base, odom, stamp_ns, self._node.clock.now_ns(), INITIAL_POSE_S)
         if pose is None and self._out.correction is not None:
@@ -224,9 +224,9 @@ class AmclNode:
             self._out.publish_diagnostics()
 
     def _beams(self, message: Any) -> Beams | None:
-        """Return the beams of a scan in the robot's frame, or None with a warning if it cannot be used.
+        """Return the beams of a scan in the robot's frame. If it cannot be used, warn and return None.
 
-        The pose of each laser on the robot is looked up once.
+        The pose of each laser on the robot is looked up only once.
         """
         settings, frame = self._settings, message.header.frame_id.removeprefix("/")
         key = settings.base_frame_id, frame

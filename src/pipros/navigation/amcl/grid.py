@@ -1,4 +1,4 @@
-"""The map that robots are localised on, as arrays."""
+"""The map for localisation, as arrays."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ class GridMap:
     """An occupancy grid. As in amcl, the cell (0, 0) is centred on the origin.
 
     Attributes:
-        is_free, is_occupied: shape (rows, columns); a cell with a value other than 0 or 100 is neither.
+        is_free, is_occupied: masks, shape (rows, columns). Cells with values other than 0 or 100 are neither
+            free nor occupied.
         resolution: metres per cell.
         origin: x and y of the centre of the first cell.
     """
 
     def __init__(self, values: NDArray[np.int8], resolution: float, origin: tuple[float, float]) -> None:
-        """Store a map; `values` has the shape (rows, columns), with the row of the lowest y first."""
+        """Store a map. `values` has the shape (rows, columns); the first row has the lowest y."""
         self.is_free = values == 0
         self.is_occupied = values == 100
         self.resolution = resolution
@@ -65,7 +66,7 @@ class GridMap:
         return np.pad(inner, 1, constant_values=limit)
 
     def random_poses(self, count: int, rng: np.random.Generator) -> Array:
-        """Return poses in random free cells, with any yaw; at the origin if no cell is free."""
+        """Return poses with random yaws in random free cells, or at the origin if no cell is free."""
         poses = np.zeros((count, 3))
         poses[:, 2] = rng.uniform(-np.pi, np.pi, count)
         if len(self._free):

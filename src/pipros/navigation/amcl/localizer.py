@@ -17,7 +17,12 @@ from pipros.navigation.plane import Triple
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """The robot's pose, the mean of the heaviest cluster; the covariance (3, 3) is that of all particles."""
+    """An estimate of the robot's pose.
+
+    Attributes:
+        pose: the mean of the heaviest cluster.
+        covariance: the covariance of all particles, shape (3, 3).
+    """
 
     pose: Triple
     covariance: Array
@@ -25,7 +30,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class ScanOutcome:
-    """The effect of a scan: whether the weights have changed, and the new estimate, if any."""
+    """The result of a scan: whether to publish the particles, and the new estimate, if any."""
 
     is_updated: bool
     estimate: Estimate | None = None
@@ -63,9 +68,9 @@ class Localizer:
         self._is_forced = True
 
     def scan(self, laser: str, odometry: Triple, beams: Beams) -> ScanOutcome:
-        """Update the particles with a scan if it is the first one, or if the robot has moved far enough.
+        """Update the particles with a scan if it is the first, or if the robot has moved far enough.
 
-        After each such motion, every laser contributes one scan.
+        After each of these motions, one scan of every laser is used.
 
         Args:
             laser: name of the laser.
@@ -100,5 +105,5 @@ class Localizer:
         estimate = None
         if before is None or is_resampled:
             estimate = Estimate(particles.heaviest_cluster()[1], particles.covariance())
-        # As in amcl, the cloud is published by the forced update that follows, not by the first one.
+        # As in amcl, a first update does not publish the cloud if a forced update will follow.
         return ScanOutcome(not self._is_forced, estimate)

@@ -32,7 +32,7 @@ def moved(
 
     Args:
         model: `diff`, `omni`, `diff-corrected` or `omni-corrected`.
-        particles: poses, shape (n, 3). The yaw of a result is not wrapped.
+        particles: poses, shape (n, 3). The resulting yaws are not wrapped.
         before, after: poses of the robot in the odometry frame.
         alphas: five noise parameters.
     """
@@ -70,5 +70,8 @@ def _wrapped(angle: float) -> float:
 
 
 def _from_straight(turn: float) -> float:
-    """Return the angle to straight ahead or behind, whichever is nearer: reversing then adds no noise."""
+    """Return the angle from straight ahead or straight back, whichever is nearer.
+
+    Thus, driving straight back adds no rotational noise.
+    """
     return min(abs(_wrapped(turn)), abs(_wrapped(turn - math.pi)))

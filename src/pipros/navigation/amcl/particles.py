@@ -24,10 +24,10 @@ Labels = NDArray[np.int64]
 BIN: Final = np.array((0.5, 0.5, np.radians(10.0)))
 """Size of a bin of the histogram: metres, metres, radians."""
 CONVERGED_M: Final = 0.5
-"""The filter has converged if no particle is further from the mean, in x and in y."""
+"""The filter has converged if no particle is farther than this from the mean in x or in y."""
 
 _NEIGHBOURS: Final = [step for step in product((-1, 0, 1), repeat=3) if step > (0, 0, 0)]
-"""Half of the 26 steps to a neighbour; the others are their opposites."""
+"""Half of the 26 steps to neighbours; the other half are their opposites."""
 
 
 class ParticleFilter:
@@ -47,7 +47,7 @@ class ParticleFilter:
         self.has_converged = False
 
     def spread(self, poses: Array) -> None:
-        """Replace all particles; all weights are equal."""
+        """Replace all particles by these poses, with equal weights."""
         self._set(poses)
         self._slow = self._fast = 0.0
         self.has_converged = False
@@ -74,7 +74,7 @@ class ParticleFilter:
     def resample(self, random_poses: Callable[[int, np.random.Generator], Array]) -> None:
         """Draw new particles by weight, and some random ones if the measurements have become unlikely.
 
-        With `selective_resampling`, do so only if the effective number of particles is at most half of all.
+        With `selective_resampling`, do this only if at most half of the particles are effective.
         """
         settings, count = self._settings, self._settings.max_particles
         if settings.selective_resampling and 1.0 / float((self.weights**2).sum()) > 0.5 * len(self.weights):
@@ -103,8 +103,8 @@ class ParticleFilter:
     def covariance(self) -> Array:
         """Return the covariance of x and y, and the variance of yaw, of all particles; shape (3, 3).
 
-        The variance of the yaw is that of a wrapped normal distribution, -2 ln R, with the length R of the
-        mean of the unit vectors.
+        The variance of the yaw is that of a wrapped normal distribution: -2 ln R, where R is the length of
+        the mean of the unit vectors.
         """
         found = np.zeros((3, 3))
         position = self.poses[:, :2]
@@ -115,7 +115,7 @@ class ParticleFilter:
         return found
 
     def heaviest_cluster(self) -> tuple[float, Triple]:
-        """Return the weight and mean pose of the heaviest cluster of particles in touching bins."""
+        """Return the weight and mean pose of the heaviest cluster of particles in adjacent bins."""
         bins, member = np.unique(_bins(self.poses), axis=0, return_inverse=True)
         label = _connected(bins)[member.ravel()]
         totals = np.bincount(label, self.weights)
@@ -128,11 +128,11 @@ class ParticleFilter:
 
 
 def kld_limits(occupied: Labels, settings: AmclSettings) -> Array:
-    """Return the number of particles for each number of occupied bins, within the limits.
+    """Return the required number of particles for each number of occupied bins, within the limits.
 
-    With k bins, the error e and the quantile z, it is
-    (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³. Users set `kld_z` to the desired
-    confidence, 0.99, which amcl uses as if it were the quantile.
+    For k bins, the error e and the quantile z, the number is
+    (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³. Like amcl, this uses `kld_z` as the
+    quantile, although users set it to the desired confidence, such as 0.99.
     """
     if settings.kld_err <= 0.0:
         return np.full(len(occupied), float(settings.max_particles))
@@ -144,7 +144,7 @@ def kld_limits(occupied: Labels, settings: AmclSettings) -> Array:
 
 
 def _bins(poses: Array) -> Labels:
-    # Yaws are not wrapped: particles that have turned past pi together stay together, as in amcl.
+    # As in amcl, yaws are not wrapped, so that particles that turn past pi together stay together.
     found: Labels = np.floor(poses / BIN).astype(np.int64)
     return found
 

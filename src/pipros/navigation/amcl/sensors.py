@@ -1,4 +1,4 @@
-"""Sensor models: how well the beams of a scan fit the map, as seen from each particle."""
+"""Sensor models, which compute how well a scan matches the map at each particle's pose."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pipros.navigation.amcl.grid import Array, GridMap
 from pipros.navigation.amcl.settings import AmclSettings
 
 _SMALLEST_SIGMA: Final = 1e-9
-"""Replaces smaller standard deviations, to avoid a division by 0. Only an exact reading is then a hit."""
+"""Replaces smaller standard deviations to avoid division by 0. Only exact readings are then hits."""
 _LONGEST_M: Final = 10_000.0
 """Rays end here if the laser's longest range is greater, or infinite."""
 
@@ -27,8 +27,8 @@ class Beams:
     """Some beams of a scan.
 
     Attributes:
-        ranges: metres. `range_max` stands for readings that are too short, infinity for those that are too
-            long.
+        ranges: in metres. Readings that are too short are `range_max`; readings that are too long are
+            infinity.
         bearings: directions in the robot's frame, in radians.
         range_max: the laser's longest range, in metres.
         laser: position of the laser in the robot's frame, in metres.
@@ -40,7 +40,7 @@ class Beams:
     laser: tuple[float, float] = (0.0, 0.0)
 
     def end_points(self, particles: Array) -> tuple[Array, Array]:
-        """Return x and y of the beams' ends, as seen from each particle; shape (particles, beams)."""
+        """Return x and y of the beams' ends for each particle; shape (particles, beams)."""
         forward = self.laser[0] + self.ranges * np.cos(self.bearings)
         left = self.laser[1] + self.ranges * np.sin(self.bearings)
         x, y, yaw = particles.T[:, :, None]
@@ -48,7 +48,7 @@ class Beams:
         return x + cosine * forward - sine * left, y + sine * forward + cosine * left
 
     def chosen(self, model: str, limit: int) -> Beams:
-        """Return about `limit` evenly spaced beams, chosen as the named sensor model does."""
+        """Return about `limit` evenly spaced beams, with the step that amcl's sensor model `model` uses."""
         count, is_product = len(self.ranges), model == "likelihood_field_prob"
         step = max(1, -(-count // limit) if is_product else (count - 1) // (limit - 1))
         return replace(self, ranges=self.ranges[::step], bearings=self.bearings[::step])
@@ -60,27 +60,27 @@ class Beams:
 def read_beams(
     ranges: Array, bearings: Array, laser: tuple[float, float], range_min: float, range_max: float
 ) -> Beams:
-    """Return the beams of a scan, with ranges from `range_min` to `range_max`; see `Beams`."""
+    """Return the beams of a scan. See `Beams` for ranges that are not between `range_min` and `range_max`."""
     cleaned = np.where(ranges <= range_min, range_max, np.where(ranges > range_max, np.inf, ranges))
     return Beams(cleaned, bearings, range_max, laser)
 
 
 class LikelihoodField:
-    """The model `likelihood_field`: like amcl, it adds the cubes of the probabilities of all beams.
+    """The model `likelihood_field`, which, as in amcl, adds the cubes of the probabilities of all beams.
 
-    See Probabilistic Robotics, table 6.3. With the distance d from its end to the nearest obstacle, a beam
-    has the probability `z_hit * exp(-d² / (2 sigma_hit²)) + z_rand / range_max`. It depends only on the cell
-    in which the beam ends, so it is computed once for each cell of the map.
+    See Probabilistic Robotics, table 6.3. A beam whose end has the distance d from the nearest obstacle has
+    the probability `z_hit * exp(-d² / (2 sigma_hit²)) + z_rand / range_max`. The probability depends only on
+    the cell in which the beam ends, so it is computed once for each cell of the map.
     """
 
     def __init__(self, grid: GridMap, settings: AmclSettings) -> None:
-        """Compute the distances. They are limited to a maximum, which also applies outside the map."""
+        """Compute the distances, up to a maximum that is also used outside the map."""
         self._grid, self._settings = grid, settings
         self._distances = grid.obstacle_distances(settings.laser_likelihood_max_dist)
         self._table = lru_cache(maxsize=2)(self._make_table)
 
     def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:  # noqa: ARG002
-        """Return the factor for the weight of each particle: 1 + the sum of the cubes."""
+        """Return the factor for each particle's weight: 1 + the sum of the cubes."""
         ends = beams.only(beams.ranges < beams.range_max).end_points(particles)  # excludes NaN
         found: Array = 1.0 + self._grid.look_up(self._table(beams.range_max), *ends).sum(axis=1)
         return found
@@ -98,12 +98,12 @@ class LikelihoodField:
 class LikelihoodProduct(LikelihoodField):
     """The model `likelihood_field_prob`: the product of the probabilities of all beams.
 
-    With `do_beamskip`, and if the filter has converged, beams are left out that end near an obstacle for only
-    a few of the particles, such as beams that hit people. If these are most of the beams, all are used.
+    With `do_beamskip`, a converged filter skips beams that end near an obstacle for only a few particles,
+    such as beams that hit people. If too many beams would be skipped, all beams are used.
     """
 
     def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:
-        """Return the factor for the weight of each particle."""
+        """Return the factor for each particle's weight."""
         ends = beams.only(beams.ranges < beams.range_max).end_points(particles)
         logarithms = self._grid.look_up(self._table(beams.range_max), *ends)
         settings = self._settings
@@ -117,16 +117,16 @@ class LikelihoodProduct(LikelihoodField):
         return found
 
     def _make_table(self, range_max: float) -> Array:
-        with np.errstate(divide="ignore"):  # a probability is 0 if z_rand is 0
+        with np.errstate(divide="ignore"):  # probabilities can be 0 if z_rand is 0
             logarithms: Array = np.log(self._probabilities(range_max))
         return logarithms
 
 
 class BeamModel:
-    """The model `beam`: compares each beam with the range that the map predicts for it.
+    """The model `beam`, which compares each beam with the range that the map predicts.
 
-    See Probabilistic Robotics, table 6.1, without its normalizing factors. As amcl, it adds the cubes of the
-    probabilities of all beams.
+    See Probabilistic Robotics, table 6.1, without the normalizing factors. As in amcl, the cubes of the
+    probabilities of all beams are added.
     """
 
     def __init__(self, grid: GridMap, settings: AmclSettings) -> None:
@@ -136,7 +136,7 @@ class BeamModel:
         self._clear: NDArray[np.uint8] = np.minimum(distances, 255).astype(np.uint8)
 
     def factors(self, particles: Array, beams: Beams, *, has_converged: bool = False) -> Array:  # noqa: ARG002
-        """Return the factor for the weight of each particle: 1 + the sum of the cubes."""
+        """Return the factor for each particle's weight: 1 + the sum of the cubes."""
         mix, beams = self._settings, beams.only(~np.isnan(beams.ranges))
         measured, longest = beams.ranges, beams.range_max
         starts = replace(beams, ranges=np.zeros(1), bearings=np.zeros(1)).end_points(particles)
@@ -158,10 +158,10 @@ class BeamModel:
     def _expected(self, starts: tuple[Array, Array], ends: tuple[Array, Array], longest: float) -> Array:
         """Return the distance to the first cell on each ray that is not free, or `longest` if all are free.
 
-        Rays pass the cells of Bresenham's line. After k steps along its longer axis, of length a, a line
-        whose other axis has the length b is (2kb + a) // 2a cells aside. So a ray can skip cells: if no cell
-        within a distance of k cells (in any of the eight directions) stops rays, none of its next k cells
-        does. A ray that leaves the map does so through the border, which stops it.
+        Rays follow Bresenham's lines. Let a be a line's length along its longer axis, and b along the other
+        axis. After k steps along the longer axis, the line has moved (2kb + a) // 2a cells along the other.
+        Rays skip cells: if all cells within a distance of k cells (in the eight directions) are free, so are
+        the next k cells of the ray. The border of the map stops rays that leave it.
         """
         (row0, column0), (row1, column1) = self._grid.cells(*starts), self._grid.cells(*ends)
         shape, (height, width) = row1.shape, self._clear.shape
@@ -171,7 +171,8 @@ class BeamModel:
         is_steep = abs(rows) > abs(columns)
         long, wide = np.maximum(abs(rows), abs(columns)), np.minimum(abs(rows), abs(columns))
         down, across = np.sign(rows) * width, np.sign(columns)
-        # Neither a quotient of whole numbers nor the numbers themselves may be rounded up to a whole number.
+        # float32 is exact for integers below 2**24, which 2kb + a cannot exceed on lines shorter than
+        # _EXACT_CELLS. A quotient that is rounded up would select the wrong cell.
         real = np.float32 if long.max(initial=0) < _EXACT_CELLS else np.float64
         whole = [np.broadcast_to(first, shape).ravel(), np.where(is_steep, down, across)]
         whole += [np.where(is_steep, across, down), np.zeros_like(long)]
@@ -194,7 +195,7 @@ class BeamModel:
 
 
 def sensor_model(grid: GridMap, settings: AmclSettings) -> LikelihoodField | BeamModel:
-    """Return the sensor model that the settings select."""
+    """Return the sensor model selected by the settings."""
     if settings.laser_model_type == "beam":
         return BeamModel(grid, settings)
     is_product = settings.laser_model_type == "likelihood_field_prob"

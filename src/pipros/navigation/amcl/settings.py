@@ -34,7 +34,7 @@ _ODOMETRY: Final = _constants(ODOMETRY_MODELS, "Motion models")
 
 @dataclass(frozen=True, slots=True)
 class AmclSettings:
-    """The parameters, under their names. Lengths are in metres, angles in radians, times in seconds."""
+    """The parameters by their ROS names. Lengths are in metres, angles in radians, times in seconds."""
 
     min_particles: int = tunable(100, "Smallest number of particles.", 0, 1000)
     max_particles: int = tunable(5000, "Greatest number of particles.", 0, 10000)
@@ -96,7 +96,7 @@ class AmclSettings:
 
 
 def read_settings(parameters: PrivateParameters) -> AmclSettings:
-    """Read the parameters of the node. Values of the wrong type count as not set."""
+    """Read the node's parameters. Values of the wrong type are ignored."""
     settings = parameters.read(AmclSettings)
     old = "beam_skip_error_threshold_"  # an older spelling
     share = parameters.number(old, settings.beam_skip_error_threshold)
@@ -104,10 +104,10 @@ def read_settings(parameters: PrivateParameters) -> AmclSettings:
 
 
 def checked(settings: AmclSettings) -> AmclSettings:
-    """Return the settings corrected so that the filter can run: known models, frames without a slash.
+    """Return valid settings: replace unknown models, and remove leading slashes from frame IDs.
 
     Raises:
-        InvalidParameter: a number of particles is not positive, or a number is not finite.
+        InvalidParameter: the limits of the number of particles are invalid, or a number is not finite.
     """
     for each in fields(settings):
         value = getattr(settings, each.name)
@@ -145,7 +145,10 @@ class Belief:
 
 
 def read_belief(parameters: PrivateParameters) -> tuple[Belief, list[str]]:
-    """Return the initial pose in the parameters, and the names of ignored parameters (not finite)."""
+    """Return the initial pose in the parameters, and the names of parameters that are not finite.
+
+    Parameters that are not finite are ignored.
+    """
     names = {"x": "pose_x", "y": "pose_y", "yaw": "pose_a", "xx": "cov_xx", "yy": "cov_yy", "aa": "cov_aa"}
     usual = Belief()
     found = {each: parameters.number(f"initial_{name}", getattr(usual, each)) for each, name in names.items()}

@@ -1,5 +1,5 @@
-"""Maps of costs around a robot: costmap_2d. Start with `layered.py` (pure) and `costmap.py` (topics).
+"""Costmaps around a robot, as in costmap_2d. Start with `layered.py` (no I/O) and `costmap.py` (topics).
 
-A cost is 0 (free) to 252 near obstacles; 253 means that the robot's centre collides there for certain, 254 is
-an obstacle, and 255 is unknown. Positions are in metres and angles in radians, in the map's frame.
+Costs are 0 (free) to 252 near obstacles, 253 if a robot with its centre in this cell certainly collides, 254
+for obstacles, and 255 if unknown. Positions are in metres and angles in radians, in the map's frame.
 """

@@ -1,4 +1,4 @@
-"""What the parts of a costmap share: its node, frames and lock, and the costs."""
+"""The common base of a costmap's parts: its node, frames, lock and costs."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class CostmapCore:
     """A costmap without its layers and topics.
 
     Attributes:
-        name: the last part of its namespace, such as `global_costmap`.
-        given: its parameters at the start.
+        name: the last part of the namespace, such as `global_costmap`.
+        given: the parameters at startup.
         global_frame, base_frame: the frames of the map and of the robot.
-        layered: the costs and the layers. Hold `lock` while you read or change anything in it.
-        is_initialized: whether there has been an update since the start.
+        layered: the costs and the layers. Hold `lock` while you read or change them.
+        is_initialized: whether there has been an update since startup.
     """
 
     def __init__(self, node: Node, log: logging.Logger, frames: Frames, name: str) -> None:
@@ -64,14 +64,14 @@ class CostmapCore:
 
     @property
     def is_current(self) -> bool:
-        """Whether the data of all layers is recent enough to drive by."""
+        """Whether the data of all layers is recent enough for driving."""
         return self.layered.is_current
 
     def wait_until(self, condition: Callable[[], bool], what: str) -> None:
-        """Wait for a condition, with a warning every 5 seconds.
+        """Wait for a condition, and log a warning every 5 seconds.
 
         Raises:
-            Interrupted: the node was shut down meanwhile.
+            Interrupted: the node was shut down while waiting.
         """
         warned_s = time.monotonic()
         while not condition():
@@ -82,5 +82,5 @@ class CostmapCore:
                 self.log.warning("%s waits for %s", self.name, what)
 
     def warn(self, text: str, *values: Any) -> None:
-        """Log a warning, at most once a second for the same text; its values are not compared."""
+        """Log a warning, at most once a second for each `text`, regardless of the values."""
         self._throttle.warning(f"{self.name}: {text}", *values)

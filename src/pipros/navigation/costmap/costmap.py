@@ -1,4 +1,4 @@
-"""A costmap with its topics, transforms, parameters and layers: what costmap_2d calls Costmap2DROS."""
+"""A costmap with its topics, transforms, parameters and layers, like costmap_2d's Costmap2DROS."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ class Costmap(CostmapCore):
     def __init__(
         self, node: Node, log: logging.Logger, frames: Frames, schedule: Schedule, name: str
     ) -> None:
-        """Wait for the robot's pose and for static maps, without a time limit, then start the updates.
+        """Wait for the robot's pose and for static maps without a time limit, then start the updates.
 
         Raises:
-            InvalidParameter: a parameter has a value with which the costmap cannot run.
-            Interrupted: the node was shut down while it waited.
+            InvalidParameter: a parameter has an invalid value.
+            Interrupted: the node was shut down while waiting.
         """
         super().__init__(node, log, frames, name)
         self._schedule = schedule

@@ -1,4 +1,4 @@
-"""The outline of a robot: read from text and parameters, padded, placed on a pose."""
+"""The outline of a robot: read it from parameters, pad it, and place it at a pose."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _MOST_CORNERS = 1000
 
 
 def circle(radius: float) -> Points:
-    """Return the outline of a round robot: 16 corners, the first one ahead."""
+    """Return the outline of a round robot: a polygon with 16 corners, the first straight ahead."""
     angles = [2 * math.pi * at / _CORNERS_OF_CIRCLE for at in range(_CORNERS_OF_CIRCLE)]
     return [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
 
 
 def from_parameter(value: Any, name: str) -> Points:
-    """Return the corners in a list of `[x, y]`, or in the text of such a list.
+    """Return the corners in a list of `[x, y]`, or in a string that contains such a list.
 
     Raises:
         InvalidParameter: the value has a different form, or fewer than 3 corners.
@@ -50,12 +50,12 @@ def as_text(corners: Points) -> str:
 
 
 def padded(corners: Points, padding: float) -> Points:
-    """Move each corner outwards by the padding in x and, separately, in y. A coordinate of 0 stays."""
+    """Move each corner outwards by the padding in x and in y. A coordinate of 0 is not changed."""
     return [(float(x + np.sign(x) * padding), float(y + np.sign(y) * padding)) for x, y in corners]
 
 
 def inscribed_radius(corners: Points) -> float:
-    """Return the radius of the inscribed circle around the robot's centre; infinite below three corners."""
+    """Return the radius of the inscribed circle around the robot's centre; infinity for < 3 corners."""
     if len(corners) <= 2:
         return math.inf
     starts = np.array(corners, float)

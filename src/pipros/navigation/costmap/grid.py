@@ -18,7 +18,7 @@ Costs = npt.NDArray[np.uint8]
 Points = Sequence[tuple[float, float]]
 Numbers = npt.NDArray[Any]
 
-_MOST_CELLS: Final = 2**31  # no grid is wider
+_MOST_CELLS: Final = 2**31  # wider than any grid
 _PUBLISHED: Final = np.array(
     [0, *(1 + 97 * (cost - 1) // 251 for cost in range(1, 253)), 99, 100, -1], np.int8
 )
@@ -31,7 +31,7 @@ class CostGrid:
         costs: the costs by row (y) and column (x), from the lower left corner.
         resolution: metres per cell.
         origin_x, origin_y: the lower left corner of the lower left cell.
-        default: the cost of cells about which nothing is known.
+        default: the initial cost of cells.
     """
 
     def __init__(self, default: int = FREE, kind: type = np.uint8) -> None:
@@ -64,7 +64,7 @@ class CostGrid:
         return (int(column), int(row)) if column < self.width and row < self.height else None
 
     def world_to_cells(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """Return columns and rows of positions, and which are inside. Those outside have column and row 0."""
+        """Return columns and rows of positions, and a mask of those inside. Others get column and row 0."""
         columns: Numbers = (x - self.origin_x) / self.resolution
         rows: Numbers = (y - self.origin_y) / self.resolution
         inside = (columns >= 0) & (rows >= 0) & (columns < self.width) & (rows < self.height)
@@ -72,13 +72,13 @@ class CostGrid:
         return whole[0], whole[1], inside
 
     def nearest_cell(self, x: float, y: float) -> tuple[int, int]:
-        """Return the column and row of the cell that is nearest to a position."""
+        """Return the column and row of the cell nearest to a position."""
         column = min(max((x - self.origin_x) / self.resolution, 0), self.width - 1)
         row = min(max((y - self.origin_y) / self.resolution, 0), self.height - 1)
         return int(column), int(row)
 
     def cell_to_world(self, column: Any, row: Any) -> tuple[Any, Any]:
-        """Return the centre of a cell, or of cells."""
+        """Return the centre of a cell, or the centres of cells."""
         x, y = self.origin_x + (column + 0.5) * self.resolution, self.origin_y + (row + 0.5) * self.resolution
         return x, y
 
@@ -87,9 +87,9 @@ class CostGrid:
         return max(0, math.ceil(min(distance / self.resolution, _MOST_CELLS)))
 
     def center_on(self, x: float, y: float) -> None:
-        """Move the grid by whole cells, so that the position is in the middle. Keep the overlapping cells.
+        """Move the grid by whole cells to centre it on a position. Keep the overlapping cells.
 
-        As in costmap_2d, the middle is half a cell lower than the geometric one.
+        As in costmap_2d, the centre of the grid is taken to be a quarter of a cell lower than it is.
         """
         wide, high = ((size - 0.5) * self.resolution / 2 for size in (self.width, self.height))
         right = int((x - wide - self.origin_x) / self.resolution)
@@ -107,7 +107,7 @@ class CostGrid:
         return bytes(_PUBLISHED[self.costs[window]])
 
     def fill_polygon(self, corners: Points, cost: int) -> bool:
-        """Set the cells in a convex polygon, its edge included. Return False if a corner is outside."""
+        """Set the cells in a convex polygon and on its edge. Return False if a corner is outside the grid."""
         cells = [self.world_to_cell(x, y) for x, y in corners]
         inside = [cell for cell in cells if cell is not None]
         if len(inside) < len(cells):
@@ -125,7 +125,7 @@ class CostGrid:
 
 
 def _overlap(shift: int, size: int) -> tuple[slice, slice]:
-    """Return the new and the old indexes of the cells that remain when a grid moves by `shift`."""
+    """Return the new and the old indices of the cells that remain when a grid moves by `shift`."""
     kept = max(0, size - abs(shift))
     low, high = slice(0, kept), slice(size - kept, size)
     return (low, high) if shift >= 0 else (high, low)
@@ -140,9 +140,9 @@ def polygon_outline(cells: Sequence[tuple[int, int]]) -> tuple[Numbers, Numbers]
 def line_cells(
     x0: Numbers | int, y0: Numbers | int, x1: Numbers, y1: Numbers, limit: float = math.inf
 ) -> tuple[Numbers, Numbers]:
-    """Return columns and rows of the cells on straight lines, both ends included (Bresenham 1965).
+    """Return columns and rows of the cells on straight lines, including both ends (Bresenham 1965).
 
-    A line is cut off after `limit` cells.
+    Lines are cut off after `limit` cells.
     """
     first, last = (np.stack(np.broadcast_arrays(*ends), axis=-1) for ends in ((x0, y0), (x1, y1)))
     lengths = np.hypot(*(last - first).T)
@@ -151,7 +151,7 @@ def line_cells(
 
 
 def cells_on_lines(first: Numbers, last: Numbers, shares: Numbers) -> Numbers:
-    """Return the cells of lines in any number of dimensions, shape (cells, dimensions).
+    """Return the cells on lines in any number of dimensions; shape (cells, dimensions).
 
     Args:
         first, last: the ends of each line; all lines may share a single first end.
@@ -169,9 +169,9 @@ def cells_on_lines(first: Numbers, last: Numbers, shares: Numbers) -> Numbers:
 
 
 def shortened(start: Numbers, ends: Numbers, low: Numbers, high: Numbers, inside: Any) -> Numbers:
-    """Return the ends of rays, shape (n, dimensions), cut off at a box that contains the start.
+    """Return the ends of rays after clipping to a box that contains the start; shape (n, dimensions).
 
-    Rays that cross an edge of `high` end `inside` metres before it.
+    Rays that cross an upper edge (`high`) end `inside` metres before it.
     """
     away = ends - start
     with np.errstate(divide="ignore", invalid="ignore"):

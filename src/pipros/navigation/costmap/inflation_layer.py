@@ -29,7 +29,7 @@ class InflationLayer(Layer):
         self.match_size()
 
     def configure(self, *, radius: float, scaling: float, inflate_unknown: bool) -> None:
-        """Set the radius (metres), the scaling factor (1/metres), and whether unknown cells are raised."""
+        """Set the radius (m), the scaling factor (1/m), and whether to raise the costs of unknown cells."""
         self._radius, self._scaling, self._inflates_unknown = radius, scaling, inflate_unknown
         self.footprint_changed()
 

@@ -1,4 +1,4 @@
-"""A costmap made of layers. Each layer enlarges the area to recompute, then writes its costs into it."""
+"""A costmap made of layers. Each layer extends the area to recompute, then writes its costs into it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Pose2D(NamedTuple):
 
 
 class CellRectangle(NamedTuple):
-    """A rectangle of cells: the first column and row, and those after the last."""
+    """A rectangle of cells: the first column and row, and the column and row after the last ones."""
 
     x0: int
     y0: int
@@ -46,7 +46,7 @@ class CellRectangle(NamedTuple):
 
 
 class Bounds:
-    """A rectangle in metres that grows."""
+    """A growing rectangle, in metres."""
 
     def __init__(self) -> None:
         self.min_x = self.min_y = math.inf
@@ -71,10 +71,10 @@ class Bounds:
 
 
 class Layer:
-    """A layer of a costmap. Base class.
+    """Base class of costmap layers.
 
     Attributes:
-        is_current: whether the data is recent enough to drive by.
+        is_current: whether the data is recent enough for driving.
     """
 
     def __init__(self, name: str, costmap: LayeredCostmap) -> None:
@@ -85,7 +85,7 @@ class Layer:
         """Adopt the size and position of the costmap."""
 
     def update_bounds(self, robot: Pose2D, bounds: Bounds) -> None:
-        """Extend the bounds to include what must be recomputed."""
+        """Extend the bounds to include the area that must be recomputed."""
 
     def update_costs(self, window: CellRectangle) -> None:
         """Write the layer's costs into a part of the costmap's grid."""
@@ -98,12 +98,12 @@ class Layer:
 
 
 class LayeredCostmap:
-    """The costs of all layers together.
+    """The combined costs of several layers.
 
     Attributes:
         grid: the combined costs.
         is_rolling: whether the grid moves with the robot.
-        is_size_locked: whether a layer has set the size, so that parameters no longer do.
+        is_size_locked: whether a layer has set the size, so that parameters no longer affect it.
         footprint: the padded outline of the robot, around its centre.
         inscribed_radius: inscribed radius of the footprint, in metres.
         window: the cells that the last update computed; None before the first update.

@@ -1,4 +1,4 @@
-"""The layers of a costmap: their types, their parameters (including old forms), and their topics."""
+"""The layers of a costmap: their types, their parameters (including deprecated forms), and their topics."""
 
 from __future__ import annotations
 
@@ -73,19 +73,20 @@ _SHARED: Final[Mapping[str, tuple[str, ...]]] = {
 
 
 def add_layers(costmap: CostmapCore) -> list[SensorInput]:
-    """Add the configured layers; static layers wait for their first map. Return their subscriptions.
+    """Add the configured layers, and wait for the first map of each static layer.
 
-    Without the parameter `plugins`, `static_map` and `map_type` determine the layers, as before ROS Hydro.
+    Return the subscriptions to sensors. If the parameter `plugins` is not set, `static_map` and `map_type`
+    determine the layers, as before ROS Hydro.
 
     Raises:
-        InvalidParameter: a layer cannot work with a parameter, or its type is unknown.
-        Interrupted: the node was shut down while it waited.
+        InvalidParameter: a layer's parameter is invalid, or its type is unknown.
+        Interrupted: the node was shut down while waiting.
     """
     given = costmap.given
     if given.has("plugins"):
         layers = _listed_layers(costmap, given)
     else:
-        costmap.warn("there is no parameter plugins: the layers follow from the old parameters")
+        costmap.warn("plugins is not set: the layers are determined by deprecated parameters")
         layers = _old_layers(costmap, given)
     inputs = []
     for name, kind in layers:
@@ -109,7 +110,7 @@ def _listed_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple
         if each["type"] not in SETTINGS:
             raise InvalidParameter(
                 f"{plugins}: {each['name']} has the type {each['type']}, which is not part of pipros "
-                f"(layers in C++ cannot be loaded); there are {', '.join(SETTINGS)}"
+                f"(layers in C++ cannot be loaded); the available types are {', '.join(SETTINGS)}"
             )
         layers.append((each["name"], each["type"]))
         _hand_down(costmap, given, each["name"], _SHARED[each["type"]], kept=_SHARED[each["type"]])
@@ -123,7 +124,7 @@ def _hand_down(
     names: tuple[str, ...],
     kept: tuple[str, ...] = (),
 ) -> None:
-    """Move parameters of the costmap to one of its layers, but leave copies of those in `kept`."""
+    """Move parameters of the costmap to one of its layers. Copy those in `kept` instead."""
     params, namespace = costmap.node.params, costmap.namespace
     for name in filter(given.has, names):
         params.set(f"{namespace}/{layer}/{name}", given.values[name])

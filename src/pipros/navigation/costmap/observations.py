@@ -20,7 +20,7 @@ Points3D = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class SourceSettings:
-    """The parameters of an observation source, under their names: distances in metres, times in seconds."""
+    """The parameters of an observation source by their ROS names. Units are metres and seconds."""
 
     topic: str
     data_type: str = "PointCloud"
@@ -38,7 +38,7 @@ class SourceSettings:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """One message of a sensor: the sensor's position, and the points that it saw, one per row."""
+    """The contents of one sensor message: the sensor's position, and the measured points, one per row."""
 
     origin: tuple[float, float, float]
     points: Points3D
@@ -56,9 +56,10 @@ class ObservationSource:
     def add(
         self, points: Points3D, cloud: Pose, sensor: Pose, stamp_ns: int, now_ns: int, limit: int
     ) -> None:
-        """Add points in a frame with the pose `cloud`. Keep at most `limit` points in all observations.
+        """Add an observation. Drop old observations if they have more than `limit` points in total.
 
-        Points that are not finite or outside the source's range of heights are dropped.
+        `cloud` and `sensor` are the poses of the points' frame and of the sensor. Points that are not finite
+        or outside the source's range of heights are dropped.
         """
         placed = moved(points[np.isfinite(points).all(axis=1)], exact_matrix_of(cloud))
         height = placed[:, 2]
@@ -74,11 +75,14 @@ class ObservationSource:
         self._updated_ns = now_ns
 
     def clear(self) -> None:
-        """Forget all observations."""
+        """Discard all observations."""
         self._kept.clear()
 
     def observations(self) -> list[Observation]:
-        """Return the observations stamped at most `observation_persistence` before the last arrival."""
+        """Return the observations with timestamps up to `observation_persistence` before the last arrival.
+
+        If `observation_persistence` is 0, return only the newest observation.
+        """
         keep_ns = round(self.settings.observation_persistence * 1e9)
         if not keep_ns:
             del self._kept[1:]
@@ -96,8 +100,8 @@ class ObservationSource:
 def scan_points(message: Any, *, is_infinity_valid: bool = False) -> Points3D:
     """Return the points of a `sensor_msgs/LaserScan` in its frame. Invalid ranges produce no points.
 
-    A range is valid if range_min <= range < range_max. With `is_infinity_valid`, an infinite one counts as
-    just below range_max.
+    A range is valid if range_min <= range < range_max. If `is_infinity_valid` is true, positive infinity
+    counts as slightly less than range_max.
     """
     scan = Scan.of(message)
     if is_infinity_valid:

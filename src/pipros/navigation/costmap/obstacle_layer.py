@@ -1,4 +1,4 @@
-"""The obstacle layer: marks what sensors see, and clears what they see through."""
+"""The obstacle layer, which marks points measured by sensors, and clears the space in front of them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class ObstacleLayer(CellLayer):
             self.write(window, by_maximum=self.combination == MAXIMUM)
 
     def _near(self, seen: Observation, limit: float) -> Numbers:
-        """Return the points that mark: neither too high nor too far away."""
+        """Return the points for marking, which are neither too high nor too far away."""
         points = seen.points[seen.points[:, 2] <= self.max_height]
         near: Numbers = points[squared_distances(points, seen.origin) < limit * limit].astype(np.float64)
         return near
@@ -96,7 +96,7 @@ class ObstacleLayer(CellLayer):
         x, y = seen.origin[:2]
         start = grid.world_to_cell(x, y)
         if start is None:
-            text = "the sensor at (%.2f, %.2f) is outside the costmap, which it cannot clear"
+            text = "the sensor at (%.2f, %.2f) is outside the costmap and cannot clear cells"
             self._warn(text, x, y)
             return
         low, origin = np.array((grid.origin_x, grid.origin_y)), np.array((x, y))

@@ -1,4 +1,4 @@
-"""Publications of a costmap: its costs, whole or in parts, and the robot's footprint."""
+"""Publish a costmap's costs, completely or in parts, and the robot's footprint."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _NOTHING = CellRectangle(0, 0, 0, 0)
 class CostmapOutput:
     """Publishes a costmap: `costmap`, `costmap_updates` and `footprint`.
 
-    Every new subscriber gets the whole map. Afterwards only the parts that were computed since the last
-    publication are sent, unless the size or place of the map changes.
+    Every new subscriber receives the whole map. Afterwards, only the area that was recomputed since the last
+    publication is sent, unless the map's size or position changes.
     """
 
     def __init__(self, costmap: CostmapCore, *, always_full: bool) -> None:

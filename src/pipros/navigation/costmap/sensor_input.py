@@ -1,4 +1,4 @@
-"""Hold the messages of one observation source back until their transforms are known."""
+"""Hold back the messages of an observation source until their transforms are available."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ class _Arrived(NamedTuple):
 class SensorInput:
     """Subscribes to a sensor's topic, and adds its points to a source.
 
-    At most 50 messages wait for their transforms; `NavigationLimits.costmap_points` limits their points.
+    At most 50 messages wait for their transforms. `NavigationLimits.costmap_points` limits the total number
+    of their points.
     """
 
     def __init__(self, costmap: CostmapCore, source: ObservationSource) -> None:
@@ -73,13 +74,13 @@ class SensorInput:
         self.process()
 
     def process(self) -> None:
-        """Add the points of waiting messages whose transforms are now known."""
+        """Add the points of waiting messages whose transforms are now available."""
         with self._costmap.lock:
             for each in [each for each in self._waiting if self._add(each)]:
                 self._waiting.remove(each)
 
     def _add(self, arrived: _Arrived) -> bool:
-        """Add the points of a message. Return False if its transforms are not known yet."""
+        """Add the points of a message. Return False if its transforms are not available yet."""
         settings, buffer, frame = (
             self._source.settings,
             self._costmap.frames.buffer,

@@ -15,7 +15,7 @@ from pipros.navigation.costmap.layered import Bounds, CellLayer, CellRectangle, 
 
 @dataclass(frozen=True, slots=True)
 class StaticSettings:
-    """The parameters of the layer: the topic of the map, and the conversion of its cells to costs."""
+    """The layer's parameters: the topic of the map, and the conversion of its cells to costs."""
 
     map_topic: str = "map"
     first_map_only: bool = False
@@ -37,7 +37,10 @@ class StaticLayer(CellLayer):
         settings: StaticSettings,
         find_map: Callable[[str], Pose | None] = lambda _: None,
     ) -> None:
-        """`find_map` returns the pose of a rolling costmap's frame in the map's frame, or None."""
+        """Create a layer without a map.
+
+        `find_map` returns the pose of a rolling costmap's frame in the map's frame, or None.
+        """
         super().__init__(name, costmap, FREE)
         self.map_frame: str | None = None
         self._settings = settings
@@ -63,7 +66,7 @@ class StaticLayer(CellLayer):
         """Replace the map with a `nav_msgs/OccupancyGrid`.
 
         Raises:
-            ValueError: its size or resolution is invalid.
+            ValueError: the map's size, resolution or origin is invalid.
         """
         info = message.info
         geometry = (info.width, info.height, info.resolution, info.origin.position.x, info.origin.position.y)
@@ -126,7 +129,7 @@ class StaticLayer(CellLayer):
             self._write_moved(window, pose)
 
     def _write_moved(self, window: CellRectangle, pose: Pose) -> None:
-        """Look up the centre of each cell in the map, whose frame may be rotated and translated."""
+        """Set each cell to the map's cost at its centre. The map's frame may be rotated and translated."""
         grid = self.costmap.grid
         columns, rows = np.arange(window.x0, window.xn)[None, :], np.arange(window.y0, window.yn)[:, None]
         x, y = grid.cell_to_world(columns, rows)

@@ -25,7 +25,7 @@ class VoxelLayer(ObstacleLayer):
     costs 254. Any other column that a ray passes is free, or unknown if too many of its voxels are unknown.
 
     Attributes:
-        columns: bits 0 to 15 are voxels that are unknown or marked, bits 16 to 31 marked ones.
+        columns: bits 0 to 15 are set for unknown and marked voxels, bits 16 to 31 for marked voxels.
         origin_z, z_resolution, z_voxels: the lowest height, and the size and number of voxels.
         after_update: called after each update.
     """
@@ -60,7 +60,7 @@ class VoxelLayer(ObstacleLayer):
         self.after_update()
 
     def _places(self, points: Numbers) -> tuple[Numbers, Numbers]:
-        """Convert positions to cells, shape (n, 3). Also return which of them are inside the grid."""
+        """Convert positions to cells of shape (n, 3). Return them and a mask of those inside the grid."""
         grid = self.grid
         low = np.array((grid.origin_x, grid.origin_y, self.origin_z))
         places: Numbers = (points - low) / (grid.resolution, grid.resolution, max(self.z_resolution, 1e-9))
@@ -82,7 +82,7 @@ class VoxelLayer(ObstacleLayer):
         origin = np.array(seen.origin)
         (start,), (is_inside,) = self._places(origin[None])
         if not is_inside:
-            text = "the sensor at (%.2f, %.2f, %.2f) is outside the voxels, which it cannot clear"
+            text = "the sensor at (%.2f, %.2f, %.2f) is outside the voxels and cannot clear them"
             self._warn(text, *seen.origin)
             return
         ends = self._shortened(origin, seen.points.astype(np.float64))
@@ -106,7 +106,7 @@ class VoxelLayer(ObstacleLayer):
         self.grid.costs.reshape(-1)[passed[is_free]] = costs
 
     def _shortened(self, origin: Numbers, points: Numbers) -> Numbers:
-        """Return the ends of rays: two cells before the points, and clipped to the map and its heights."""
+        """Return the ends of rays: two cells before the points, clipped to the map and its heights."""
         grid, away = self.grid, points - origin
         lengths = np.maximum(np.linalg.norm(away, axis=1), 1e-9)
         ends: Numbers = np.maximum(0.0, (lengths - 2 * grid.resolution) / lengths)[:, None] * away + origin

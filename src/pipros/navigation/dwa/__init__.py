@@ -3,6 +3,6 @@
 D. Fox, W. Burgard and S. Thrun, "The dynamic window approach to collision avoidance", IEEE Robotics &
 Automation Magazine, 1997.
 
-Poses are (x, y, yaw) in metres and radians in the frame of the local costmap, velocities (x, y, turn) in m/s
-and rad/s in the robot's frame. `planner.py` is the entry; only `dwa_node.py` uses topics.
+Poses are (x, y, yaw) in metres and radians in the frame of the local costmap. Velocities are (x, y, turn) in
+m/s and rad/s in the robot's frame. Start with `planner.py`; only `dwa_node.py` uses topics.
 """

@@ -1,4 +1,4 @@
-"""The planner as part of a node, with its topics and parameters: DWAPlannerROS of dwa_local_planner."""
+"""The planner as part of a node, with topics and parameters, like DWAPlannerROS of dwa_local_planner."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class DwaLocalPlanner:
         try:
             settings = DwaSettings.of(values, **self._fixed)
         except InvalidParameter as error:
-            self._log.error("the settings of the local planner stay as they are: %s", error)
+            self._log.error("the settings of the local planner are not changed: %s", error)
             return {name: getattr(self._settings, name) for name in values}
         self._settings = self._planner.settings = self._rotation.settings = settings
         return values
@@ -82,7 +82,7 @@ class DwaLocalPlanner:
     # -- called by move_base -----------------------------------------------------
 
     def set_plan(self, frame: str, poses: Poses) -> bool:
-        """Follow another plan, of shape (n, 3). Return False if it cannot be followed."""
+        """Follow another plan of shape (n, 3). Return False if it cannot be followed."""
         self._plan_frame, self._plan = frame, poses
         self._planner.start_plan()
         self._rotation.start_plan()

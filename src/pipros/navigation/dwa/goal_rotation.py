@@ -16,7 +16,7 @@ class GoalRotation:
 
     Attributes:
         settings: the settings.
-        is_latching: whether a robot that has reached the goal's position only turns until the next plan.
+        is_latching: whether a robot that has reached the goal's position only turns, until the next plan.
     """
 
     def __init__(self, settings: DwaSettings, *, is_latching: bool) -> None:
@@ -45,7 +45,7 @@ class GoalRotation:
     def command(
         self, pose: Triple, velocity: Triple, goal: Triple, is_legal: Callable[[Triple], bool]
     ) -> Triple | None:
-        """Return the velocity that brakes, or turns to the goal's direction; None if it is not legal."""
+        """Return the velocity to brake, or to turn to the goal's direction; None if it is not legal."""
         settings, period_s = self.settings, self.settings.sim_period
         turn = _difference(pose, goal)
         if abs(turn) <= settings.yaw_goal_tolerance:

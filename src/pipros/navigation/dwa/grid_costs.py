@@ -1,4 +1,4 @@
-"""Distances on the grid to the plan and to the goal, and costs under the outline of the robot."""
+"""Compute distances on the grid to the plan and to the goal, and costs under the robot's outline."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ COLLISION, UNKNOWN_UNDER, OUTSIDE = -1, -2, -3
 def plan_cells(grid: CostGrid, plan: Points) -> Cells:
     """Return the cells of a plan inside the map, up to its first exit, shape (n, 2): row and column.
 
-    The plan is filled in to the resolution. An unknown cell counts as outside.
+    Points are inserted where points of the plan are farther apart than the resolution. Unknown cells count as
+    outside the map.
     """
     if not len(plan):
         return np.empty((0, 2), np.int64)
@@ -37,7 +38,7 @@ def plan_cells(grid: CostGrid, plan: Points) -> Cells:
 
 
 def _filled(points: Array, resolution: float) -> Array:
-    """Insert points so that consecutive points are at most the resolution apart. Return all points."""
+    """Insert points so that neighbours are at most `resolution` apart. Return all points."""
     apart = np.diff(points, axis=0)
     counts = np.maximum(np.ceil(np.hypot(*apart.T) / resolution), 1).astype(np.int64)
     line, ends = np.repeat(np.arange(len(counts)), counts), np.cumsum(counts)
@@ -51,8 +52,8 @@ def waves(grid: CostGrid, targets: Sequence[Cells]) -> NDArray[np.int64]:
     """Return the distance from each cell to each set of targets, in cells; shape (sets, rows, columns).
 
     A wave over 4-neighbours counts cells from the targets outwards. Obstacles (inscribed, lethal and unknown
-    cells) stop it; their value is the number of cells, and that of unreached cells is one more.
-    All waves advance together, in one array with a border around each map.
+    cells) stop it. Their value is rows * columns, and the value of unreached cells is one more. All waves
+    advance together, in one array with a border around each map.
     """
     rows, columns = grid.costs.shape
     is_blocked = np.ones((len(targets), rows + 2, columns + 2), bool)
@@ -78,7 +79,7 @@ def waves(grid: CostGrid, targets: Sequence[Cells]) -> NDArray[np.int64]:
 
 
 def outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Array) -> NDArray[np.int64]:
-    """Return the greatest cost on the outline for each pose, or a negative result.
+    """Return the greatest cost on the outline for each pose, or a negative number such as `COLLISION`.
 
     The edges are drawn with Bresenham's algorithm between the cells of the corners. With fewer than three
     corners, only the cell of the centre counts, and an inscribed cell is also a collision.
@@ -100,15 +101,15 @@ def outline_costs(grid: CostGrid, footprint: Points, x: Array, y: Array, yaw: Ar
     worst = _worst_on_lines(grid.costs, column, row, longest)
     result = worst.astype(np.int64)
     result[worst >= (LETHAL if has_outline else INSCRIBED)] = COLLISION
-    result[worst == UNKNOWN] = UNKNOWN_UNDER  # the greatest of all costs
+    result[worst == UNKNOWN] = UNKNOWN_UNDER  # UNKNOWN is the greatest cost
     result[outside] = OUTSIDE
     return result
 
 
 def _worst_on_lines(costs: Costs, x: Cells, y: Cells, longest: Array) -> Costs:
-    """Return the greatest cost on the closed lines through cells, shape (n, corners).
+    """Return the greatest cost on each closed polyline through cells. `x` and `y` have shape (n, corners).
 
-    `longest` is the greatest number of cells of each line.
+    `longest` is the maximum number of cells on each edge.
     """
     columns, flat = costs.shape[1], costs.ravel()
     worst = np.zeros(len(x), np.uint8)

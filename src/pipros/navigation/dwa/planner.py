@@ -92,7 +92,7 @@ class DwaPlanner:
         self._oscillation.reset()
 
     def look_at(self, grid: CostGrid, footprint: Points, pose: Triple, plan: Points) -> None:
-        """Prepare to score trajectories from a pose along a plan, which ends at the local goal."""
+        """Prepare to score trajectories from a pose along a plan. The plan ends at the local goal."""
         settings, (goal_x, goal_y) = self.settings, plan[-1]
         self._grid, self._footprint, self._goal = grid, footprint, plan[-1]
         ahead, angle = settings.forward_point_distance, math.atan2(goal_y - pose[1], goal_x - pose[0])
@@ -118,7 +118,7 @@ class DwaPlanner:
         return Choice((x, y, turn), tried.way(best), tried, scores)
 
     def is_legal(self, pose: Triple, velocity: Triple, command: Triple) -> bool:
-        """Return whether the trajectory with one velocity is legal. This ends the bans for oscillation."""
+        """Return whether the trajectory with one velocity is legal. This ends all bans due to oscillation."""
         self._oscillation.reset()
         tried = simulated(self.settings, pose, velocity, np.array([command]))
         return not len(tried) or bool(self.scores(tried)[0] >= 0)
@@ -147,9 +147,9 @@ class DwaPlanner:
         return scores
 
     def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
-        """Return the distance at the end of each trajectory, or at a point ahead of it.
+        """Return the distance at the end of each trajectory, or at a point `ahead` metres ahead of the end.
 
-        Trajectories leaving the grid are discarded; if the point is not ahead, also those through obstacles.
+        Trajectories that leave the grid are discarded. If `ahead` is 0, so are those through obstacles.
         """
         x, y = tried.x, tried.y
         if ahead:
@@ -166,7 +166,7 @@ class DwaPlanner:
         return scores
 
     def _obstacle_scores(self, tried: Trajectories, chosen: NDArray[np.int64]) -> Array:
-        """Return the greatest cost (or the sum) under the footprint and the centre along each trajectory."""
+        """Return the greatest cost, or the sum of costs, under the footprint along each trajectory."""
         x, y, yaw = tried.x[chosen], tried.y[chosen], tried.yaw[chosen]
         is_part = np.arange(x.shape[1]) < tried.counts[chosen, None]
         costs = np.zeros(x.shape, np.int64)
@@ -182,7 +182,7 @@ class DwaPlanner:
         return scores
 
     def _growth(self, commands: Array) -> Array:
-        """Return the factors by which the footprint is enlarged, which increase with speed."""
+        """Return the factors by which the footprint is enlarged. They increase with the speed."""
         settings = self.settings
         speed = np.hypot(commands[:, 0], commands[:, 1])
         beyond = max(settings.max_vel_trans - settings.scaling_speed, 1e-9)

@@ -19,8 +19,9 @@ class DwaSettings:
 
     Attributes:
         sim_period: period of the controller in seconds, for the window of velocities.
-        sum_scores: whether the costs under a trajectory are added; otherwise only the greatest counts.
-        cheat_factor: factor for the squared distance to the goal below which alignment is switched off.
+        sum_scores: whether the costs along a trajectory are added; otherwise, only the greatest cost counts.
+        cheat_factor: alignment is switched off if the squared distance to the goal is at most this factor
+            times the squared `forward_point_distance`.
     """
 
     max_vel_trans: float = tunable(0.55, "Greatest speed, m/s", 0.0)

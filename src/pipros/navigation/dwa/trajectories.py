@@ -1,4 +1,4 @@
-"""The velocities that are tried, and the robot's trajectory with each, as arrays."""
+"""Sample velocities, and simulate the robot's trajectory for each velocity, as arrays."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ class Trajectories:
 
 
 def sampled(low: float, high: float, count: int) -> list[float]:
-    """Return evenly spaced values including both ends, and 0 if in between; one value if low equals high."""
+    """Return evenly spaced values from `low` to `high`, and 0 if it lies between them.
+
+    Return a single value if `low` equals `high`.
+    """
     if low == high:
         return [low]
     count = max(count, 2)
@@ -57,10 +60,10 @@ def sampled(low: float, high: float, count: int) -> list[float]:
 
 
 def window(settings: DwaSettings, pose: Triple, velocity: Triple, goal: tuple[float, float]) -> Array:
-    """Return the velocities that the robot can reach, shape (n, 3): all combinations of the samples per axis.
+    """Return velocities that the robot can reach, shape (n, 3): all combinations of the samples per axis.
 
-    With `use_dwa`, these are the velocities that can be reached within a period of the controller, otherwise
-    those within `sim_time` that do not overshoot the goal.
+    With `use_dwa`, these velocities can be reached within a period of the controller. Otherwise, they can be
+    reached within `sim_time`, and do not overshoot the goal.
     """
     highest = [settings.max_vel_x, settings.max_vel_y, settings.max_vel_theta]
     lowest = [settings.min_vel_x, settings.min_vel_y, -settings.max_vel_theta]
@@ -80,10 +83,10 @@ def window(settings: DwaSettings, pose: Triple, velocity: Triple, goal: tuple[fl
 
 
 def simulated(settings: DwaSettings, pose: Triple, velocity: Triple, samples: Array) -> Trajectories:
-    """Return the trajectories with these velocities, except standstill and those that the limits forbid.
+    """Return the trajectories with these velocities, except standstill and velocities outside the limits.
 
-    They consist of straight steps, each in the robot's direction at its beginning. Without `use_dwa`, the
-    robot accelerates towards the velocity.
+    Trajectories consist of straight steps, each in the robot's direction at the start of the step. Without
+    `use_dwa`, the robot accelerates towards the velocity.
     """
     speed, turning = np.hypot(samples[:, 0], samples[:, 1]), np.abs(samples[:, 2])
     is_slow = (speed + _SLACK < settings.min_vel_trans) & (turning + _SLACK < settings.min_vel_theta)

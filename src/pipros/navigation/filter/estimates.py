@@ -36,9 +36,9 @@ class Estimates:
         self._published_s = None
 
     def publish(self, time_s: float, kalman: ExtendedKalmanFilter, angular: Array, interval_s: float) -> bool:
-        """Publish the estimate, unless its time was published before. Return whether it was published.
+        """Publish the estimate, unless one with the same time was published. Return whether it was published.
 
-        `angular` is the angular acceleration, a difference over `interval_s`.
+        `angular` is the angular acceleration, computed as a difference over `interval_s`.
         """
         is_old = self._published_s is not None and time_s <= self._published_s
         if is_old and not self._settings.permit_corrected_publication:
@@ -93,7 +93,7 @@ class Estimates:
 
 
 def in_time(time_s: float) -> Time:
-    """Return a time in floating point as ROS time, with the rounding of roscpp's `fromSec`."""
+    """Convert floating-point seconds to ROS time, with the rounding of roscpp's `fromSec`."""
     whole = floor(time_s)
     return Time(*divmod(whole * 1_000_000_000 + round((time_s - whole) * 1e9), 1_000_000_000))
 

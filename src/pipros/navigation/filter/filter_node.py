@@ -33,13 +33,13 @@ _TYPES: Final = (
 
 
 class FilterNode:
-    """Estimates a robot's state from its input topics. Callbacks run in several threads, under one lock."""
+    """Estimates a robot's state from input topics. Callbacks run in several threads and share one lock."""
 
     def __init__(self, node: Node, log: logging.Logger, schedule: Schedule, *, unscented: bool) -> None:
         """Register the topics and services, and start the cycle.
 
         Raises:
-            InvalidParameter: the node cannot run with a parameter.
+            InvalidParameter: a parameter has an invalid value.
         """
         parameters, found = read_parameters(node), node.params.search("tf_prefix")
         prefix = node.params.get(found) if found else ""
@@ -71,7 +71,7 @@ class FilterNode:
         readers = self._on_odometry, self._on_pose, self._on_twist, self._on_imu
         for topic in self._settings.topics:
             if not topic.is_used:
-                self._log.warning("%s uses no variables: it is not subscribed to", topic.name)
+                self._log.warning("%s uses no variables: its topic is ignored", topic.name)
                 continue
             kind = KINDS.index(topic.kind)
             take = partial(self._receive, readers[kind], topic)
@@ -133,7 +133,7 @@ class FilterNode:
             if not self._is_on:
                 return
             if stamp_ns <= self._pose_set_ns:
-                self._health.warn(f"{topic.name} stamp", "a message is older than the pose that was set")
+                self._health.warn(f"{topic.name} stamp", "a message is older than the pose set by set_pose")
                 return
             read(topic, message, stamp_ns)
 
@@ -179,7 +179,7 @@ class FilterNode:
             self._add(self._readings.acceleration(sensor, frame, stamp_ns, force, square, attitude))
 
     def _posed(self, position: Any, orientation: Any) -> Pose:
-        """Return a pose with a normalized quaternion; warn if its norm is wrong."""
+        """Return a pose with a normalized quaternion. Warn if the norm differs from 1."""
         x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
         norm = float(np.sqrt(x * x + y * y + z * z + w * w))
         place = (0.0, 0.0, 0.0) if position is None else vector_of(position)

@@ -21,7 +21,7 @@ _PERIOD_S: Final = 1.0
 
 
 class Health:
-    """Publishes `/diagnostics` about once per second, from the thread that reports an estimate."""
+    """Publishes `/diagnostics` about once per second, in the thread that calls `tick`."""
 
     def __init__(self, node: Node, settings: FilterSettings) -> None:
         self._node, self._settings = node, settings
@@ -49,7 +49,7 @@ class Health:
                 self.warn(f"{measurement.source} covariance", text)
 
     def tick(self) -> None:
-        """Count an estimate; publish if it is time."""
+        """Count an estimate, and publish diagnostics if they are due."""
         self._window.count += 1
         now_s = time.monotonic()
         if self._out is None or now_s < self._due_s:

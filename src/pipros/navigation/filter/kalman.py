@@ -32,18 +32,18 @@ DEFAULT_PROCESS_NOISE: Final = np.diag(
 )
 DEFAULT_COVARIANCE: Final = np.eye(SIZE) * 1e-9
 _SLACK = 0.01
-"""A command this much below the velocity still counts as of the same direction, m/s or rad/s."""
+"""Tolerance in m/s or rad/s when comparing the directions of a command and the velocity."""
 
 
 @dataclass(slots=True, eq=False)
 class Control:
-    """The response to commands: a controller with limits for each of vx, vy, vz, vroll, vpitch, vyaw.
+    """The response to commands: a controller with limits for each of vx, vy, vz, vroll, vpitch and vyaw.
 
     Attributes:
         flags: the controlled axes.
-        acceleration_limits, deceleration_limits: m/s² or rad/s².
-        acceleration_gains, deceleration_gains: acceleration per difference of velocity, 1/s.
-        timeout_s: commands that are older count as a command to stop.
+        acceleration_limits, deceleration_limits: in m/s² or rad/s².
+        acceleration_gains, deceleration_gains: acceleration per velocity difference, in 1/s.
+        timeout_s: older commands count as a command to stop.
         command: the newest command.
     """
 
@@ -56,7 +56,7 @@ class Control:
     command: VelocityCommand | None = None
 
     def accelerations(self, velocity: Array, time_s: float) -> tuple[Flags, Array]:
-        """Return the controlled axes and the accelerations; axes that are not controlled have 0.
+        """Return the controlled axes and the accelerations, which are 0 for other axes.
 
         An axis decelerates if the command is slower than `velocity`, or has the opposite sign.
         """
@@ -73,11 +73,11 @@ class Control:
 
 
 class ExtendedKalmanFilter:
-    """A state with its covariance, that can be predicted and corrected.
+    """An estimated state and its covariance, which can be predicted and corrected.
 
     Attributes:
-        state: 15 variables, see `state.py`.
-        covariance: 15 x 15.
+        state: the 15 variables described in `state.py`.
+        covariance: 15 x 15 matrix.
     """
 
     def __init__(
@@ -93,9 +93,9 @@ class ExtendedKalmanFilter:
 
         Args:
             process_noise: covariance that is added per second of prediction.
-            covariance, state: the first estimate; the default state is 0.
-            control: the response of the robot to commands.
-            is_noise_dynamic: scale the noise of the pose by the squared norm of the velocities.
+            covariance, state: the initial estimate. The state defaults to 0.
+            control: the robot's response to commands.
+            is_noise_dynamic: whether to scale the pose's noise by the squared norm of the velocities.
         """
         self.state = np.zeros(SIZE) if state is None else np.array(state, float)
         self.covariance = np.array(covariance, float)
@@ -104,7 +104,7 @@ class ExtendedKalmanFilter:
         self._is_noise_dynamic = is_noise_dynamic
 
     def predict(self, time_s: float, delta_s: float) -> None:
-        """Move the estimate by `delta_s` seconds, to `time_s`."""
+        """Predict the estimate at `time_s`, which is `delta_s` seconds later."""
         matrix = transition(self.state[ANGLES], delta_s)
         derivative = jacobian(self.state, matrix, delta_s)
         noise = self._noise(delta_s)
@@ -131,7 +131,7 @@ class ExtendedKalmanFilter:
         return True
 
     def start(self, measurement: Measurement) -> None:
-        """Use the measured variables as the first estimate."""
+        """Use the measured variables as the initial estimate."""
         indices = measurement.usable()
         self.state[indices] = measurement.values[indices]
         grid = np.ix_(indices, indices)

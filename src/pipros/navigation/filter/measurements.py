@@ -1,7 +1,8 @@
-"""Make measurements from poses, twists and accelerations of ROS messages, in any frame.
+"""Make measurements from poses, twists and accelerations in ROS messages, in any frame.
 
-Poses are converted to the world frame, twists and accelerations to the robot's frame. Flags and covariances
-are rotated with them: a variable counts as measured if any measured one contributes to it.
+Poses are converted to the world frame, and twists and accelerations to the robot's frame. Flags and
+covariances are rotated accordingly: a rotated variable counts as measured if any measured variable
+contributes to it.
 """
 
 from __future__ import annotations
@@ -39,24 +40,24 @@ from pipros.navigation.filter.state import (
 )
 
 _TOUCHED: Final = 1e-6
-"""A rotated flag is set if its row of the rotated matrix of flags is at least this long."""
+"""A rotated flag is set if the corresponding row of the rotated flag matrix has at least this norm."""
 _PLANE_VARIANCE: Final = 1e-6
 
 Lookup = Callable[[str, str, int], Pose | None]
-"""Returns the pose of the second frame in the first one at a time in ns, or None if it is unknown."""
+"""Function that returns the second frame's pose in the first frame at a time in ns, or None if unknown."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InputSettings:
-    """The settings of one kind of data of one input.
+    """Settings for one kind of data from one input.
 
     Attributes:
-        source: its name, such as `imu0_acceleration`.
-        flags: the variables to use, of 15.
-        threshold: Mahalanobis distance from which measurements are rejected.
-        is_differential: use the differences of poses as velocities.
-        is_relative: use poses relative to the first one.
-        removes_gravity: subtract gravity from accelerations.
+        source: the name, such as `imu0_acceleration`.
+        flags: mask of the variables to use, shape (15,).
+        threshold: Mahalanobis distance at which measurements are rejected.
+        is_differential: whether to use the differences of poses as velocities.
+        is_relative: whether to use poses relative to the first pose.
+        removes_gravity: whether to subtract gravity from accelerations.
     """
 
     source: str
@@ -69,17 +70,17 @@ class InputSettings:
 
 @dataclass(slots=True)
 class Readings:
-    """Makes measurements from data. It keeps the earlier poses of differential and relative inputs.
+    """Makes measurements from data. Stores earlier poses of differential and relative inputs.
 
     Methods return None if the data cannot be used.
 
     Attributes:
         world, base: the frames of poses, and of twists and accelerations.
-        lookup: finds transforms.
-        in_plane: each measurement also sets the variables out of the plane to 0.
-        gravity: m/s².
-        state: the newest estimate, for the effects of a sensor's distance from the robot's center.
-        angular_acceleration: of the estimate, rad/s².
+        lookup: function that returns transforms.
+        in_plane: whether each measurement also sets the variables outside the plane to 0.
+        gravity: gravitational acceleration in m/s².
+        state: the newest estimate, used to correct for a sensor's distance from the robot's centre.
+        angular_acceleration: the estimated angular acceleration in rad/s².
     """
 
     world: str
@@ -93,14 +94,14 @@ class Readings:
     _previous: dict[str, tuple[int, Pose, Array]] = field(default_factory=dict)
 
     def forget(self) -> None:
-        """Forget the earlier poses."""
+        """Discard the earlier poses."""
         self._first.clear()
         self._previous.clear()
 
     def pose(
         self, sensor: InputSettings, frame: str, stamp_ns: int, pose: Pose, covariance: Array, child: str = ""
     ) -> Measurement | None:
-        """Make a measurement from a pose with its 6 x 6 covariance. `child`: the frame whose pose it is."""
+        """Make a measurement from the pose of the frame `child` (or the robot) and its 6 x 6 covariance."""
         frame = frame or self.world
         target = self._find(self.world, self.world if sensor.is_differential else frame, stamp_ns)
         source = self._find(child, self.base, stamp_ns) if child else IDENTITY
@@ -112,7 +113,7 @@ class Readings:
     def attitude(
         self, sensor: InputSettings, frame: str, stamp_ns: int, pose: Pose, covariance: Array
     ) -> Measurement | None:
-        """Make a measurement from the orientation of an IMU in the world, mounted in any orientation."""
+        """Make a measurement from the orientation of an IMU in the world. It can be mounted in any way."""
         mounting = self._find(self.base, frame or self.base, stamp_ns)
         if mounting is None:
             return None
@@ -164,7 +165,7 @@ class Readings:
     def twist(
         self, sensor: InputSettings, frame: str, stamp_ns: int, twist: Array, covariance: Array
     ) -> Measurement | None:
-        """Make a measurement from linear and angular velocities with their 6 x 6 covariance."""
+        """Make a measurement from linear and angular velocities and their 6 x 6 covariance."""
         target = self._find(self.base, frame or self.base, stamp_ns)
         if target is None:
             return None
@@ -186,9 +187,9 @@ class Readings:
         covariance: Array,
         attitude: Pose | None,
     ) -> Measurement | None:
-        """Make a measurement from an acceleration with its 3 x 3 covariance.
+        """Make a measurement from an acceleration and its 3 x 3 covariance.
 
-        `attitude` is the orientation that the IMU measured; None if it does not measure it.
+        `attitude` is the orientation measured by the IMU; None if the IMU does not measure orientations.
         """
         target = self._find(self.base, frame or self.base, stamp_ns)
         if target is None:
@@ -242,7 +243,7 @@ class Readings:
 
 
 def seconds(stamp_ns: int) -> float:
-    """Return a time in floating point, with the rounding of roscpp's `toSec`."""
+    """Convert nanoseconds to floating-point seconds, with the rounding of roscpp's `toSec`."""
     whole, rest = divmod(stamp_ns, 1_000_000_000)
     return whole + 1e-9 * rest
 

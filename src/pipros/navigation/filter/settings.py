@@ -28,11 +28,11 @@ INPUTS: Final = 100
 
 @dataclass(frozen=True, slots=True)
 class InputTopic:
-    """An input topic. `pose`, `twist` and `acceleration` say what to use of its messages.
+    """An input topic. `pose`, `twist` and `acceleration` specify which data in its messages are used.
 
     Attributes:
         kind: `odom`, `pose`, `twist` or `imu`.
-        uses_child_frame: the pose is that of the message's `child_frame_id`.
+        uses_child_frame: whether poses are those of the message's `child_frame_id`.
     """
 
     kind: str
@@ -52,7 +52,7 @@ class InputTopic:
 
 @dataclass(frozen=True, slots=True)
 class FilterSettings:
-    """The parameters under their names, without those of the filter itself. Times are in seconds."""
+    """The node's parameters by their ROS names, without those of the filter. Times are in seconds."""
 
     frequency: float = 30.0
     map_frame: str = "map"
@@ -76,10 +76,10 @@ class FilterSettings:
 
 
 def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
-    """Read the settings of the node. `prefix` is the tf prefix of its frames.
+    """Read the node's settings. `prefix` is the tf prefix of its frames.
 
     Raises:
-        InvalidParameter: the node cannot run with a parameter.
+        InvalidParameter: a parameter has an invalid value.
     """
 
     def frame(name: str, default: str) -> str:
@@ -102,10 +102,10 @@ def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
 
 
 def make_timeline(parameters: PrivateParameters, *, unscented: bool) -> Timeline:
-    """Make the filter with its first estimate.
+    """Create the filter with its initial estimate.
 
     Raises:
-        InvalidParameter: a list has a wrong length or wrong elements.
+        InvalidParameter: a list parameter has the wrong length or invalid elements.
     """
     frequency = parameters.number("frequency", 30.0)
     timeout_s = parameters.number("sensor_timeout", 1.0 / frequency)
@@ -161,7 +161,7 @@ def _read_topic(parameters: PrivateParameters, kind: str, name: str) -> InputTop
     differential = parameters.boolean(f"{name}_differential", False)
 
     def part(suffix: str, indices: slice, threshold: str, **options: bool) -> InputSettings:
-        """Return the settings for a part of the variables; the others are not used."""
+        """Return the settings for some of the variables. Other variables are not used."""
         selected = np.zeros(SIZE, bool)
         selected[indices] = flags[indices]
         return InputSettings(

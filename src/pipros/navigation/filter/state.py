@@ -1,4 +1,4 @@
-"""The estimated state of a robot, measurements of parts of it, and how it moves.
+"""The estimated state of a robot, measurements of some of its variables, and its motion model.
 
 The state has 15 variables: position and roll, pitch, yaw in the world frame (m, rad), then linear and angular
 velocity in the robot's frame (m/s, rad/s), then linear acceleration in the robot's frame (m/s²). Angles are
@@ -43,14 +43,14 @@ class VelocityCommand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurement:
-    """Measured values for a part of the state.
+    """Measured values of some of the state's variables.
 
     Attributes:
-        source: the input that measured it, such as `odom0_pose`.
+        source: the input that provided the measurement, such as `odom0_pose`.
         time_s: seconds since the epoch.
-        values, covariance: of all 15 variables; those without a flag are ignored.
+        values, covariance: values and covariance of all 15 variables. Variables without a flag are ignored.
         flags: the measured variables.
-        threshold: Mahalanobis distance from which the measurement is rejected.
+        threshold: Mahalanobis distance at which the measurement is rejected.
         command: the newest command when the measurement arrived.
     """
 
@@ -80,7 +80,7 @@ def wrapped(angles: Array) -> Array:
 
 
 def rotation(roll: float, pitch: float, yaw: float) -> Array:
-    """Return the matrix that turns vectors of the robot's frame into the world frame."""
+    """Return the matrix that rotates vectors from the robot's frame to the world frame."""
     return np.array(rotation_matrix((0.0, 0.0, 0.0, *from_roll_pitch_yaw(roll, pitch, yaw)))).reshape(3, 3)
 
 
@@ -104,10 +104,10 @@ def transition(angles: Array, delta_s: float) -> Array:
 
 
 def jacobian(state: Array, matrix: Array, delta_s: float) -> Array:
-    """Return the derivative of the predicted state; `matrix` is the `transition` of the state.
+    """Return the derivative of the predicted state. `matrix` is the result of `transition` for the state.
 
-    A turn about an axis moves a vector's end by the cross product of the two: roll is about the robot's x
-    axis, yaw about the world's z axis, and pitch about the world's y axis turned by the yaw.
+    A rotation about an axis moves the end of a vector by the cross product of axis and vector. Roll is about
+    the robot's x axis, yaw about the world's z axis, and pitch about the world's y axis rotated by the yaw.
     """
     cr, sr, cp, sp, cy, sy = _functions(*state[ANGLES])
     turned, speed = matrix[POSITION, VELOCITY], state[VELOCITY] + state[ACCELERATION] * (0.5 * delta_s)

@@ -30,7 +30,7 @@ class Timeline:
 
     Attributes:
         time_s: time of the estimate; None before the first measurement.
-        is_history_too_short: the last late measurement was older than the history.
+        is_history_too_short: whether the last late measurement was older than the history.
     """
 
     def __init__(
@@ -44,9 +44,10 @@ class Timeline:
         """Store the options.
 
         Args:
-            sensor_timeout_s: the state is predicted after this time without measurements.
-            history_s: length of the history for late measurements; None: they only correct the newest state.
-            predicts_always: predict to the current time in each cycle.
+            sensor_timeout_s: time without measurements after which the state is predicted.
+            history_s: length of the history for late measurements. If None, late measurements only correct
+                the newest state.
+            predicts_always: whether to predict to the current time in each cycle.
         """
         self.kalman = kalman
         self.time_s: float | None = None
@@ -65,24 +66,24 @@ class Timeline:
         return self.time_s is not None
 
     def add(self, measurement: Measurement) -> None:
-        """Queue a measurement. Measurements of the same time keep their order."""
+        """Queue a measurement. Measurements with the same time keep their order."""
         if len(self._queue) < QUEUED:
             heapq.heappush(self._queue, (measurement.time_s, next(self._counter), measurement))
 
     def clear(self, time_s: float | None) -> None:
-        """Forget all measurements and the history, and continue at this time."""
+        """Discard all measurements and the history, and continue at this time."""
         self._queue.clear()
         self._applied.clear()
         self._snapshots.clear()
         self.time_s = time_s
 
     def reset(self) -> None:
-        """Return to the first estimate."""
+        """Return to the initial estimate."""
         self.clear(None)
         self.kalman.state, self.kalman.covariance = (part.copy() for part in self._first)
 
     def advance(self, now_s: float) -> None:
-        """Apply the measurements up to now. If there are none, predict if the last one is too old."""
+        """Apply the queued measurements up to now. If none are queued, predict after the sensor timeout."""
         predicts = self._predicts_always
         if self._queue:
             restored = self._rewind(self._queue[0][0])
@@ -121,7 +122,7 @@ class Timeline:
         self._snapshots.append((time_s, self.kalman.state.copy(), self.kalman.covariance.copy(), command))
 
     def _rewind(self, time_s: float) -> int:
-        """Restore the last state before a late measurement; return how many measurements to apply again."""
+        """Restore the last state before a late measurement. Return the number of measurements to reapply."""
         if self._history_s is None or self.time_s is None or time_s >= self.time_s or not self._snapshots:
             return 0
         before = bisect.bisect_right(self._snapshots, time_s - _SAME_TIME_S, key=lambda kept: kept[0])

@@ -11,12 +11,15 @@ from pipros.navigation.filter.state import ANGLES, SIZE, Array, Measurement, tra
 
 
 class UnscentedKalmanFilter(ExtendedKalmanFilter):
-    """Like the extended filter, but with 31 sigma points in place of derivatives."""
+    """Like the extended filter, but with 31 sigma points instead of derivatives."""
 
     def __init__(
         self, *, alpha: float = 0.001, kappa: float = 0.0, beta: float = 2.0, **options: Any
     ) -> None:
-        """`alpha`, `kappa` and `beta` spread the points; for `options`, see ExtendedKalmanFilter."""
+        """Create the filter. `alpha`, `kappa` and `beta` determine the spread and the weights of the points.
+
+        `options` are the arguments of ExtendedKalmanFilter.
+        """
         super().__init__(**options)
         spread = alpha * alpha * (SIZE + kappa)
         self._spread = spread
@@ -24,8 +27,8 @@ class UnscentedKalmanFilter(ExtendedKalmanFilter):
         self._weights[0] = (spread - SIZE) / spread
         self._covariance_weights = self._weights.copy()
         self._covariance_weights[0] += 1.0 - alpha * alpha + beta
-        # The predicted points, until a correction has used them. As in robot_localization, a first correction
-        # without a prediction has no effect.
+        # The predicted points, until a correction uses them. As in robot_localization, a correction before
+        # the first prediction has no effect.
         self._points: Array | None = np.zeros((2 * SIZE + 1, SIZE))
 
     def predict(self, time_s: float, delta_s: float) -> None:
@@ -82,7 +85,7 @@ class UnscentedKalmanFilter(ExtendedKalmanFilter):
 def _root(covariance: Array) -> Array:
     """Return a matrix whose product with its transpose is the covariance.
 
-    Inputs may have correlations that no variances allow; then the nearest covariance is used.
+    If an input has impossible correlations, the nearest valid covariance is used.
     """
     try:
         return np.linalg.cholesky(covariance)

@@ -1,4 +1,4 @@
-"""Maps from laser scans: grid-based FastSLAM with scan matching, as slam_gmapping offers it. Needs numpy.
+"""Build maps from laser scans by grid-based FastSLAM with scan matching, as in slam_gmapping. Needs numpy.
 
 `hit_maps.py`, `matching.py`, `slam.py` and `survey.py` perform no I/O; `gmapping_node.py` connects them to
 topics and transforms. Poses are those of the laser: x, y in metres and yaw in radians. The modules cite

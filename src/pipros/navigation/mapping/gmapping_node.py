@@ -1,4 +1,4 @@
-"""The node slam_gmapping: topics, the service and transforms around `GridSlam`; and its program."""
+"""The node and program slam_gmapping: connects `GridSlam` to topics, a service and transforms."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ _FLAT: Final = 0.001
 
 
 class GmappingNode:
-    """Builds a map from the scans of a laser. Callbacks run in several threads, under one lock."""
+    """Builds a map from the scans of a laser. Callbacks run in several threads and share one lock."""
 
     def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
-        """Register topics and the service, and start to publish the transform.
+        """Register topics and the service, and start publishing the transform.
 
         Raises:
-            InvalidParameter: the node cannot run with a parameter.
+            InvalidParameter: a parameter has an invalid value.
         """
         self._node, self._log = node, log
         self._settings = settings = read_settings(read_parameters(node))
@@ -73,7 +73,7 @@ class GmappingNode:
     def _publish_transform(self) -> None:
         settings = self._settings
         stamp_ns = self._node.clock.now_ns() + round(settings.tf_delay * NS_PER_S)
-        if stamp_ns == self._stamped_ns:  # simulated time stands still: tf reports repeated timestamps
+        if stamp_ns == self._stamped_ns:  # simulated time stands still; tf warns about repeated timestamps
             return
         self._stamped_ns = stamp_ns
         with self._lock:
@@ -112,10 +112,10 @@ class GmappingNode:
             self._judge_speed(slam, ranges, message)
 
     def _find_laser(self, message: Any) -> tuple[Pose, bool, int] | None:
-        """Return the pose of the centred, upright laser in its frame, and how to read its ranges.
+        """Return the pose, in the laser's frame, of an upright laser whose angles are centred on 0.
 
-        That is, whether they are reversed, and their number. Return None with a warning if the laser is not
-        horizontal, or the transform is not known.
+        Also return whether the ranges must be reversed for this laser, and their number. If the laser is not
+        horizontal, or the transform is not available, warn and return None.
         """
         frame, stamp_ns = message.header.frame_id.removeprefix("/"), in_ns(message.header.stamp)
         base = self._frames.awaited(self._settings.base_frame, frame, stamp_ns, TRANSFORM_S)

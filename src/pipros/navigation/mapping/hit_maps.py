@@ -1,8 +1,8 @@
-"""The maps of all particles: which cells were hit by beams, and where.
+"""The maps of all particles: the cells that beams hit, and the mean end points in these cells.
 
-Theory of operation. Particles that descend from the same particle share most of their maps. So a map is a
-table of blocks of 32 x 32 cells, and all blocks are in one pool. Resampling copies only the tables. A block
-that several particles share is copied when one of them writes to it. Block 0 is empty.
+Theory of operation. Particles that descend from the same particle share most of their maps. Therefore, a map
+is a table of blocks of 32 x 32 cells, and all maps take their blocks from one pool. Resampling copies only
+the tables. A block that several particles share is copied when one of them writes to it. Block 0 is empty.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ Cells = NDArray[np.int64]
 SIDE: Final = 32
 _AREA: Final = SIDE * SIDE
 FURTHEST_BLOCKS: Final = 512
-"""Ends of beams that are further than this from the first block of the maps, along an axis, are ignored."""
+"""Ends of beams farther than this from the first block of the maps along an axis are ignored."""
 
 
 def cells_of(positions: Array, delta: float) -> Cells:
-    """Return the cells of positions in metres. As in gmapping, the cell 0 is centred on 0."""
+    """Return the cells of positions in metres. As in gmapping, cell 0 is centred on 0."""
     found: Cells = np.floor(positions / delta + 0.5).astype(np.int64)
     return found
 
 
 @dataclass(frozen=True, slots=True)
 class DenseWindow:
-    """A part of the maps of some particles as dense arrays of the shape (particles, rows, columns).
+    """A part of the maps of some particles, as dense arrays of shape (particles, rows, columns).
 
     Attributes:
-        is_hit: whether a beam ended in the cell.
-        x, y: the mean of the ends in metres, if any.
-        row, column: the cell of the first row and column.
+        is_hit: whether beams ended in the cell.
+        x, y: the mean of the ends in metres, if there are any.
+        row, column: the first row and column in the map.
     """
 
     is_hit: NDArray[np.bool_]
@@ -59,7 +59,7 @@ class HitMaps:
         self._table = self._table[chosen]
 
     def add(self, x: Array, y: Array) -> None:
-        """Add ends of beams to each map; shape (particles, beams), in metres."""
+        """Add the ends of beams to each map; shape (particles, beams), in metres."""
         particles = np.repeat(np.arange(len(x)), x.shape[1])
         x, y = x.ravel(), y.ravel()
         columns, rows = cells_of(x, self._delta), cells_of(y, self._delta)
@@ -82,7 +82,7 @@ class HitMaps:
             means[cells] = (means[cells] * before + np.bincount(member.ravel(), values)) / hits[cells]
 
     def _cover(self, rows: Cells, columns: Cells) -> None:
-        """Make the tables large enough for blocks."""
+        """Enlarge the tables to include blocks."""
         height, width = self._table.shape[1:]
         below, left = max(0, self._row - int(rows.min())), max(0, self._column - int(columns.min()))
         above = max(0, int(rows.max()) + 1 - self._row - height)
@@ -92,7 +92,7 @@ class HitMaps:
             self._row, self._column = self._row - below, self._column - left
 
     def _make_own(self, codes: Cells) -> None:
-        """Give entries of the tables (flat indexes) their own blocks, not shared with other particles."""
+        """Give table entries (flat indices) their own blocks, which are not shared with other particles."""
         table = self._table.reshape(-1)
         users = np.bincount(table, minlength=len(self._pools[0]))
         codes = codes[(table[codes] == 0) | (users[table[codes]] > 1)]
@@ -112,7 +112,7 @@ class HitMaps:
     def window(self, particles: Cells, low: Array, high: Array) -> DenseWindow:
         """Return the part of some particles' maps between two corners (x, y in metres).
 
-        It is at most as large as the maps, with a border of empty blocks.
+        The part is clipped to the maps plus a border of empty blocks.
         """
         first, last = (cells_of(np.asarray(corner), self._delta) // SIDE for corner in (low, high))
         table = np.pad(self._table[particles], ((0, 0), (1, 1), (1, 1)))

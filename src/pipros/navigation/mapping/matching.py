@@ -1,15 +1,15 @@
-"""Match scans to the maps of particles, by hill climbing, for several particles at once.
+"""Match scans to the maps of several particles at once by hill climbing.
 
-The score of a pose is the sum of exp(-d² / sigma) over the beams, with the distance d in metres from the end
-of the beam to the nearest mean of the ends in a cell of the map (the likelihood of the paper's section III-B,
-with endpoints). It counts cells within `kernelSize` of the end that were hit, while the cell before, one and
-a half cells closer to the laser, was not: so a beam is not matched to the back of a wall.
+The score of a pose is the sum of exp(-d² / sigma) over the beams (the likelihood of the paper's section
+III-B, with end points). d is the distance in metres from the end of a beam to the nearest mean of ends in a
+cell of the map. Only cells within `kernelSize` of the end are considered. They must have been hit, and the
+adjacent cell in the direction of the laser must not, so that beams are not matched to the back of a wall.
 
-This score hardly depends on distances below a cell, and is best where beams end beside earlier ends, so it
-turns scans to multiples of the angle between beams. So the best poses are then moved by least squares, such
-that the means lie on the lines through the ends of neighbouring beams; what is along a wall does not count
-(A. Censi, An ICP Variant Using a Point-to-Line Metric, IEEE International Conference on Robotics and
-Automation, 2008).
+This score hardly depends on distances smaller than a cell. It is highest if beams end beside earlier ends,
+so it favours rotations by multiples of the angle between beams. Therefore, the best poses are then refined by
+least squares, so that the means lie on the lines through the ends of neighbouring beams. Offsets along a wall
+are ignored (A. Censi, An ICP Variant Using a Point-to-Line Metric, IEEE International Conference on Robotics
+and Automation, 2008).
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from pipros.navigation.mapping.settings import MappingSettings
 Places = NDArray[np.complex128]
 
 CHUNK: Final = 8
-"""Particles that are matched at the same time: their parts of the maps fit into the processor's cache."""
+"""Number of particles to match at the same time, so that their parts of the maps fit into the CPU cache."""
 _MARGIN_M: Final = 1.0
-"""How far the search may move a pose; beyond, ends of beams count as on the border of the window."""
+"""How far the search may move a pose. Ends of beams outside the window are clipped to its border."""
 _NO_HIT: Final = -0.5
 _ALIGNMENTS: Final = 12
 _DAMPING: Final = 1.0
-"""As much as a beam that holds a pose in each direction, in which walls may leave it free."""
+"""Damping of the least squares, which keeps the pose in directions that walls do not constrain."""
 _NEIGHBOURS_M: Final = 0.5
-"""Ends of beams that are further apart are not on one wall, nor those so far from a line:"""
+"""Neighbouring ends farther apart than this, or farther than `_OFF_LINE_M` from a line, are no wall."""
 _OFF_LINE_M: Final = 0.03
 _MOVES: Final = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 
@@ -50,9 +50,9 @@ class ScanMatcher:
         self._kernel = list(product(range(-reach, reach + 1), repeat=2))
 
     def match(self, maps: HitMaps, poses: Array, ranges: Array) -> tuple[Array, Array]:
-        """Return better poses, shape (n, 3), and the logarithms of the likelihoods of the scan there.
+        """Return improved poses, shape (n, 3), and the log-likelihoods of the scan at these poses.
 
-        A pose whose best score is not above `minimumScore` stays as it is.
+        Poses whose best score is not above `minimumScore` are not changed.
         """
         parts = [
             self._match(maps, np.arange(first, min(first + CHUNK, len(poses))), poses, ranges)
@@ -111,7 +111,7 @@ class ScanMatcher:
     def _aligned(
         self, window: DenseWindow, poses: Array, used: Cells, ranges: Array, normals: Places
     ) -> Array:
-        """Return poses from which the lines through the ends of beams are nearer to the means beside them."""
+        """Return poses at which the lines through neighbouring ends are closer to the nearest means."""
         *ends, all_cells = self._nearest(window, np.arange(len(poses)), poses[:, None], used, ranges)
         (squares, x, y), cells = (each[:, 0] for each in ends), all_cells[:, 0]
         normal = np.where(np.isfinite(squares), normals * np.exp(1j * poses[:, 2:]), 0.0)
@@ -126,12 +126,13 @@ class ScanMatcher:
     def _nearest(
         self, window: DenseWindow, which: Cells, poses: Array, used: Cells, ranges: Array
     ) -> tuple[Array, Array, Array, Cells]:
-        """Return squared distances d² of beams, infinite without a cell; x and y of their ends; and cells.
+        """Return the squared distances d², the x and y of the beams' ends, and the nearest cells.
 
-        All have the shape (particles, poses, beams). Cells are flat indexes of the window.
+        All have the shape (particles, poses, beams). Distances are infinity if there is no cell. Cells are
+        flat indices of the window.
 
         Args:
-            which: the particles (indexes of the window).
+            which: the particles (indices of the window).
             poses: poses of these particles, shape (particles, poses, 3).
         """
         delta, (_, height, width) = self._settings.delta, window.is_hit.shape
@@ -161,7 +162,7 @@ class ScanMatcher:
 
 
 def _normals(ends: Places) -> Places:
-    """Return the unit normals of the walls at the ends of beams, 0 where there is none. Both are x + iy."""
+    """Return the unit normals of walls at the ends of beams; 0 without a wall. Vectors are x + iy."""
     before, after = ends - np.roll(ends, 1), np.roll(ends, -1) - ends
     along = before + after
     along /= np.maximum(np.abs(along), 1e-9)

@@ -14,7 +14,7 @@ LONGEST_M: Final = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class MappingSettings:
-    """The parameters, under their names. Lengths are in metres, angles in radians, times in seconds.
+    """The parameters by their ROS names. Lengths are in metres, angles in radians, times in seconds.
 
     NaN stands for a default that depends on the first scan or on another parameter.
     """
@@ -52,20 +52,20 @@ class MappingSettings:
     ymax: float = 100.0
     delta: float = 0.05
     occ_thresh: float = 0.25
-    seed: int = -1  # of pipros alone: makes the random numbers repeatable
+    seed: int = -1  # only in pipros: makes the random numbers repeatable
 
     def with_ranges(self, range_max: float) -> MappingSettings:
-        """Return the settings for a laser with this longest range."""
+        """Return the settings for a laser with this maximum range."""
         longest = min(self.maxRange if isfinite(self.maxRange) else range_max - 0.01, LONGEST_M)
         usable = self.maxUrange if isfinite(self.maxUrange) else longest
         return replace(self, maxRange=longest, maxUrange=min(usable, LONGEST_M))
 
 
 def read_settings(parameters: PrivateParameters) -> MappingSettings:
-    """Read the parameters of the node; values of another type count as not set.
+    """Read the node's parameters. Values of the wrong type are ignored.
 
     Raises:
-        InvalidParameter: the node cannot run with a parameter.
+        InvalidParameter: a parameter has an invalid value.
     """
     settings = parameters.read(MappingSettings)
     if not isfinite(settings.tf_delay):

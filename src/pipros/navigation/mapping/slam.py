@@ -1,4 +1,4 @@
-"""Grid-based FastSLAM: particles with a trajectory and a map each, moved by odometry and scan matching.
+"""Grid-based FastSLAM: each particle has a trajectory and a map, and moves by odometry and scan matching.
 
 See the paper of Grisetti, Stachniss and Burgard (2007), sections III and IV: a proposal improved by scan
 matching, and resampling only when the effective number of particles (its equation 20) is small.
@@ -21,8 +21,8 @@ class GridSlam:
     """Builds maps from scans of one laser. Not thread-safe.
 
     Attributes:
-        poses: the laser's poses of the particles, shape (n, 3).
-        steps: the last step on each particle's trajectory.
+        poses: the laser's pose for each particle, shape (n, 3).
+        steps: the last step of each particle's trajectory.
     """
 
     def __init__(
@@ -43,21 +43,21 @@ class GridSlam:
 
     @property
     def best(self) -> int:
-        """The particle whose scans were the most likely."""
+        """The index of the particle whose scans have the greatest likelihood."""
         return int(self._totals.argmax())
 
     def entropy(self) -> float:
-        """Return -sum w ln w of the logarithms of the weights divided by their sum, as gmapping does."""
+        """Return -sum(w ln w), where w are the logarithmic weights divided by their sum, as in gmapping."""
         with np.errstate(divide="ignore", invalid="ignore"):
             shares = self._logs / self._logs.sum()
             return float(-(shares * np.log(shares)).sum())
 
     def scan(self, odometry: Triple, ranges: Array, time_s: float) -> bool:
-        """Move the particles; process the scan if it is the first, or after a motion or some time.
+        """Move the particles. Process the scan if it is the first, or after enough motion or time.
 
         Args:
             odometry: pose of the laser in the odometry frame.
-            ranges: in metres, one per angle.
+            ranges: ranges in metres, one per angle.
 
         Returns:
             Whether the scan was processed.

@@ -1,4 +1,4 @@
-"""The map that is published: visits and hits of cells along the trajectory of one particle."""
+"""The published map: visits and hits of cells along the trajectory of one particle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MULTIPLE: Final = 32
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrajectoryStep:
-    """A processed scan on the trajectory of a particle, after the step `parent`."""
+    """A processed scan on a particle's trajectory, which follows the step `parent`."""
 
     pose: tuple[float, float, float]
     ranges: Array
@@ -28,14 +28,14 @@ class TrajectoryStep:
 
 
 class Survey:
-    """Counts for each cell the beams that passed or ended (visits) and that ended (hits). Not thread-safe.
+    """Counts the beams that passed or ended in each cell (visits), and that ended in it (hits).
 
-    The counts are sums over scans, so those of another trajectory follow by removing and adding the scans in
-    which they differ.
+    Counts are sums over scans. To switch to another trajectory, only the scans that differ are removed and
+    added. Not thread-safe.
     """
 
     def __init__(self, settings: MappingSettings, angles: Array, limit: int = 100_000_000) -> None:
-        """Start with an empty map. It does not grow beyond `limit` cells: scans outside are cut off."""
+        """Start with an empty map. It does not grow beyond `limit` cells; beams outside are cut off."""
         self._settings, self._angles, self._limit = settings, angles, limit
         delta = settings.delta
         height, width = (
@@ -48,7 +48,7 @@ class Survey:
         self._last: TrajectoryStep | None = None
 
     def follow(self, last: TrajectoryStep | None) -> None:
-        """Change the counts to those of the trajectory that ends with a step."""
+        """Change the counts to those of the trajectory that ends with the step `last`."""
         old, new = _path(self._last), _path(last)
         shared = set(map(id, old)) & set(map(id, new))
         for steps, sign in ((old, -1), (new, 1)):
@@ -86,7 +86,7 @@ class Survey:
         passed_columns, passed_rows = line_cells(column, row, columns, rows)
         self._count(self._visits, passed_rows, passed_columns, sign)
         is_end = reach < settings.maxUrange
-        self._count(self._visits, rows[~is_end], columns[~is_end], -sign)  # beyond the end of a long beam
+        self._count(self._visits, rows[~is_end], columns[~is_end], -sign)  # a long beam is cut off here
         self._count(self._hits, rows[is_end], columns[is_end], sign)
 
     @staticmethod

@@ -31,7 +31,7 @@ _STATUS_S: Final = 0.2
 
 @dataclass(slots=True, eq=False)
 class Goal:
-    """A goal of a client: its content, its status message, and the time of its end."""
+    """A client's goal: its content, its status message, and the time at which it ended."""
 
     content: Any
     status: Any
@@ -51,7 +51,7 @@ class GoalServer:
         """Register the topics of an action such as `move_base_msgs/MoveBase`.
 
         Args:
-            on_goal: called, without a lock, after each message with a goal.
+            on_goal: called after each message with a goal. No lock is held.
         """
         self._node, self._action, self._notify = node, action, on_goal
         self._lock = threading.RLock()
@@ -81,7 +81,7 @@ class GoalServer:
         return status in (Status.ACTIVE, Status.PREEMPTING)
 
     def accept(self) -> Any:
-        """Accept the new goal, and return its content. A goal that is active ends as PREEMPTED."""
+        """Accept the new goal, and return its content. If a goal is active, it ends as PREEMPTED."""
         with self._lock:
             goal, self._next = self._next, None
             if goal is None:

@@ -1,8 +1,9 @@
-"""What move_base does next: the states of a goal. This module reads no clock and performs no I/O.
+"""The state machine of move_base for one goal. This module reads no clock and performs no I/O.
 
-A goal begins in PLANNING. With a plan the robot is CONTROLLING, until it arrives. If there is no plan, no
-legal command, or no progress for too long, one recovery behaviour after the other is run (CLEARING), each
-followed by PLANNING; after the last one the goal is aborted. Times are in seconds of the node's clock.
+A goal begins in PLANNING. Once there is a plan, the state is CONTROLLING until the robot arrives. If there is
+no plan, no legal command, or no progress for too long, recovery behaviours are run one after the other
+(CLEARING), each followed by PLANNING. After the last behaviour, the goal is aborted. Times are in seconds of
+the node's clock.
 
 Source: http://wiki.ros.org/move_base, and the behaviour of the genuine node.
 """
@@ -46,7 +47,7 @@ class End:
 
 
 class Base(Protocol):
-    """The robot as the machine sees it."""
+    """Interface through which the state machine controls the robot."""
 
     def pose(self) -> Triple | None:
         """Return the pose in the global frame."""
@@ -55,7 +56,7 @@ class Base(Protocol):
         """Return whether the sensor data of the local costmap is recent."""
 
     def follow(self, plan: Poses) -> bool:
-        """Give a plan to the local planner. Return False if it refuses."""
+        """Pass a plan to the local planner. Return False if it rejects the plan."""
 
     def has_arrived(self) -> bool:
         """Return whether the local planner has reached its goal."""
@@ -67,19 +68,19 @@ class Base(Protocol):
         """Send a velocity to the robot."""
 
     def begin_recovery(self, index: int, trigger: Trigger) -> bool:
-        """Begin a recovery behaviour. Return False if there is none of this index."""
+        """Begin a recovery behaviour. Return False if no behaviour has this index."""
 
     def recover(self) -> bool:
         """Continue the behaviour. Return True when it has ended."""
 
 
 class GoalMachine:
-    """The state of the present goal. Not thread-safe.
+    """The state of the current goal. Not thread-safe.
 
     Attributes:
         state: what the robot is doing.
         wants_plan: whether the planner should run; call `planned` with its result.
-        settings: the parameters; may be replaced.
+        settings: the parameters, which may be replaced.
     """
 
     def __init__(self, base: Base, settings: MoveBaseSettings) -> None:
@@ -96,7 +97,7 @@ class GoalMachine:
         self._retries = 0
 
     def begin(self, now_s: float, *, replaces: bool) -> None:
-        """Begin with a goal. If it replaces another, the robot goes on until there is a plan."""
+        """Start a goal. If it replaces another goal, do not stop the robot before there is a new plan."""
         self.state, self._index = DrivingState.PLANNING, 0
         self.wants_plan = True
         if not replaces:

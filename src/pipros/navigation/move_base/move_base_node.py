@@ -40,14 +40,14 @@ KILLED = End(GoalEvent.ABORT, "Aborting on the goal because the node has been ki
 
 
 class MoveBase:
-    """Drives to goals. The cycle runs in one thread, the planner in another, callbacks in more."""
+    """Drives to goals. The cycle and the planner run in one thread each, and callbacks in other threads."""
 
     def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
-        """Wait for the transforms and the map, then create everything, the action last.
+        """Wait for the transforms and the map, and create all parts. The action is created last.
 
         Raises:
-            InvalidParameter: a parameter has a value with which the node cannot run.
-            Interrupted: the node was shut down while it waited.
+            InvalidParameter: a parameter has an invalid value.
+            Interrupted: the node was shut down while waiting.
         """
         self._node, self._log, self._schedule = node, log, schedule
         given = read_parameters(node, "~")
@@ -84,7 +84,7 @@ class MoveBase:
         self._behaviours = plugins.behaviours(listed, values, tools, is_strict=self._is_strict)
         self._rest(is_resting=True)
         self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)
-        # An earlier goal would be lost on the action's topic, which is not connected yet.
+        # Goals that arrive earlier would be lost, because the action's topic is not connected yet.
         own = self._forwarded
         self._global_map.wait_until(lambda: own.connection_count > 0, "its own action server")
         subscribe(node, "move_base_simple/goal", stamped, self._forward)
@@ -137,7 +137,7 @@ class MoveBase:
         self._forwarded.publish(goal)
 
     def _on_goal(self) -> None:
-        """Accept a new goal at once if there is no other."""
+        """Accept a new goal immediately if no other goal is active."""
         with self._lock:
             if not self._goals.is_active and self._goals.has_new_goal:
                 self._accept(self._node.clock.now_ns() / 1e9)
@@ -179,7 +179,7 @@ class MoveBase:
         self._current_goal.publish(shown)
 
     def _target_of(self, goal: Any) -> Triple | None:
-        """Return a goal's pose in the global frame, at the goal's time; warn and return None without it."""
+        """Convert a goal's pose to the global frame, at the goal's time; if this fails, warn, return None."""
         frame, pose = goal.header.frame_id.lstrip("/"), pose_of(goal.pose.position, goal.pose.orientation)
         if frame == self._global_map.global_frame:
             return plane.flat(pose)
@@ -195,7 +195,7 @@ class MoveBase:
         self._rest(is_resting=True)
 
     def _rest(self, *, is_resting: bool) -> None:
-        """Stop or start the costmaps between goals, if `shutdown_costmaps` is set."""
+        """Stop the costmaps after a goal, or start them for a goal, if `shutdown_costmaps` is set."""
         if self._machine.settings.shutdown_costmaps:
             for costmap in self._maps:
                 costmap.stop() if is_resting else costmap.start()

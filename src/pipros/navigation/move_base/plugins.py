@@ -1,4 +1,4 @@
-"""The names of planners and recovery behaviours in the parameters, and what runs for each."""
+"""Select implementations for the planners and recovery behaviours named in the parameters."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ BEHAVIOURS: Final[dict[str, Callable[[Tools, str], Behaviour]]] = {
 }
 _CLEAR, _ROTATE = BEHAVIOURS
 _FACTOR: Final = 4.0
-"""Multiple of the circumscribed radius within which the last behaviour keeps obstacles."""
+"""Side of the square in which the last behaviour keeps obstacles, in circumscribed radii."""
 
 
 def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, is_strict: bool) -> None:
-    """Warn if a parameter names a planner other than the only one of its kind in pipros.
+    """Warn if a parameter names a planner other than `ours`, the only one of its kind in pipros.
 
     Raises:
-        InvalidParameter: the parameter names another one, and `is_strict` is true.
+        InvalidParameter: the parameter names another planner, and `is_strict` is true.
     """
     if name == ours:
         return
@@ -38,7 +38,7 @@ def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, 
 
 
 def _default_behaviours(values: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the list for an absent or faulty parameter, with the parameters of each behaviour."""
+    """Return the list to use if the parameter is missing or invalid, with each behaviour's parameters."""
     rotate = [{"name": "rotate_recovery", "type": _ROTATE}] if values["clearing_rotation_allowed"] else []
     kept = values["conservative_reset_dist"], values["circumscribed_radius"] * _FACTOR
     one, two = (
@@ -49,7 +49,7 @@ def _default_behaviours(values: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def behaviours(given: Any, values: Mapping[str, Any], tools: Tools, *, is_strict: bool) -> dict[int, Any]:
-    """Create the recovery behaviours: name and behaviour by index.
+    """Create the recovery behaviours. Return pairs of name and behaviour, by index.
 
     Raises:
         InvalidParameter: a behaviour does not exist in pipros, and `is_strict` is true.
@@ -70,7 +70,7 @@ def _full(name: str) -> str:
 
 
 def _checked(given: Any, log: logging.Logger, *, is_strict: bool) -> list[dict[str, Any]] | None:
-    """Return the listed behaviours that pipros has, or None if the parameter is absent or invalid."""
+    """Return the listed behaviours that pipros provides, or None if the parameter is missing or invalid."""
     if given is None:
         return None
     problem = "" if isinstance(given, list) else f"it must be a list, got {given!r}"

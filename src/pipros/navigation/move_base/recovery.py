@@ -1,6 +1,6 @@
-"""Recovery behaviours: clear obstacles from the costmaps, and turn on the spot.
+"""Recovery behaviours: clear obstacles from the costmaps, and turn in place.
 
-A behaviour is begun and then continued, once per cycle of move_base, until it has ended.
+After `begin`, move_base calls a behaviour's `recover` once per cycle until it returns True.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _MOST_STEPS: Final = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Tools:
-    """What behaviours use: the node, both maps, and a function that sends a velocity to the robot."""
+    """Resources of behaviours: the node, both costmaps, and a function that sends a velocity to the robot."""
 
     node: Node
     log: logging.Logger
@@ -38,14 +38,14 @@ class Behaviour(Protocol):
     """A recovery behaviour."""
 
     def begin(self) -> None:
-        """Begin, from the robot's present pose."""
+        """Start at the robot's current pose."""
 
     def recover(self) -> bool:
-        """Do the next step. Return True when it has ended."""
+        """Perform the next step. Return True when the behaviour has ended."""
 
 
 class ClearCostmap:
-    """Clears obstacles outside (or inside) a square around the robot, in the layers with given names."""
+    """Clears obstacles outside (or inside) a square around the robot, in the layers in `layer_names`."""
 
     def __init__(self, tools: Tools, name: str) -> None:
         given = read_parameters(tools.node, f"~{name}")
@@ -84,7 +84,7 @@ class ClearCostmap:
 
 
 class Rotate:
-    """Turns the robot one full turn to the left, so that the sensors see everything."""
+    """Turns the robot one full turn to the left, so that the sensors cover all directions."""
 
     def __init__(self, tools: Tools, name: str) -> None:
         given = read_parameters(tools.node, f"~{name}")
@@ -115,7 +115,7 @@ class Rotate:
             left = math.pi + to_half
             self._is_half = to_half < self._tolerance
         if not self._is_free(pose, left):
-            tools.log.error("the robot cannot turn on the spot: there may be a collision")
+            tools.log.error("the robot cannot turn in place: there may be a collision")
             return True
         speed = min(max(math.sqrt(2 * self._gain * left), self._slowest), self._fastest)
         tools.drive((0.0, 0.0, speed))

@@ -39,11 +39,11 @@ class PlanService:
         """Offer the services.
 
         Args:
-            maps: the global and the local one.
-            clearing_radius: half the side of the square set to free around the robot, in metres.
-            locate: returns a PoseStamped in the global frame, or None.
-            is_active: returns whether move_base has a goal.
-            settings: returns the parameters of move_base.
+            maps: the global and the local costmap.
+            clearing_radius: half the side, in metres, of the square around the robot that is set to free.
+            locate: function that converts a PoseStamped to a pose in the global frame, or returns None.
+            is_active: function that returns whether move_base has a goal.
+            settings: function that returns the parameters of move_base.
         """
         self._node, self._log, self._planner, self._maps = node, log, planner, maps
         self._radius, self._locate, self._is_active = clearing_radius, locate, is_active
@@ -89,7 +89,7 @@ class PlanService:
 
 
 def _around(goal: Triple, tolerance: float, resolution: float) -> Iterator[Triple]:
-    """Yield places around a goal, on squares of growing size up to the tolerance, in the genuine order."""
+    """Yield poses around a goal, on squares of growing size up to the tolerance, in move_base's order."""
     step = 3 * resolution
     if 0 < tolerance < step:
         step = tolerance

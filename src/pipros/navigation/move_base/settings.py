@@ -1,4 +1,4 @@
-"""The parameters of move_base that clients can change, in the order of the genuine description."""
+"""The parameters of move_base that clients can change, in the same order as in genuine move_base."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pipros.navigation.parameters import settings_of, tunable
 
 @dataclass(frozen=True, slots=True)
 class MoveBaseSettings:
-    """The parameters, under their names. Lengths are in metres, times in seconds, frequencies in Hz."""
+    """The parameters by their ROS names. Lengths are in metres, times in seconds, frequencies in Hz."""
 
     base_global_planner: str = tunable("navfn/NavfnROS", "The global planner")
     base_local_planner: str = tunable("base_local_planner/TrajectoryPlannerROS", "The local planner")

@@ -1,1 +1,1 @@
-"""Shortest paths over a map of costs: navfn. Start with `plan.py`; topics are in `navfn_node.py`."""
+"""Cheapest paths over a costmap, as in navfn. Start with `plan.py`; `navfn_node.py` uses topics."""

@@ -1,4 +1,4 @@
-"""`NavfnPlanner`, which plans on a node's costmap, with topics and services; the program `navfn_node`."""
+"""The program `navfn_node`, and `NavfnPlanner`, which plans on a node's costmap, with topics and services."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class NavfnPlanner:
     def __init__(
         self, node: Node, log: logging.Logger, costmap: Costmap, namespace: str = "~NavfnROS"
     ) -> None:
-        """Read the parameters, and offer the topics and the service of the namespace."""
+        """Read the parameters, and offer the topics and the service in the namespace."""
         self._node, self._log, self._costmap = node, log, costmap
         given = read_parameters(node, namespace)
         self._allow_unknown = given.boolean("allow_unknown", True)
@@ -44,17 +44,16 @@ class NavfnPlanner:
         serve(node, f"{namespace}/make_plan", "nav_msgs/GetPlan", self._on_make_plan)
 
     def make_plan(self, start: Pose2D, goal: Pose2D) -> Poses | None:
-        """Return a path as rows of (x, y, yaw), or None if there is none.
+        """Return and publish a path as rows of (x, y, yaw), or None if there is none.
 
-        Its last row is the goal or, with a tolerance, the nearest pose that can be reached.
-
-        The path is also published. The cell of `start` is set to free in the costmap.
+        The last row is the goal or, with a tolerance, the nearest reachable pose. The cell of `start` is set
+        to free in the costmap.
         """
         with self._costmap.lock:
             grid = self._costmap.grid
             first = grid.world_to_cell(start.x, start.y)
             if first is None:
-                self._costmap.warn("the start of the plan is off the global costmap, as is the robot")
+                self._costmap.warn("the start of the plan is off the global costmap; is the robot localized?")
                 return None
             last = grid.world_to_cell(goal.x, goal.y)
             if last is None and self._tolerance <= 0:
@@ -81,7 +80,7 @@ class NavfnPlanner:
             return None
         points = field.path_to(cell, 4 * grid.width)
         if not points:
-            self._log.error("the way back from the goal (%.3f, %.3f) was not found", goal.x, goal.y)
+            self._log.error("no path could be traced back from the goal (%.3f, %.3f)", goal.x, goal.y)
             return None
         poses = np.zeros((len(points) + 1, 3))
         poses[:-1, :2] = np.array(points) * grid.resolution + (grid.origin_x, grid.origin_y)
@@ -89,7 +88,7 @@ class NavfnPlanner:
         return poses
 
     def _nearest_legal(self, grid: CostGrid, field: PotentialField, goal: Pose2D) -> Pose2D | None:
-        """Return the reached pose that is nearest to the goal, within the square of the tolerance."""
+        """Return the reachable pose nearest to the goal, whose x and y may differ by the tolerance."""
         steps = math.floor(2 * self._tolerance / grid.resolution + 1e-9) + 1
         offsets = [at * grid.resolution - self._tolerance for at in range(min(steps, 2 * grid.width + 1))]
         best: Pose2D | None = None
@@ -134,7 +133,7 @@ class NavfnPlanner:
         return plan
 
     def stamped_plan(self, start: Any, goal: Any) -> list[Any]:
-        """Plan between two `geometry_msgs/PoseStamped`, and return such poses; none if there is no path."""
+        """Plan between two `geometry_msgs/PoseStamped`. Return a list of them, empty if there is no path."""
         poses = self.make_plan(*(Pose2D(*plane.flat_message(each.pose)) for each in (start, goal)))
         if poses is None:
             return []
@@ -144,7 +143,7 @@ class NavfnPlanner:
 
 
 def _serve_plans(node: Node, log: logging.Logger, schedule: Schedule) -> None:
-    """Offer what `navfn_node` has: plans from any pose to another, and from the robot to a goal."""
+    """Offer the interface of `navfn_node`: plans between two poses, and from the robot to a goal."""
     costmap = Costmap(node, log, Frames(node, log), schedule, "costmap")
     planner = NavfnPlanner(node, log, costmap, "~navfn_planner")
 

@@ -20,7 +20,7 @@ _LEAST_SHARE = 0.95
 
 
 class Descent:
-    """Descends a potential field to its zero, half a cell per step. Positions are columns and rows."""
+    """Descends a potential field to its minimum in steps of half a cell. Positions are columns and rows."""
 
     def __init__(self, field: Potential) -> None:
         self._field = field
@@ -30,7 +30,8 @@ class Descent:
     def follow(self, first: Cell, last: Cell, limit: int) -> list[Point]:
         """Return the points of the path, at most `limit`; an empty list if there is none.
 
-        If a neighbouring cell has no potential, or the path oscillates, it continues in the lowest neighbour.
+        If a neighbouring cell has no potential, or the path oscillates, it continues at the neighbour with
+        the lowest potential.
         """
         (column, row), x, y = first, 0.0, 0.0
         points: list[Point] = []
@@ -76,7 +77,7 @@ class Descent:
         )
 
     def _gradient(self, column: int, row: int) -> Point:
-        """Return the unit vector of steepest descent. It points out of cells that have no potential."""
+        """Return the unit vector of steepest descent. In cells without a potential, it points out of them."""
         found = self._gradients.get((column, row))
         if found is None:
             found = self._gradients[column, row] = self._compute_gradient(column, row)
@@ -118,13 +119,13 @@ class PotentialField:
     values: Potential
 
     def potential(self, cell: Cell) -> float:
-        """Return the potential of a cell of the map; `UNREACHED` outside the part."""
+        """Return the potential of a cell in the map, or `UNREACHED` outside the part."""
         x, y = cell[0] - self.window.x0, cell[1] - self.window.y0
         height, width = self.values.shape
         return float(self.values[y, x]) if 0 <= x < width and 0 <= y < height else UNREACHED
 
     def path_to(self, goal: Cell, limit: int) -> list[Point]:
-        """Return the path from the start to a cell, with at most `limit` points; empty if there is none.
+        """Return the path from the start to a cell, at most `limit` points; empty if there is none.
 
         Points are columns and rows of the map, at most half a cell apart.
         """
@@ -137,7 +138,7 @@ class PotentialField:
 def plan(
     costs: Costs, start: Cell, goal: Cell, *, allow_unknown: bool = True, use_astar: bool = False
 ) -> list[Point]:
-    """Return the cheapest path as columns and rows (fractions allowed); an empty list if there is none.
+    """Return the cheapest path as columns and rows (floats), or an empty list if there is none.
 
     Args:
         costs: costs by row and column, from 0 to 255, as in `pipros.navigation.costmap`.
@@ -152,10 +153,10 @@ def plan(
 def find_field(
     costs: Costs, start: Cell, goal: Cell, *, allow_unknown: bool = True, use_astar: bool = False
 ) -> PotentialField:
-    """Return potentials from which the cheapest path to the goal follows.
+    """Return the potentials that determine the cheapest path to the goal.
 
-    The region between start and goal is searched first. If every path that leaves it costs more than the path
-    found there, that path is the cheapest of all. Otherwise the whole map is searched.
+    The region around start and goal is searched first. If every path that leaves the region must cost more
+    than the path found in it, this path is the cheapest. Otherwise, the whole map is searched.
     """
     height, width = costs.shape
     whole = CellRectangle(0, 0, width, height)
@@ -183,7 +184,7 @@ def _region(start: Cell, goal: Cell, whole: CellRectangle) -> CellRectangle:
 
 
 def _way_outside(start: Cell, goal: Cell, window: CellRectangle, whole: CellRectangle) -> float:
-    """Return the least potential of a path via an edge of the region that is not an edge of the map."""
+    """Return a lower bound on the potential of a path that leaves the region within the map."""
     across, along = abs(start[0] - goal[0]), abs(start[1] - goal[1])
     edges = (
         (window.x0 > whole.x0, start[0] + goal[0] - 2 * window.x0, along),
@@ -196,7 +197,7 @@ def _way_outside(start: Cell, goal: Cell, window: CellRectangle, whole: CellRect
 
 
 def _carried(cell: int, offset: float) -> tuple[int, float]:
-    """Return a cell and an offset of at most one cell."""
+    """Carry an offset of more than one cell over to the cell. Return the cell and the offset."""
     if offset > 1:
         return cell + 1, offset - 1
     if offset < -1:

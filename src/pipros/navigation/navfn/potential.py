@@ -1,14 +1,16 @@
-"""The potential field of navfn: for each cell, the cost of the cheapest path from one cell.
+"""The potential field of navfn: for each cell, the cost of the cheapest path from the start.
 
-Konolige, "A Gradient Method for Realtime Robot Control", IROS 2000. The potential p of a cell of cost h
-follows from those of its cheapest neighbours in x and in y, a <= b, as if a straight wave crossed the cell:
+Konolige, "A Gradient Method for Realtime Robot Control", IROS 2000. Let a <= b be the potentials of a cell's
+cheapest neighbours in x and in y. Then the potential p of the cell, whose cost is h, is computed as if a
+straight wave crossed it:
 
     p = a + h                                     if b - a >= h
     p = a + h (-0.2301 q² + 0.5307 q + 0.7040)    otherwise, with q = (b - a) / h
 
-The wave spreads in batches of cells, each of which is computed at once, and once more, because its cells
-depend on each other: so potentials are within half a percent of those that a queue finds, cell by cell. Cells
-beyond a threshold wait until all cells below it are done; then it rises by the cost of two free cells.
+The wave spreads in batches of cells. All cells of a batch are computed at once, and then once more, because
+they depend on each other. The potentials are within half a percent of those computed cell by cell with a
+queue. Cells with potentials above a threshold wait until all cells below it are done. Then the threshold
+rises by the cost of two free cells.
 """
 
 from __future__ import annotations
@@ -34,13 +36,14 @@ _BLOCKED: Final = 254.0
 _FIRST_THRESHOLD: Final = 254.0
 _NEVER: Final = 1e20
 _LEAST_GAIN: Final = math.sqrt(0.5)
-"""A neighbour is computed again if its potential exceeds that of a cell by this share of its cost."""
+"""A neighbour is recomputed if its potential exceeds that of a cell by more than this share of its cost."""
 
 
 def crossing_costs(costs: Costs, *, allow_unknown: bool) -> Potential:
     """Return the cost of crossing each cell, from 50 to 253, and 254 for cells that cannot be crossed.
 
-    These are inscribed and lethal cells, unknown ones unless `allow_unknown`, and the border of the map.
+    Inscribed and lethal cells and the border of the map cannot be crossed. Unknown cells can be crossed if
+    `allow_unknown` is true.
     """
     table = np.full(256, _BLOCKED, np.float32)
     table[:INSCRIBED] = np.minimum(NEUTRAL + np.floor(np.arange(INSCRIBED) * 0.8), _BLOCKED - 1)
@@ -54,10 +57,10 @@ def spread(crossing: Potential, start: Cell, goal: Cell, *, use_astar: bool = Fa
     """Return the potentials around `start`. The wave stops at `goal`, or when no more cells can be reached.
 
     Args:
-        crossing: costs by row and column; the cells of the border must not be crossed.
-        start, goal: columns and rows inside the border.
-        use_astar: whether to prefer cells near the goal: the distance to it, at the cost of free cells,
-            counts for the thresholds. Fewer cells are visited, but in more batches.
+        crossing: costs by row and column. Cells of the border must have a cost that forbids crossing.
+        start, goal: column and row of cells inside the border.
+        use_astar: whether to prefer cells near the goal, by adding the cost of the straight line to the goal
+            before comparing with the threshold. Fewer cells are visited, but in more batches.
     """
     height, width = crossing.shape
     cost = crossing.ravel()
@@ -116,7 +119,7 @@ def _improve(
 
 
 def _unique(cells: npt.NDArray[np.int64], order: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
-    """Remove duplicate cells. `order` is scratch memory, one number per map cell; sorting takes longer."""
+    """Remove duplicate cells faster than by sorting. `order` is scratch memory, one number per map cell."""
     numbers = np.arange(len(cells), dtype=np.int32)
     order[cells] = numbers
     is_last: npt.NDArray[np.bool_] = order[cells] == numbers

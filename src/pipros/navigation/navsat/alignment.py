@@ -1,8 +1,8 @@
 """The transform from geographic coordinates to the world frame of a filter.
 
-The plane frame is the grid of a UTM zone, or east, north and up at the datum. The first position of the robot
-is known in both frames: from a fix and its heading, and from the odometry. See section 3 of T. Moore and
-D. Stouch, A Generalized Extended Kalman Filter Implementation for the Robot Operating System (2014).
+The plane frame is the grid of a UTM zone, or east, north and up at the datum. The robot's first pose is known
+in both frames: from a fix and an orientation, and from odometry. See section 3 of T. Moore and D. Stouch, A
+Generalized Extended Kalman Filter Implementation for the Robot Operating System (2014).
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ class Alignment:
     """Collects a fix, an odometry pose and an orientation, then computes the transform.
 
     Attributes:
-        is_local: use the local plane rather than the grid.
-        turn: angle added to the yaw of orientations (magnetic declination and offset), in radians.
-        zone, is_north: of the grid.
-        is_zone_fixed: whether the zone was set by a user.
-        start: position of the antenna in the plane when the first fix was taken.
+        is_local: whether to use the local plane instead of the grid.
+        turn: angle to add to the yaw of orientations (magnetic declination and offset), in radians.
+        zone, is_north: zone and hemisphere of the grid.
+        is_zone_fixed: whether a user has set the zone.
+        start: position of the antenna in the plane at the first fix.
         odometry: pose of the robot in the world frame.
-        attitude: orientation of the robot; a yaw of 0 is east.
-        to_world: pose of the plane's frame in the world frame, once it is known.
+        attitude: orientation of the robot. A yaw of 0 is east.
+        to_world: pose of the plane's frame in the world frame; None while unknown.
     """
 
     is_local: bool
@@ -51,7 +51,7 @@ class Alignment:
     _convergence: float = 0.0
 
     def set_fix(self, latitude: float, longitude: float, altitude: float) -> None:
-        """Use a fix as the start; its zone becomes that of all positions, unless a zone was set.
+        """Use a fix as the start. Use its zone for all positions, unless a zone was set.
 
         Raises:
             OutOfRange: the fix has no coordinates.
@@ -71,9 +71,9 @@ class Alignment:
         self.start = self.to_world = None
 
     def set_attitude(self, orientation: Pose, mounting: Pose) -> None:
-        """Use an orientation of a sensor that has the pose `mounting` on the robot.
+        """Use the orientation measured by a sensor that has the pose `mounting` on the robot.
 
-        The angles of the mounting are subtracted one by one, then roll and pitch are turned by its yaw.
+        The mounting's angles are subtracted individually. Then roll and pitch are rotated by its yaw.
         """
         offsets = roll_pitch_yaw(mounting)
         roll, pitch, yaw = (
@@ -87,7 +87,7 @@ class Alignment:
         """Compute the transform, if the start, the odometry and the orientation are known.
 
         Args:
-            antenna: pose of the antenna on the robot; None if the start is the robot's position.
+            antenna: pose of the antenna on the robot; None if `start` is the robot's position.
         """
         if self.start is None or self.odometry is None or self.attitude is None:
             return False
@@ -115,11 +115,14 @@ class Alignment:
         return grid.x, grid.y, altitude
 
     def in_world(self, position: Vector) -> Vector:
-        """Convert coordinates in the plane to the world frame, which must be aligned."""
+        """Convert coordinates in the plane to the world frame. The transform must be known."""
         return composed(self._aligned(), (*position, *IDENTITY[3:]))[:3]
 
     def geographic(self, position: Vector) -> Vector:
-        """Convert coordinates in the world frame, which must be aligned, to latitude, longitude, altitude."""
+        """Convert coordinates in the world frame to latitude, longitude and altitude.
+
+        The transform must be known.
+        """
         x, y, z = composed(inverted(self._aligned()), (*position, *IDENTITY[3:]))[:3]
         if self.is_local:
             return (*self._plane.reverse(x, y, 0.0)[:2], z)

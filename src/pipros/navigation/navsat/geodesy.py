@@ -1,4 +1,4 @@
-"""Latitude and longitude to plane coordinates and back, on the ellipsoid WGS84.
+"""Convert latitude and longitude to plane coordinates and back, on the ellipsoid WGS84.
 
 - Transverse Mercator (UTM): C. F. F. Karney, Transverse Mercator with an accuracy of a few nanometers,
   Journal of Geodesy 85 (2011), equations 7 to 36, with the series up to the fourth power of the third
@@ -41,7 +41,7 @@ _BANDS: Final = "CDEFGHJKLMNPQRSTUVWX"
 
 
 class OutOfRange(PiprosError, ValueError):
-    """A position has no coordinates, or a name is not that of a zone."""
+    """A position has no coordinates, or the name of a zone is invalid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class GridPosition:
     """A position on the grid of a zone.
 
     Attributes:
-        convergence: angle in degrees from north to the north of the grid, clockwise.
+        convergence: clockwise angle in degrees from true north to grid north.
     """
 
     zone: int
@@ -74,7 +74,7 @@ def standard_zone(latitude: float, longitude: float) -> int:
 
 
 def zone_of_name(name: str) -> tuple[int, bool]:
-    """Return the zone and hemisphere of a grid zone such as `31U`; a longer MGRS coordinate is accepted.
+    """Return the number and hemisphere of a grid zone such as `31U`, or of an MGRS coordinate.
 
     Raises:
         OutOfRange: the text is not the name of a zone.
@@ -88,7 +88,7 @@ def zone_of_name(name: str) -> tuple[int, bool]:
 
 
 def to_grid(latitude: float, longitude: float, zone: int | None = None) -> GridPosition:
-    """Return the coordinates in a zone; by default, in that of the position.
+    """Return the coordinates in a zone, which defaults to the position's standard zone.
 
     Raises:
         OutOfRange: the latitude is not between -90 and 90, or the position is too far from the zone.
@@ -120,7 +120,7 @@ def to_grid(latitude: float, longitude: float, zone: int | None = None) -> GridP
 
 
 def from_grid(zone: int, is_north: bool, x: float, y: float) -> tuple[float, float]:
-    """Return latitude and longitude of coordinates in a zone."""
+    """Return the latitude and longitude of coordinates in a zone."""
     if zone == 0:
         return _from_ups(is_north, x, y)
     north = (y - (0.0 if is_north else _NORTHING)) / (_SCALE * _RADIUS)
@@ -152,14 +152,14 @@ def _from_ups(is_north: bool, x: float, y: float) -> tuple[float, float]:
 
 
 def _conformal(tangent: float) -> float:
-    """Return the tangent of the conformal latitude from that of the latitude (Karney's equations 7 to 9)."""
+    """Convert the tangent of a latitude to that of the conformal latitude (Karney's equations 7 to 9)."""
     root = math.hypot(1.0, tangent)
     sigma = math.sinh(_E * math.atanh(_E * tangent / root))
     return tangent * math.hypot(1.0, sigma) - sigma * root
 
 
 def _geodetic(conformal: float) -> float:
-    """Return the tangent of the latitude from that of the conformal latitude, by Newton's method."""
+    """Convert the tangent of a conformal latitude to that of the latitude, by Newton's method."""
     tangent = conformal / (1 - _E2)
     for _ in range(6):
         image = _conformal(tangent)
@@ -170,7 +170,7 @@ def _geodetic(conformal: float) -> float:
 
 
 class LocalPlane:
-    """Coordinates east, north and up at an origin, from those of the earth's centre."""
+    """Local east, north and up coordinates at an origin, computed via earth-centred coordinates."""
 
     def __init__(self, latitude: float, longitude: float, altitude: float = 0.0) -> None:
         self._sines = math.sin(math.radians(latitude)), math.sin(math.radians(longitude))
@@ -178,7 +178,7 @@ class LocalPlane:
         self._origin = _to_earth(latitude, longitude, altitude)
 
     def forward(self, latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
-        """Return the coordinates of a position."""
+        """Return the local coordinates of a position."""
         earth = _to_earth(latitude, longitude, altitude)
         x, y, z = (value - start for value, start in zip(earth, self._origin, strict=True))
         (slat, slon), (clat, clon) = self._sines, self._cosines
@@ -186,7 +186,7 @@ class LocalPlane:
         return clon * y - slon * x, clat * z - slat * outwards, clat * outwards + slat * z
 
     def reverse(self, east: float, north: float, up: float) -> tuple[float, float, float]:
-        """Return latitude, longitude and altitude."""
+        """Return the latitude, longitude and altitude of local coordinates."""
         (slat, slon), (clat, clon) = self._sines, self._cosines
         outwards = clat * up - slat * north
         x = self._origin[0] + clon * outwards - slon * east
@@ -204,7 +204,7 @@ class LocalPlane:
 
 
 def _to_earth(latitude: float, longitude: float, altitude: float) -> tuple[float, float, float]:
-    """Return coordinates from the earth's centre: x to longitude 0, z to the north pole."""
+    """Return earth-centred coordinates, with x towards longitude 0 and z towards the north pole."""
     phi, turn = math.radians(latitude), math.radians(longitude)
     curvature = A / math.sqrt(1 - _E2 * math.sin(phi) ** 2)
     outwards = (curvature + altitude) * math.cos(phi)

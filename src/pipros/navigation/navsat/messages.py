@@ -13,7 +13,7 @@ from pipros.navigation.wiring import stamped
 
 
 def position(frame: str, stamp_ns: int, place: Vector, covariance: Poses) -> Any:
-    """Return a position as nav_msgs/Odometry, with its covariance of the shape (3, 3)."""
+    """Return a position and its covariance, of shape (3, 3), as nav_msgs/Odometry."""
     message = stamped("nav_msgs/Odometry", frame, stamp_ns)
     plane.fill(message.pose.pose.position, message.pose.pose.orientation, (*place, *IDENTITY[3:]))
     message.pose.covariance = np.pad(covariance, (0, 3)).ravel().tolist()
@@ -31,7 +31,7 @@ def filtered_fix(frame: str, stamp_ns: int, place: Vector, covariance: Poses) ->
 
 
 def turned(pose: Pose, covariance: Poses) -> Poses:
-    """Return a covariance, shape (3, 3), in the parent of a frame with this pose."""
+    """Rotate a covariance of shape (3, 3) from a frame with the given pose to its parent frame."""
     matrix = np.array(rotation_matrix(pose)).reshape(3, 3)
     found: Poses = matrix @ covariance @ matrix.T
     return found

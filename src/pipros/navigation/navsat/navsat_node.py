@@ -1,4 +1,4 @@
-"""The node navsat_transform_node: topics, services and the transform around an `Alignment`; its program."""
+"""The node and program navsat_transform_node: connects an `Alignment` to topics, services and transforms."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _ORIGIN: Final = SimpleNamespace(x=0.0, y=0.0, z=0.0)
 
 @dataclass(frozen=True, slots=True)
 class NavsatSettings:
-    """The parameters, under their names: angles in radians, times in seconds, frequencies in Hz."""
+    """The parameters by their ROS names. Angles are in radians, times in seconds, frequencies in Hz."""
 
     frequency: float = 10.0
     delay: float = 0.0
@@ -60,7 +60,7 @@ class NavsatNode:
         """Register topics and services, and start the cycle.
 
         Raises:
-            InvalidParameter: the node cannot run with a parameter.
+            InvalidParameter: a parameter has an invalid value.
         """
         self._node, self._log = node, log
         given = self._renamed(read_parameters(node))
@@ -98,7 +98,7 @@ class NavsatNode:
         schedule.every(1.0 / settings.frequency, self._cycle)
 
     def _renamed(self, given: PrivateParameters) -> PrivateParameters:
-        """Return the parameters, with deprecated names replaced by the current ones."""
+        """Return the parameters with deprecated names replaced by current names."""
         values = dict(given.values)
         for ending in ("", "_as_parent_frame"):
             old, new = (f"broadcast_{kind}_transform{ending}" for kind in ("utm", "cartesian"))

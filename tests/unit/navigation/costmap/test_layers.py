@@ -388,4 +388,4 @@ def test_voxels_are_cleared_at_the_height_of_the_ray_only() -> None:
     low = (0.0, 0.0, -1.0, *IDENTITY[3:])
     layer.sources[0].add(np.ones((1, 3), np.float32), IDENTITY, low, 1, 1, 10)
     costmap.update(ROBOT)
-    assert warnings == ["the sensor at (%.2f, %.2f, %.2f) is outside the voxels, which it cannot clear"]
+    assert warnings == ["the sensor at (%.2f, %.2f, %.2f) is outside the voxels and cannot clear them"]
