@@ -252,7 +252,7 @@ class NavigationWorld:
 
     @property
     def clearance_m(self) -> float:
-        """The distance between the robot and the nearest wall or moving obstacle; 0 if it touches one."""
+        """The distance between the robot and the nearest wall or moving obstacle; 0 if they touch."""
         x, y, radius = self.robot.pose.x, self.robot.pose.y, self.robot.settings.radius
         across = np.abs(self._centres - (x, y)) - self._resolution / 2
         nearest = float(np.hypot(*np.maximum(across, 0.0).T).min(initial=math.inf))

@@ -1,7 +1,7 @@
 """Monte Carlo localisation on a known map, as in amcl. Needs numpy and OpenCV.
 
-`motion.py`, `field.py`, `beam.py` and `particles.py` are the models and the particle filter, `localizer.py`
-decides when they are used; none of them performs I/O. `amcl_node.py` connects them to topics, services and
-transforms. Poses are x, y in metres and yaw in radians. The book that the modules cite is Thrun, Burgard and
-Fox, Probabilistic Robotics (2005).
+`motion.py`, `sensors.py` and `particles.py` contain the models and the particle filter, and `localizer.py`
+decides when to use them. None of these modules performs I/O. `amcl_node.py` connects them to topics, services
+and transforms. Poses are x, y in metres and yaw in radians. The modules cite Thrun, Burgard and Fox,
+Probabilistic Robotics (2005).
 """

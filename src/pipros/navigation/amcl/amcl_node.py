@@ -137,7 +137,7 @@ class AmclNode:
     def _on_initial_pose(self, message: Any) -> None:
         frame, wanted = message.header.frame_id.removeprefix("/"), self._settings.global_frame_id
         if not frame:
-            self._log.warning("an initial pose without a frame is taken to be in the frame of the map")
+            self._log.warning("an initial pose has no frame; the frame of the map is assumed")
         elif frame != wanted:
             self._log.warning("initial poses must be in the frame %s, got one in %s", wanted, frame)
             return
@@ -146,7 +146,7 @@ class AmclNode:
         x, y, yaw = flat(composed(pose_of(pose.position, pose.orientation), moved))
         belief = Belief(x, y, yaw, covariance[0], covariance[7], covariance[35], covariance[1])
         if not all(map(math.isfinite, (x, y, yaw, belief.xx, belief.yy, belief.aa, belief.xy))):
-            self._log.warning("an initial pose has numbers that are not finite: it is ignored")
+            self._log.warning("an initial pose with numbers that are not finite is ignored")
             return
         with self._lock:
             self._start_at(belief)
@@ -159,7 +159,7 @@ class AmclNode:
         base, odom = self._settings.base_frame_id, self._settings.odom_frame_id
         pose = self._frames.motion(base, odom, stamp_ns, self._node.clock.now_ns(), INITIAL_POSE_S)
         if pose is None and self._out.correction is not None:
-            self._log.warning("the motion since the timestamp of an initial pose is not known")
+            self._log.warning("the motion since the timestamp of an initial pose is unknown")
         return IDENTITY if pose is None else pose
 
     def _start_at(self, belief: Belief) -> None:

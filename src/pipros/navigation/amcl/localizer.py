@@ -1,4 +1,4 @@
-"""Localisation of a robot: decides when to move, weight and resample the particles. Performs no I/O."""
+"""Decide when to move, weight and resample the particles. This module performs no I/O."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Localizer:
         self._odometry = None
 
     def force_update(self) -> None:
-        """Update with the next scan, even if the robot has not moved."""
+        """Use the next scan for an update, even if the robot has not moved."""
         self._is_forced = True
 
     def scan(self, laser: str, odometry: Triple, beams: Beams) -> ScanOutcome:

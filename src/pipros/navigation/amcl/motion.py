@@ -1,9 +1,9 @@
 """Motion models: move particles by the robot's odometry, with noise.
 
-The models are `sample_motion_model_odometry` of Probabilistic Robotics, table 5.6, for robots that turn and
-drive, and one for robots that also move sideways. The alphas are the parameters `odom_alpha1` to
-`odom_alpha5`. The models without `-corrected` use the book's variances as
-standard deviations, because the alphas of existing robots are tuned for that.
+One model is `sample_motion_model_odometry` of Probabilistic Robotics, table 5.6, for robots that turn and
+drive; the other is for robots that also move sideways. The alphas are the parameters `odom_alpha1` to
+`odom_alpha5`. The models without `-corrected` use the book's variances as standard deviations, because the
+alphas of existing robots are tuned for these models.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def moved(
     alphas: Sequence[float],
     rng: np.random.Generator,
 ) -> Poses:
-    """Return the particles after the motion from one odometry pose to another.
+    """Return the particles after a motion from one odometry pose to another.
 
     Args:
         model: `diff`, `omni`, `diff-corrected` or `omni-corrected`.
@@ -55,7 +55,7 @@ def moved(
         turned = direction + turn2 - draw(a1 * noisy2**2 + a2 * distance**2)
         across: Any = 0.0
     else:
-        if not is_corrected:  # this model swaps the meanings of these two
+        if not is_corrected:  # this model swaps the meanings of these two alphas
             a1, a4 = a4, a1
         direction = yaw + bearing
         along = distance + draw(a3 * distance**2 + a4 * turn**2)

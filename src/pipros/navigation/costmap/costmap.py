@@ -90,7 +90,7 @@ class Costmap(CostmapCore):
             self.log.error("%s", error)
 
     def set_footprint(self, unpadded: Points) -> None:
-        """Set the outline of the robot, which is padded by `footprint_padding`."""
+        """Set the outline of the robot. It is padded by `footprint_padding`."""
         with self.lock:
             self._unpadded = unpadded
             self.layered.set_footprint(footprint.padded(unpadded, self._padding))

@@ -26,7 +26,7 @@ def from_parameter(value: Any, name: str) -> Points:
     """Return the corners in a list of `[x, y]`, or in a string that contains such a list.
 
     Raises:
-        InvalidParameter: the value has a different form, or fewer than 3 corners.
+        InvalidParameter: the value has another form, or fewer than 3 corners.
     """
     corners = value
     if isinstance(value, str):
@@ -45,7 +45,7 @@ def from_parameter(value: Any, name: str) -> Points:
 
 
 def as_text(corners: Points) -> str:
-    """Return the text of a footprint, as costmap_2d writes it to the parameter server."""
+    """Format a footprint as costmap_2d does for the parameter server."""
     return "[" + ",".join(f"[{x:g},{y:g}]" for x, y in corners) + "]"
 
 
@@ -67,6 +67,6 @@ def inscribed_radius(corners: Points) -> float:
 
 
 def placed(corners: Points, x: float, y: float, yaw: float) -> Points:
-    """Return the corners of the footprint of a robot at a pose."""
+    """Return the corners of a robot's footprint at a pose."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
     return [(x + a * cosine - b * sine, y + a * sine + b * cosine) for a, b in corners]

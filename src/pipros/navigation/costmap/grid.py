@@ -83,7 +83,7 @@ class CostGrid:
         return x, y
 
     def in_cells(self, distance: float) -> int:
-        """Return the smallest number of cells that cover a distance."""
+        """Return the smallest number of cells that covers a distance."""
         return max(0, math.ceil(min(distance / self.resolution, _MOST_CELLS)))
 
     def center_on(self, x: float, y: float) -> None:

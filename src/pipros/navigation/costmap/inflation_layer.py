@@ -15,8 +15,8 @@ _ROUNDING = 1e-4
 class InflationLayer(Layer):
     """Raises costs around cells of cost 254, up to a radius.
 
-    With d the distance in metres between the centres of a cell and of the nearest obstacle, r the inscribed
-    radius of the footprint, and k the scaling factor, the cost is 253 for d <= r, otherwise
+    Let d be the distance in metres between the centres of a cell and of the nearest obstacle, r the inscribed
+    radius of the footprint, and k the scaling factor. The cost is 253 for d <= r, otherwise
     252 exp(-k (d - r)), rounded down. The distances are exact (Felzenszwalb and Huttenlocher, "Distance
     Transforms of Sampled Functions", in OpenCV); costmap_2d finds the nearest obstacle by spreading a wave.
     """
@@ -81,7 +81,7 @@ class InflationLayer(Layer):
         )
 
     def _costs_at(self, distances: Numbers) -> Costs:
-        """Return the costs at distances (float32, in cells), which are square roots of whole numbers."""
+        """Return the costs at distances (float32, in cells), which are square roots of integers."""
         metres = np.sqrt(np.rint(distances.astype(np.float64) ** 2)) * self.costmap.grid.resolution
         inscribed = self.costmap.inscribed_radius
         far = (INSCRIBED - 1) * np.exp(-self._scaling * np.maximum(metres - inscribed, 0.0))

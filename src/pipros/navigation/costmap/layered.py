@@ -40,7 +40,7 @@ class CellRectangle(NamedTuple):
         return CellRectangle(*low, max(self.xn, other.xn), max(self.yn, other.yn))
 
     def grown(self, cells: int, grid: CostGrid) -> CellRectangle:
-        """Return the rectangle extended by a border of this many cells, clipped to the grid."""
+        """Return the rectangle extended by `cells` on each side, and clipped to the grid."""
         low = max(0, self.x0 - cells), max(0, self.y0 - cells)
         return CellRectangle(*low, min(grid.width, self.xn + cells), min(grid.height, self.yn + cells))
 

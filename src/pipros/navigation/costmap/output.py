@@ -53,7 +53,7 @@ class CostmapOutput:
         self._window = self._window.united(window)
 
     def publish_if_due(self, now_ns: int) -> None:
-        """Publish the map, or its changes, if a publication is due and there is a subscriber."""
+        """Publish the map or its changes if a publication is due and there are subscribers."""
         is_due = not 0 <= now_ns - self._last_ns < self._period_ns
         if not (self._period_ns and is_due and self._costmap.is_initialized):
             return

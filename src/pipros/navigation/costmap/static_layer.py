@@ -73,9 +73,7 @@ class StaticLayer(CellLayer):
         if not info.resolution > 0 or not np.isfinite(geometry).all():
             raise ValueError(f"a map must have a resolution > 0 and a finite origin, got {geometry[2:]}")
         if len(message.data) != info.width * info.height:
-            raise ValueError(
-                f"a map of {info.width} X {info.height} must have as many cells, got {len(message.data)}"
-            )
+            raise ValueError(f"a map must have {info.width} X {info.height} cells, got {len(message.data)}")
         costmap = self.costmap
         if not costmap.is_rolling and (costmap.grid.geometry != geometry or not costmap.is_size_locked):
             costmap.resize(*geometry, lock=True)

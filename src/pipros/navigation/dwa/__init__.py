@@ -1,4 +1,4 @@
-"""The dynamic window approach of `dwa_local_planner`: choose the next velocity by simulating many.
+"""The dynamic window approach of `dwa_local_planner`: simulate many velocities, and choose the best.
 
 D. Fox, W. Burgard and S. Thrun, "The dynamic window approach to collision avoidance", IEEE Robotics &
 Automation Magazine, 1997.

@@ -41,7 +41,7 @@ class DwaLocalPlanner:
         given = read_parameters(node, namespace)
         for old, new in _RENAMED.items():
             if given.has(old):
-                log.warning("%s/%s has no effect: its name is %s now", namespace, old, new)
+                log.warning("%s/%s has no effect: it is now named %s", namespace, old, new)
         frequency = search_upwards(node, namespace, "controller_frequency")
         period_s = 1.0 / frequency if isinstance(frequency, int | float) and frequency > 0 else 0.05
         self._fixed: dict[str, Any] = {
@@ -96,7 +96,7 @@ class DwaLocalPlanner:
         return self._rotation.has_reached(pose, self._velocity, goal)
 
     def command(self) -> Triple | None:
-        """Return the velocity to command now, or None if no velocity is legal."""
+        """Return the next velocity to command, or None if no velocity is legal."""
         pose, goal = self._costmap.robot_pose(), self._goal()
         local = None if pose is None else self._local(pose)
         if pose is None or goal is None or local is None or not len(local):

@@ -1,4 +1,4 @@
-"""The end of a drive: stop at the goal's position, then turn to the goal's direction."""
+"""The last phase of a drive: stop at the goal's position, then turn to the goal's direction."""
 
 from __future__ import annotations
 

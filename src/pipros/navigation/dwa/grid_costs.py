@@ -20,7 +20,7 @@ COLLISION, UNKNOWN_UNDER, OUTSIDE = -1, -2, -3
 
 
 def plan_cells(grid: CostGrid, plan: Points) -> Cells:
-    """Return the cells of a plan inside the map, up to its first exit, shape (n, 2): row and column.
+    """Return the cells of a plan inside the map, up to its first exit; shape (n, 2), row and column.
 
     Points are inserted where points of the plan are farther apart than the resolution. Unknown cells count as
     outside the map.

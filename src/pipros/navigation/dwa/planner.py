@@ -39,7 +39,7 @@ class Oscillation:
     def note(self, command: Triple, pose: Triple, settings: DwaSettings) -> None:
         """Record the chosen velocity: start a ban if a sign changed, and end bans after enough motion.
 
-        Signs of y and of the turn only count while x is at most `min_vel_trans`.
+        Signs of y and of the turn only count while the absolute value of x is at most `min_vel_trans`.
         """
         is_new = False
         for axis, value in enumerate(command):
@@ -105,7 +105,7 @@ class DwaPlanner:
         self._alignment = settings.path_distance_bias if is_far else 0.0
 
     def choose(self, pose: Triple, velocity: Triple) -> Choice:
-        """Return the best velocity from this pose and velocity. Call `look_at` first."""
+        """Return the best velocity for a robot with this pose and velocity. Call `look_at` first."""
         samples = window(self.settings, pose, velocity, self._goal)
         tried = simulated(self.settings, pose, velocity, samples)
         scores = self.scores(tried)

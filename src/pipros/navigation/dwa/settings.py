@@ -87,7 +87,7 @@ class DwaSettings:
         poses = math.prod(settings.samples) * max(speed, turn, 1.0) * settings.sim_time
         if not poses <= MAX_POSES:
             raise InvalidParameter(
-                f"the samples, sim_time and the granularities make {poses:.3g} poses; "
+                f"the samples, sim_time and the granularities result in {poses:.3g} poses; "
                 f"at most {MAX_POSES:,} are allowed"
             )
         return settings

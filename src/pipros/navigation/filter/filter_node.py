@@ -1,4 +1,4 @@
-"""The node of both filters: topics, services and transforms around a `Timeline`."""
+"""The node for both filters: connects a `Timeline` to topics, services and transforms."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ class FilterNode:
         return (*place, x / norm, y / norm, z / norm, w / norm)
 
     def _is_expected(self, sensor: InputSettings, stamp_ns: int) -> bool:
-        """Return False if the input measures no variables, or has already sent a later message."""
+        """Return False if no variables of the input are used, or a later message has already arrived."""
         if not sensor.flags.any():
             return False
         if stamp_ns < self._last_stamps.get(sensor.source, 0):

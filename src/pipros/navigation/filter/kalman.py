@@ -1,7 +1,7 @@
 """The extended Kalman filter (Thrun, Burgard and Fox, Probabilistic Robotics, 2005, table 3.3).
 
-The motion is that of `state.transition`. A measurement consists of state variables, so its model is a
-selection of rows.
+`state.transition` is the motion model. A measurement consists of state variables, so the measurement model is
+a selection of rows.
 """
 
 from __future__ import annotations

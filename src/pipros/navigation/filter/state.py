@@ -67,7 +67,7 @@ class Measurement:
         return np.flatnonzero(self.flags & np.isfinite(self.values))
 
     def noise(self, indices: np.ndarray[Any, np.dtype[np.intp]]) -> Array:
-        """Return the covariance of these variables, with variances of at least 1e-9."""
+        """Return the covariance of the given variables, with variances of at least 1e-9."""
         noise: Array = self.covariance[np.ix_(indices, indices)]
         variances = np.maximum(np.abs(noise.diagonal()), _LEAST_VARIANCE)
         noise[np.diag_indices_from(noise)] = variances
@@ -75,7 +75,7 @@ class Measurement:
 
 
 def wrapped(angles: Array) -> Array:
-    """Return the angles between -pi and pi."""
+    """Wrap angles to the range from -pi to pi."""
     return np.asarray(np.where(np.abs(angles) > pi, angles - 2 * pi * np.round(angles / (2 * pi)), angles))
 
 
@@ -87,8 +87,8 @@ def rotation(roll: float, pitch: float, yaw: float) -> Array:
 def transition(angles: Array, delta_s: float) -> Array:
     """Return the matrix that predicts the state after `delta_s`, for the current roll, pitch and yaw.
 
-    Acceleration is constant: position += R(v Δ + a Δ²/2), v += a Δ. The angles change by their rates, which
-    follow from the angular velocity in the robot's frame (Fossen, Guidance and Control of Ocean Vehicles,
+    Acceleration is constant: position += R(v Δ + a Δ²/2), v += a Δ. The rates of the angles are computed
+    from the angular velocity in the robot's frame (Fossen, Guidance and Control of Ocean Vehicles,
     1994, section 2.1.2).
     """
     cr, sr, cp, sp = _functions(angles[0], angles[1])

@@ -1,6 +1,6 @@
 """Order measurements, including late ones, by time, and apply them to a filter.
 
-Times are seconds in floating point, as in robot_localization, so that its timestamps are reproduced.
+Times are floating-point seconds, as in robot_localization, so that timestamps are the same.
 """
 
 from __future__ import annotations

@@ -123,7 +123,7 @@ class GmappingNode:
             return None
         up = rotate(inverted(base), (0.0, 0.0, 1.0))[2]
         if abs(abs(up) - 1.0) > _FLAT:
-            self._log.warning("the laser must be horizontal; the z axis of its frame is at %.3f", up)
+            self._log.warning("the laser must be horizontal; the z component of its z axis is %.3f", up)
             return None
         if not (message.ranges and math.isfinite(message.angle_min + message.angle_max)):
             self._log.warning("a scan must have ranges and finite angles: it is ignored")
@@ -152,13 +152,13 @@ class GmappingNode:
         interval_s = max(interval_s, message.scan_time * settings.throttle_scans)
         if taken_s > interval_s:
             self._log.warning(
-                "not in real time: matching a scan to %d particles takes %.2f s, but at %.1f m/s one is due "
+                "too slow: matching a scan to %d particles takes %.2f s, but at %.1f m/s a scan is due "
                 "every %.2f s. Try fewer ~particles, a larger ~lskip, or a longer ~linearUpdate",
                 settings.particles, taken_s, USUAL_SPEED, interval_s,
             )  # fmt: skip
 
     def _publish_map(self, slam: GridSlam) -> None:
-        """Publish the map of the best particle, and the entropy of the poses."""
+        """Publish the map of the best particle, and the entropy of the particles."""
         entropy = slam.entropy()
         if entropy > 0.0:
             self._entropy.publish(load_message_class("std_msgs/Float64")(entropy))

@@ -1,6 +1,6 @@
 """Grid-based FastSLAM: each particle has a trajectory and a map, and moves by odometry and scan matching.
 
-See the paper of Grisetti, Stachniss and Burgard (2007), sections III and IV: a proposal improved by scan
+See the paper by Grisetti, Stachniss and Burgard (2007), sections III and IV: a proposal improved by scan
 matching, and resampling only when the effective number of particles (its equation 20) is small.
 """
 
@@ -85,7 +85,7 @@ class GridSlam:
         self._matcher.match(self._maps, self.poses + np.array((0.1, 0.1, 0.1)), ranges)
 
     def _move(self, odometry: Triple) -> None:
-        """Move the particles by the odometry's motion, with noise in their own frames."""
+        """Move the particles by the motion of the odometry, with noise in each particle's frame."""
         settings, (x, y, yaw) = self._settings, self._odometry
         east, north, turn = odometry[0] - x, odometry[1] - y, math.remainder(odometry[2] - yaw, math.tau)
         along = math.cos(yaw) * east + math.sin(yaw) * north

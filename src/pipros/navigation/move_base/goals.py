@@ -133,7 +133,7 @@ class GoalServer:
                 goal_id.stamp = stamp(self._node.clock)
             goal = Goal(message.goal, _status(goal_id, Status.PENDING))
             if not self._goals.add(goal_id.id, goal):
-                self._node.log.warning("a goal is rejected: there are too many, or its ID is too long")
+                self._node.log.warning("a goal is rejected: there are too many goals, or its ID is too long")
                 self._end(goal, GoalEvent.REJECT, "this action server has too many goals")
             elif is_late or any(_is_older(goal, other) for other in (self._current, self._next)):
                 self._end(goal, GoalEvent.CANCEL, REPLACED)

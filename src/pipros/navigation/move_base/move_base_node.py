@@ -1,4 +1,4 @@
-"""The node move_base: costmaps, planners and recovery behaviours around a `GoalMachine`."""
+"""The node move_base: connects a `GoalMachine` to costmaps, planners and recovery behaviours."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ class MoveBase:
         is_replacement = self._goals.is_active
         self._goal = self._goals.accept().target_pose
         if not _is_upright(self._goal.pose.orientation):
-            self._log.error("the goal's quaternion must be finite, not 0, and keep z upright")
+            self._log.error("the goal's quaternion must be finite, not 0, and keep the z axis upright")
             self._finish(BAD_QUATERNION)
             return
         self._target = self._target_of(self._goal)

@@ -31,7 +31,7 @@ def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, 
     if name == ours.partition("/")[2]:
         log.warning("%s: the name of [%s] lacks its package: write [%s]", parameter, name, ours)
         return
-    text = f"{parameter}: [{name}] is C++, which pipros cannot load"
+    text = f"{parameter}: [{name}] is a C++ plugin, which pipros cannot load"
     if is_strict:
         raise InvalidParameter(f"{text}, and strict is set. Set it to [{ours}]")
     log.warning("%s; [%s] runs instead, with ~%s/…", text, ours, ours.partition("/")[2])
@@ -84,7 +84,7 @@ def _checked(given: Any, log: logging.Logger, *, is_strict: bool) -> list[dict[s
         elif _full(str(each["type"])) in BEHAVIOURS:
             found.append(each)
         else:
-            text = f"recovery_behaviors: [{each['type']}] is C++, which pipros cannot load"
+            text = f"recovery_behaviors: [{each['type']}] is a C++ plugin, which pipros cannot load"
             if is_strict:
                 raise InvalidParameter(f"{text}, and strict is set. Remove it")
             log.warning("%s: it is left out", text)

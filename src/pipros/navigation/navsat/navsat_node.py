@@ -251,7 +251,7 @@ class NavsatNode:
         self._static.publish(message)
 
     def _publish_position(self) -> None:
-        """Publish the robot's position in the world frame, computed from the antenna's."""
+        """Publish the robot's position in the world frame, computed from the antenna's position."""
         alignment = self._alignment
         if self._fix is None or alignment.to_world is None:
             return
@@ -263,7 +263,7 @@ class NavsatNode:
         base = self._find(self._world_frame, self._base_frame, stamp_ns) if antenna is not None else None
         if antenna is None or base is None:
             frame = self._antenna_frame or "the receiver"
-            self._throttle.warning("the offset of %s on the robot is not known", frame)
+            self._throttle.warning("the pose of %s on the robot is unknown", frame)
             x = y = z = 0.0
         else:
             dx, dy, dz = rotate(base, antenna[:3])

@@ -156,4 +156,4 @@ def test_too_many_goals_are_rejected() -> None:
     server.send("a")
     server.send("b")
     assert server.results == [("b", Status.REJECTED, "this action server has too many goals")]
-    assert server.node.warnings == ["a goal is rejected: there are too many, or its ID is too long"]
+    assert server.node.warnings == ["a goal is rejected: there are too many goals, or its ID is too long"]

@@ -166,7 +166,7 @@ def test_behaviours_in_c_plus_plus_are_left_out_or_refused(caplog: pytest.LogCap
     made = plugins.behaviours(listed, VALUES, tools()[0], is_strict=False)
     assert [name for name, _ in made.values()] == ["r"]
     assert (
-        "[move_slow_and_clear/MoveSlowAndClear] is C++, which pipros cannot load: it is left out"
+        "[move_slow_and_clear/MoveSlowAndClear] is a C++ plugin, which pipros cannot load: it is left out"
         in caplog.text
     )
     with pytest.raises(InvalidParameter, match=r"and strict is set\. Remove it"):
@@ -180,8 +180,8 @@ def test_other_planners_are_named_or_refused(caplog: pytest.LogCaptureFixture) -
     assert [record.getMessage() for record in caplog.records] == [
         "base_local_planner: the name of [DWAPlannerROS] lacks its package: write "
         "[dwa_local_planner/DWAPlannerROS]",
-        f"base_local_planner: [{teb}] is C++, which pipros cannot load; [dwa_local_planner/DWAPlannerROS] "
-        "runs instead, with ~DWAPlannerROS/…",
+        f"base_local_planner: [{teb}] is a C++ plugin, which pipros cannot load; "
+        "[dwa_local_planner/DWAPlannerROS] runs instead, with ~DWAPlannerROS/…",
     ]
     with pytest.raises(
         InvalidParameter, match=r"and strict is set\. Set it to \[dwa_local_planner/DWAPlannerROS\]"
