@@ -103,7 +103,7 @@ class CloudFilterNodelet(LazyNode):
 
 
 def transformed(cloud: Any, matrix: Any) -> Any:
-    """Return a cloud whose points and viewpoints (if any) are transformed, except points with NaN."""
+    """Transform the points of a cloud, and their viewpoints if any. Points with NaN are not changed."""
     rows = rows_of(cloud).copy()
     points = positions(cloud, rows)
     finite = np.isfinite(points).all(1)

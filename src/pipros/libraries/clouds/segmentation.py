@@ -63,7 +63,7 @@ def plane(
 
 
 def _tries(share: float, probability: float) -> float:
-    """Return how many planes to try to define one by three inliers with this probability.
+    """Return the number of tries after which a plane was defined by three inliers with this probability.
 
     `share` is the proportion of inliers among the points.
     """

@@ -1,4 +1,4 @@
-"""Depth images: conversion of units and to points, and registration. Depths are along the optical axis.
+"""Depth images: unit conversion, conversion to points, and registration. Depths are along the optical axis.
 
 `16UC1` is in millimetres, with 0 for unknown depths; `32FC1` is in metres, with NaN.
 """

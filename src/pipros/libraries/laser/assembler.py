@@ -42,8 +42,7 @@ class Assembler:
         """Return the points of the scans with begin <= time < end, or None if there are none.
 
         The channels are those of the first scan; a channel that another scan lacks is filled with 0. The
-        timestamp is that of the last scan. As in the original, the search starts at the oldest scan and ends
-        at the first one at or after `end_ns`.
+        timestamp is that of the last scan. As in the original, scans are assumed to be sorted by time.
         """
         scans = list(self._scans)
         start = next((at for at, each in enumerate(scans) if each.stamp_ns >= begin_ns), len(scans))

@@ -162,7 +162,7 @@ class ScanToCloudFilterChain:
         }
         self._has_viewpoint = private(node, "cloud_channel_viewpoint", False)
         if raw(node, "cloud_filter_chain"):
-            node.log.error("~cloud_filter_chain: there are no filters for clouds; the parameter is ignored")
+            node.log.error("~cloud_filter_chain is ignored, because filters for clouds are not supported")
         self._listener = TransformListener(node)
         names = ("scan_filter_chain", "scan_filter_chain/filter_chain")
         self._chain = ScanChain(node, names, self._listener)

@@ -100,7 +100,7 @@ class VelocityMux:
         return max((lock.priority for lock in self.locks if self.is_locked(lock, now_s)), default=0)
 
     def unmasked(self, now_s: float) -> list[VelocitySource]:
-        """Return the inputs that are neither expired nor locked."""
+        """Return the inputs that are neither expired nor masked by a lock."""
         level = self.level(now_s)
         return [each for each in self.inputs if not each.is_expired(now_s) and each.priority >= level]
 

@@ -33,12 +33,12 @@ _Frame = tuple[list[int], list[Pose], list[tuple[int, Pose]]]
 
 
 class LookupTimes:
-    """What a buffer's chains need to know to reuse results.
+    """The state of a buffer that determines whether its chains can reuse results.
 
     Attributes:
         last: time of the buffer's last lookup.
         changes: number of events that invalidated results.
-        kept_since: results for earlier times may be unavailable, because poses were dropped.
+        kept_since: results for times before this may be unavailable, because poses were dropped.
     """
 
     __slots__ = ("changes", "kept_since", "last")

@@ -50,7 +50,7 @@ INITIAL_POSE_S: Final = 0.5
 
 
 class AmclNode:
-    """Localises a robot. Callbacks run in several threads and share one lock, which is not held in waits."""
+    """Localises a robot. Callbacks run in several threads and share a lock that is not held while waiting."""
 
     def __init__(self, node: Node, log: logging.Logger, schedule: Schedule) -> None:
         """Register topics and services, get the map, and serve the reconfigurable settings.

@@ -55,7 +55,7 @@ def padded(corners: Points, padding: float) -> Points:
 
 
 def inscribed_radius(corners: Points) -> float:
-    """Return the radius of the inscribed circle around the robot's centre; infinity for < 3 corners."""
+    """Return the inscribed radius around the robot's centre, or infinity with fewer than three corners."""
     if len(corners) <= 2:
         return math.inf
     starts = np.array(corners, float)

@@ -80,7 +80,7 @@ class Estimates:
             frames = settings.odom_frame, settings.base_link_frame
             odom = self._frames.find(*frames, stamp_ns, settings.transform_timeout)
             if odom is None:
-                self._log.error("no transform from %s to %s: no transform is sent", *frames[::-1])
+                self._log.error("cannot send the transform: no transform from %s to %s", *frames[::-1])
                 return
             child, pose = settings.odom_frame, composed(base, inverted(odom))
         elif settings.world_frame != settings.odom_frame:

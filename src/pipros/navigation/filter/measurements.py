@@ -113,7 +113,7 @@ class Readings:
     def attitude(
         self, sensor: InputSettings, frame: str, stamp_ns: int, pose: Pose, covariance: Array
     ) -> Measurement | None:
-        """Make a measurement from the orientation of an IMU in the world. It can be mounted in any way."""
+        """Make a measurement from an IMU's orientation in the world. The IMU can be mounted in any way."""
         mounting = self._find(self.base, frame or self.base, stamp_ns)
         if mounting is None:
             return None

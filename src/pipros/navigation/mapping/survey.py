@@ -28,7 +28,7 @@ class TrajectoryStep:
 
 
 class Survey:
-    """Counts the beams that passed or ended in each cell (visits), and that ended in it (hits).
+    """Counts visits (beams that passed or ended in a cell) and hits (beams that ended in it) per cell.
 
     Counts are sums over scans. To switch to another trajectory, only the scans that differ are removed and
     added. Not thread-safe.

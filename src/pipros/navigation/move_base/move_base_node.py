@@ -179,7 +179,7 @@ class MoveBase:
         self._current_goal.publish(shown)
 
     def _target_of(self, goal: Any) -> Triple | None:
-        """Convert a goal's pose to the global frame, at the goal's time; if this fails, warn, return None."""
+        """Return a goal's pose in the global frame at the goal's time. If unknown, warn and return None."""
         frame, pose = goal.header.frame_id.lstrip("/"), pose_of(goal.pose.position, goal.pose.orientation)
         if frame == self._global_map.global_frame:
             return plane.flat(pose)

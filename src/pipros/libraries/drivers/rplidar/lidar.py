@@ -229,7 +229,7 @@ class Lidar:
         return answer
 
     def _wait_for_answer(self, kind: int, what: str) -> int:
-        """Skip all data before the next response, and its header. Return the length of its payload."""
+        """Skip data up to the end of the next response header. Return the length of the payload."""
 
         def is_here() -> bool:
             while True:
