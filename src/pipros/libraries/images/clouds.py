@@ -44,7 +44,7 @@ def set_colors(points: Any, image: Any, name: str, alpha: int) -> None:
 
 
 def cloud_message(points: Any, header: Any) -> Any:
-    """Return a `sensor_msgs/PointCloud2` that shares the memory of `points`, which must not be changed later."""
+    """Return a `sensor_msgs/PointCloud2` sharing the memory of `points`, which must not be changed later."""
     field: Any = load_message_class("sensor_msgs/PointField")
     message: Any = load_message_class("sensor_msgs/PointCloud2")()
     height, width, floats = points.shape

@@ -43,7 +43,7 @@ class Selection:
         Return the previous selection, or `""` if there was none.
 
         Raises:
-            Refused: `topic` is not one of the topics.
+            BadSelection: `topic` is not one of the topics.
         """
         if topic == NONE:
             topic = ""
@@ -57,7 +57,7 @@ class Selection:
         """Append a topic.
 
         Raises:
-            Refused: `topic` is already one of the topics, or not a valid name.
+            BadSelection: `topic` is already one of the topics, or not a valid name.
         """
         if topic.endswith(NONE):
             raise BadSelection(
@@ -73,7 +73,7 @@ class Selection:
         """Remove a topic.
 
         Raises:
-            Refused: `topic` is not one of the topics, or is currently selected.
+            BadSelection: `topic` is not one of the topics, or is currently selected.
         """
         if topic not in self._topics:
             raise BadSelection(f"{topic} is not a topic of the {self._owner}")
