@@ -62,7 +62,7 @@ def _required(node: Node, name: str) -> Any:
 
 
 class SacSegmentation(_Segmentation):
-    """Publishes the `~inliers` and the `~model` of the plane that contains the most points."""
+    """Finds the plane with the most points, and publishes its `~inliers` and `~model`."""
 
     settings = (
         Setting("max_iterations", 50, 0, 100_000),

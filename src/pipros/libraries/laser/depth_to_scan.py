@@ -135,8 +135,8 @@ def _pixels(image: Any) -> Any:
     row = image.width * kind.itemsize
     if image.step < row or len(image.data) < image.step * image.height or not image.height:
         raise InvalidDepthImage(
-            f"an image of {image.width} x {image.height} must have {image.step} * {image.height} bytes, in "
-            f"rows of at least {row}, got {len(image.data)}"
+            f"an image of {image.width} x {image.height} must have {image.step} * {image.height} bytes, and "
+            f"at least {row} bytes per row, got {len(image.data)} bytes"
         )
     rows = np.frombuffer(image.data, np.uint8)[: image.step * image.height].reshape(image.height, image.step)
     return rows[:, :row].copy().view(kind)

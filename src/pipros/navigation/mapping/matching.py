@@ -35,7 +35,7 @@ _ALIGNMENTS: Final = 12
 _DAMPING: Final = 1.0
 """Damping of the least squares, which keeps the pose in directions that walls do not constrain."""
 _NEIGHBOURS_M: Final = 0.5
-"""Neighbouring ends farther apart than this, or farther than `_OFF_LINE_M` from a line, are no wall."""
+"""Maximum distance between neighbouring ends on the same wall. `_OFF_LINE_M` is that from a straight line."""
 _OFF_LINE_M: Final = 0.03
 _MOVES: Final = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 

@@ -107,7 +107,7 @@ def test_points_in_a_polygon() -> None:
     [
         ("range", "must be a list of filters, got 'range'"),
         ([{"name": "a"}], r"\[0\] must be a map with name and type"),
-        ([{"name": "a", "type": "my/Filter"}], "type must be laser_filters/ with one of .*, got my/Filter"),
+        ([{"name": "a", "type": "my/Filter"}], "type must be laser_filters/ and one of .*, got my/Filter"),
         ([{"name": "a", "type": "laser_filters/InterpolationFilter"}] * 2, "must be unique, got a twice"),
         ([{"name": "a", "type": "laser_filters/ScanBlobFilter", "params": 3}], "params must be a map, got 3"),
         ([{"name": "a", "type": "laser_filters/ScanBlobFilter"}], "a: parameter max_radius must be given"),
@@ -115,7 +115,7 @@ def test_points_in_a_polygon() -> None:
         ([{"name": "a", "type": "laser_filters/LaserArrayFilter"}], "range_filter_chain or intensity_filter"),
         (
             [{"name": "a", "type": "laser_filters/LaserMedianFilter", "params": {"internal_filter": [3]}}],
-            "type must be filters/ with one of .*, got 3",
+            "type must be filters/ and one of .*, got 3",
         ),
         (
             [{"name": "a", "type": "laser_filters/LaserScanPolygonFilter",

@@ -73,7 +73,7 @@ def checked(line: bytes) -> bytes:
         InvalidReply: the checksum is wrong.
     """
     if not line or (sum(line[:-1]) & 0x3F) + 0x30 != line[-1]:
-        raise InvalidReply(f"wrong checksum of {line!r}")
+        raise InvalidReply(f"line {line!r} has a wrong checksum")
     return line[:-1]
 
 
