@@ -1,4 +1,4 @@
-"""The programs `image_proc` and `stereo_image_proc`: several nodelets in one node."""
+"""The programs `image_proc` and `stereo_image_proc`, which run several nodelets in one node."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class StoredScan:
 
 
 class Assembler:
-    """Keeps the last scans. Not thread-safe."""
+    """Stores the last scans. Not thread-safe."""
 
     def __init__(self, size: int, step: int = 1) -> None:
         """Store the settings.

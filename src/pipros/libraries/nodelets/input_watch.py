@@ -21,7 +21,7 @@ PERIOD_S: Final = 5.0
 
 @dataclass(frozen=True, slots=True)
 class InputState:
-    """What a nodelet received on a topic within the last minute.
+    """Statistics of a nodelet's input topic over the last minute.
 
     Attributes:
         rate_hz: messages per second, including dropped messages.

@@ -93,9 +93,9 @@ class Reconfigurable:
         """Read the settings, call `apply` once with all bits of the level set, and offer the service.
 
         Args:
-            namespace: such as `~` or `~costmap`.
-            apply: called with all settings, and the bitwise OR of the levels of those that changed. If it
-                returns settings, they replace the given ones.
+            namespace: the namespace of the settings, such as `~` or `~costmap`.
+            apply: called with all settings, and the bitwise OR of the levels of changed settings. If it
+                returns settings, these replace the given settings.
         """
         self._node = node
         self._prefix = namespace if namespace.endswith(("~", "/")) else f"{namespace}/"
