@@ -111,7 +111,7 @@ def is_number(value: Any) -> TypeGuard[int | float]:
 
 
 def read_parameters(node: Node, namespace: str = "~") -> PrivateParameters:
-    """Read a node's parameters in a namespace: its private namespace, or one below (`~costmap`)."""
+    """Read a node's parameters in its private namespace, or in one below it, such as `~costmap`."""
     try:
         values = node.params.get(namespace)
     except NotFound:

@@ -13,7 +13,7 @@ from pipros.libraries.transforms.pose import Pose
 
 
 def valid_beams(scan: Scan, cutoff: float = -1.0) -> Any:
-    """Return the indices of beams with `range_min` <= range < cutoff (`range_max` if it is negative)."""
+    """Return the indices of beams with `range_min` <= range < cutoff. A negative cutoff means `range_max`."""
     limit = scan.range_max if cutoff < 0 else cutoff
     with np.errstate(invalid="ignore"):
         return np.flatnonzero((scan.ranges < limit) & (scan.ranges >= scan.range_min))

@@ -126,9 +126,9 @@ def _number(file: str, key: str, value: Any) -> float:
 def make_grid(description: MapDescription, picture: Picture) -> Grid:
     """Convert an image to the cells of a map.
 
-    As in Noetic, the grey value of a coloured pixel is the mean of its channels, which include alpha in mode
-    `trinary`, where a grey picture with alpha counts as one with three equal colours. In mode `scale`,
-    transparent cells that are neither free nor occupied are unknown.
+    As in Noetic, the grey value of a coloured pixel is the mean of its channels. In mode `trinary`, the mean
+    includes alpha, and a grey picture with alpha is treated as a picture with three equal colour channels and
+    alpha. In mode `scale`, transparent cells that are neither free nor occupied are unknown.
     """
     channels = picture.colors
     if picture.alpha is not None and description.mode == "trinary":
