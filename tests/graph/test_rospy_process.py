@@ -34,6 +34,16 @@ rospy.wait_for_service('slow')
 rospy.ServiceProxy('slow', Empty)()
 """
 
+CALL_IS_ANSWERED = """
+def answer_at_shutdown(_):
+    print('in call', flush=True)
+    rospy.sleep(1000)
+    return []
+rospy.Service('late', Empty, answer_at_shutdown)
+rospy.wait_for_service('late')
+rospy.ServiceProxy('late', Empty)()
+"""
+
 HEAD = """
 import functools, threading, time
 import rospy
@@ -96,6 +106,16 @@ def test_a_signal_ends_a_node_cleanly(
     assert "hook False" in node.output
     assert "Traceback" not in node.output
     assert client.get_system_state() == [[], [], []]
+
+
+def test_a_running_call_may_end_after_a_signal(processes: Processes, tmp_path: Path, master: Master) -> None:
+    head = HEAD.replace("unregister_s=30", "unregister_s=30, call_grace_s=30")
+    node = start(processes, tmp_path, master.uri, head + CALL_IS_ANSWERED)
+    node.wait_for("in call")
+    node.send_signal(signal.SIGINT)
+    assert node.wait() == 0
+    assert "hook False" in node.output
+    assert "Traceback" not in node.output
 
 
 @pytest.mark.parametrize(

@@ -119,7 +119,7 @@ def _start(
         rpc_port=rpc_port,
         tcpros_port=tcpros_port,
     )
-    node.on_shutdown(session.calls.interrupt_present)
+    node.calls.add(session.calls)
     node.on_shutdown(lambda: session.hooks.call_first(session.end_reason))
     session.process_id = os.getpid()
     session.logs.open(node, log_level)

@@ -125,7 +125,7 @@ class Node:
         self.params = Parameters(self.master, self.resolve, self._registrations_if_started)
         self.clock: Clock = WallClock()
         self._on_shutdown_request = on_shutdown_request or self._end_by_request
-        self._calls = OpenCalls()
+        self.calls = OpenCalls()  # the running calls of services, which the shutdown interrupts
         self._loop = BackgroundLoop(f"node {self.name}", Lookups(self.limits.lookups))
         self._running: RunningNode | None = None
         self._lock = threading.Lock()
@@ -324,7 +324,8 @@ class Node:
             running.endpoints.restrict_publishing_to(get_ident())
         self.clock.interrupt(exempt=get_ident())
         # A hook may call services, or wait for a thread that calls one.
-        self._calls.interrupt_present()
+        self.calls.wait_for_callers(self._timings.call_grace_s)
+        self.calls.interrupt_present()
         for hook in list(self._shutdown_hooks):
             try:
                 hook()
@@ -332,7 +333,8 @@ class Node:
                 self.log.exception("a shutdown hook of %s failed", self.name)
         try:
             if running is not None:
-                self._calls.interrupt()
+                self.calls.wait_for_callers(self._timings.call_grace_s)  # begun just before the shutdown
+                self.calls.interrupt()
                 try:
                     running.leave()
                 finally:  # a loop that kept running would watch descriptors that other code has closed
@@ -452,7 +454,7 @@ class Node:
             self.resolve(service),
             service_class,
             master=lambda: self.master,
-            calls=self._calls,
+            calls=self.calls,
             persistent=persistent,
             headers=headers,
             limits=self.limits,

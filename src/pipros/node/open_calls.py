@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import threading
-from typing import Protocol
+import time
+from typing import Final, Protocol
 from weakref import WeakSet
+
+_POLL_S: Final = 0.005
 
 
 class Interruptible(Protocol):
@@ -20,6 +23,7 @@ class OpenCalls:
 
     def __init__(self, part_of: OpenCalls | None = None) -> None:
         self._open: WeakSet[Interruptible] = WeakSet()
+        self._callers: set[int] = set()
         self._lock = threading.Lock()
         self._is_interrupted = False
         if part_of is not None:
@@ -35,6 +39,24 @@ class OpenCalls:
     def remove(self, call: Interruptible) -> None:
         with self._lock:
             self._open.discard(call)
+
+    def begin(self) -> None:
+        """Note that the current thread calls a service, until it calls `end`."""
+        self._callers.add(threading.get_ident())
+
+    def end(self) -> None:
+        self._callers.discard(threading.get_ident())
+
+    def wait_for_callers(self, limit_s: float) -> None:
+        """Wait until no thread calls a service, for at most `limit_s`."""
+        deadline = time.monotonic() + limit_s
+        while self._have_callers() and time.monotonic() < deadline:
+            time.sleep(_POLL_S)
+
+    def _have_callers(self) -> bool:
+        with self._lock:
+            parts = [each for each in self._open if isinstance(each, OpenCalls)]
+        return bool(self._callers) or any(part._have_callers() for part in parts)
 
     def interrupt(self) -> None:
         """Interrupt all running and future calls."""

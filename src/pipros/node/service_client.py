@@ -101,14 +101,18 @@ class ServiceClient:
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         number(request, next(self._numbers))
-        if not self._persistent:
-            return self._call_plainly(request, deadline)
-        with self._kept_lock:
-            if self._kept is None or self._kept.is_closed:  # the link is broken; connect again
-                self._kept, _ = self._connect(deadline)
-            link = self._kept
-            body = link.call(self.service, request, deadline)
-        return self._response(link, body)
+        self.calls.begin()
+        try:
+            if not self._persistent:
+                return self._call_plainly(request, deadline)
+            with self._kept_lock:
+                if self._kept is None or self._kept.is_closed:  # the link is broken; connect again
+                    self._kept, _ = self._connect(deadline)
+                link = self._kept
+                body = link.call(self.service, request, deadline)
+            return self._response(link, body)
+        finally:
+            self.calls.end()
 
     def _call_plainly(self, request: Message, deadline: float | None) -> Any:
         link, is_reused = self._connect(deadline)

@@ -20,6 +20,8 @@ class NodeTimings(NamedTuple):
             master's response is read.
         close_flush_s: how long closing waits in total for the last messages to be sent, so that a slow
             subscriber does not block the node's shutdown.
+        call_grace_s: how long running service calls may continue when the node begins to shut down. Without
+            it, a loop that calls a service would often end with an error at Ctrl-C.
         unregister_s: how long a node waits, while shutting down, for a master that does not answer.
         clock_silence_s: time without a message on `/clock` after which a waiting thread causes a warning.
         links: delays and timeouts of the connections.
@@ -30,6 +32,7 @@ class NodeTimings(NamedTuple):
     slow_attempt_s: float = 1.0
     early_connect_s: float = 0.05
     close_flush_s: float = 0.2
+    call_grace_s: float = 0.1
     unregister_s: float = 0.3
     clock_silence_s: float = 5.0
     links: LinkTimings = LINK_TIMINGS
