@@ -91,7 +91,7 @@ class Bags:
         return f"<Bags of {', '.join(each.name for each in self.readers)}: {len(self.topics())} topics>"
 
     def _repr_html_(self) -> str:
-        """Return the topics of each bag, for notebooks."""
+        """Return an HTML table of the topics of each bag, for notebooks."""
         return "".join(info_html(bag_info(each, each.name, with_frequencies=True)) for each in self.readers)
 
     def topics(self, pattern: str = "*") -> list[str]:

@@ -38,7 +38,7 @@ class MessageGroup(NamedTuple):
 
     @property
     def bytes(self) -> int:
-        """The size of the messages, including their sizes and times, in bytes."""
+        """The size of the messages in bytes, plus 16 bytes for the size and the time of each message."""
         return len(self.data) + 16 * len(self.sizes)
 
     def parts(self, limit: int) -> Iterator[MessageGroup]:
@@ -132,7 +132,8 @@ def _of_chunks(
         and (end_ns is None or chunk.start_ns <= end_ns)
     ]
     chunks.sort(key=lambda each: (each[0].start_ns, each[1]))
-    # Messages with equal times in two chunks are ordered by connection, so time ranges must not touch.
+    # Messages of several connections with equal times are ordered by connection, even across chunks.
+    # Therefore, the time ranges of the chunks must not touch.
     apart = 1 if len(connections) > 1 else 0
     if any(later.start_ns < earlier.end_ns + apart for (earlier, _), (later, _) in pairwise(chunks)):
         raise _Unusual
@@ -195,7 +196,7 @@ class _CollectedMessages:
 
 
 class _ChunkReader:
-    """Reads chunks. Uncompressed ones share a buffer, because touching new memory is slower than reading."""
+    """Reads chunks. Uncompressed chunks share a buffer: touching new memory is slower than reading."""
 
     def __init__(self, bag: BagReader) -> None:
         self._bag = bag

@@ -18,7 +18,7 @@ FORMATS = ("parquet", "arrow", "csv")
 def write_arrow(tables: Iterable[Any], path: str | os.PathLike[str], kind: str) -> list[str]:
     """Write one or more `pyarrow` tables or batches with the same columns to a file, replacing it.
 
-    Return the names of omitted columns, because CSV cannot store bytes.
+    Return the names of the columns that were omitted because CSV cannot store bytes.
 
     Args:
         kind: one of `FORMATS`. Each table becomes a row group of a Parquet file, or a batch of an Arrow file.
@@ -84,5 +84,5 @@ def _has_bytes(pa: Any, kind: Any) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Convert a time to a number or string, because JSON has no type for it."""
+    """Convert a time to a number or string, because JSON has no type for times."""
     return value.value if hasattr(value, "value") else str(value)

@@ -1,10 +1,10 @@
-"""The limits of tables."""
+"""Limits on tables and data sets."""
 
 from typing import NamedTuple
 
 
 class DataLimits(NamedTuple):
-    """The limits of tables: `limits.of(DataLimits)` for a `Limits`.
+    """Limits on tables and data sets; `limits.of(DataLimits)` reads them from a `Limits`.
 
     Attributes:
         dataset_pixels: maximum number of pixels in a picture of a data set.

@@ -97,7 +97,7 @@ class ImportablePackages:
             from pipros.packages.system_packages import in_search_order
 
             listed = in_search_order(filter(None, path.split(os.pathsep)), (), os.path.realpath(SHARE))
-            roots = listed[:-2]  # the last two are pipros's own and Debian's
+            roots = listed[:-2]  # without the folders of pipros and Debian
             self._path, self._folders = path, PackageFolders(roots, cache_folder("packages"))
         return self._folders
 

@@ -17,7 +17,7 @@ _REASONS: Mapping[str, str] = {
 
 
 _PACKAGES = frozenset(("moveit_commander", "smach", "smach_ros", "smach_viewer"))
-"""Modules that are packages of ROS, with advice in `well_known.py`."""
+"""Modules of ROS packages. `well_known.py` has the advice on these packages."""
 
 
 class _AbsentLoader(Loader):

@@ -49,7 +49,7 @@ def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None
 
 
 def add_folder(module: Any, folder: str = SHARE) -> None:
-    """Append packages that pip installed, and then a folder, to the folders in `rospkg.environment`."""
+    """Make `rospkg.environment.get_ros_paths` add the packages that pip installed, and then `folder`."""
     from pipros.packages import installed_packages
 
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths

@@ -5,9 +5,9 @@ which predates catkin. Packages do not nest, so folders below a package are not 
 and folders marked with `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are skipped. A file
 `rospack_nosubdirs` ends the search below its folder. Links are followed; each folder is visited once.
 
-A crawl records the modification time of each folder that it listed and of each manifest that it read. As long
-as these times are unchanged, no package has been added, removed or renamed. This check takes one `stat` per
-entry, which is about fifty times faster than crawling again.
+A crawl records the modification times of the manifests that it read, and of the folders that it listed,
+except those of catkin packages. As long as these times are unchanged, no package has been added, removed or
+renamed. This check takes one `stat` per entry, which is about fifty times faster than crawling again.
 
 The first import of a message in every process runs this module, so it imports little: `re`, `pathlib` and
 `dataclasses` would each take longer than the crawl of a workspace.
@@ -73,7 +73,8 @@ class CrawledPackage:
 class Crawl:
     """The packages below `root`, sorted by path.
 
-    `folders` contains every folder that was listed, with its modification time in ns (0 if not trusted).
+    `folders` contains the listed folders, except those of catkin packages, with their modification times in
+    ns (0 if not trusted).
     """
 
     __slots__ = ("folders", "packages", "root")
@@ -96,7 +97,7 @@ class Crawl:
 
 
 def crawl(root: str) -> Crawl:
-    """Search `root` and everything below it. Unreadable folders count as empty."""
+    """Return the packages in `root` and below it. Unreadable folders count as empty."""
     newest_trusted_ns = time.time_ns() - _RACY_NS
     folders: list[tuple[str, int]] = []
     packages: list[CrawledPackage] = []
@@ -169,7 +170,7 @@ def read_package(folder: str, newest_trusted_ns: int = 0) -> CrawledPackage | No
 
 
 def _dry_package(manifest: os.DirEntry[str], folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """Return the package for a `manifest.xml`, named after its folder, or None if it is not a file."""
+    """Return the package for a `manifest.xml`, named after its folder, or None if it is not a regular file."""
     try:
         status = manifest.stat()
     except OSError:

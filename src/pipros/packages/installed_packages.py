@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 EDITABLE = os.path.join("pipros", "editable")
-"""Subfolder of a share folder with the paths of editable packages."""
+"""Subfolder of a share folder: for each editable package, a file with the path of its source folder."""
 
 MODULES = os.path.join("pipros", "modules")
-"""Subfolder of a share folder with the packages of modules."""
+"""Subfolder of a share folder: for each top-level Python module, a file with the name of its package."""
 
 _SITE_FOLDERS = ("site-packages", "dist-packages")
 _MANIFEST = "package.xml"
@@ -97,7 +97,7 @@ def folders_in(share: str) -> Iterator[str]:
 
 
 def folders() -> Iterator[str]:
-    """Yield the folders of all installed packages. If packages have the same name, the first one is used."""
+    """Yield the folders of all installed packages. Of packages with the same name, the first is in use."""
     for share in share_folders():
         yield from folders_in(share)
 
@@ -124,7 +124,10 @@ def modules() -> dict[str, str]:
 
 
 def programs_folder(package_folder: str) -> str | None:
-    """Return the folder with the programs of a package in a `share` folder, or None for other packages."""
+    """Return the folder for the programs of a package that pip installed, or None for other packages.
+
+    The folder need not exist.
+    """
     share, name = os.path.split(package_folder)
     return os.path.join(os.path.dirname(share), "lib", name) if is_installed_share(share) else None
 

@@ -71,7 +71,7 @@ def chosen(variables: Mapping[str, str] = os.environ) -> str:
 
 
 def python_nodelet(plugin: str) -> str | None:
-    """Return the class of a nodelet as `module:name`, or None if there is none in Python."""
+    """Return the class of a Python nodelet as `module:name`, or None if no Python nodelet has this name."""
     if plugin in PLUGINS:
         return f"pipros.libraries.{PLUGINS[plugin]}"
     return _of_others().get(plugin)

@@ -1,4 +1,4 @@
-"""Package folders by name, for `PackageIndex` and for importing messages.
+"""Find package folders by name, for `PackageIndex` and for importing messages.
 
 Paths are strings and imports are few, because the first import of a message in every process needs this
 module. All other code uses `PackageIndex`.
@@ -36,8 +36,8 @@ class PackageFolders:
     ) -> None:
         """Store the settings without reading the disk.
 
-        Packages of kinds other than `kinds` are ignored. Debian's folder and the folders of packages that pip
-        installed may be roots, too.
+        Packages of kinds other than `kinds` are ignored. Roots may also be Debian's folder and the share
+        folders into which pip installs packages.
         """
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
@@ -75,7 +75,10 @@ def _root(folder: str, cache: CacheFolder | None, kinds: Sequence[str]) -> _Syst
 
 
 class _SystemRoot:
-    """Debian's packages. The disk is read on each call: one manifest for a package, 1 ms for all."""
+    """Debian's packages.
+
+    Each call reads the disk: `get` reads one manifest, and `packages` all manifests, which takes 1 ms.
+    """
 
     __slots__ = ("_kinds",)
 
@@ -150,7 +153,7 @@ class _Root:
         return None if package is None else package.path
 
     def packages(self) -> Sequence[CrawledPackage]:
-        """Return all packages in the folder. The result may be as old as the first call to this method."""
+        """Return all packages in the folder. The result may be as old as the first call to any method."""
         known = self._known
         if known is None or not self._is_own:
             kept = self._read_cache() if known is None else known[0]

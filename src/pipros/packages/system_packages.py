@@ -2,9 +2,9 @@
 
 Their manifests are in `/usr/share/NAME`, and their programs in `/usr/lib/NAME`. No variable needs
 to be set: Debian's rospack and rospkg search `/usr/share` after `ROS_PACKAGE_PATH`, one level deep. In
-pipros, they have lower precedence than the shipped packages, even if `ROS_PACKAGE_PATH` lists `/usr/share`;
-otherwise they would hide the shipped ones. Some of Debian's packages have programs without a manifest,
-because the manifest belongs to a `-dev` package.
+pipros, Debian's packages have lower precedence than the shipped packages, even if `ROS_PACKAGE_PATH` lists
+`/usr/share`; otherwise they would hide the shipped packages. Some of Debian's packages have programs without
+a manifest, because the manifest belongs to a `-dev` package.
 
 The first import of a message in every process runs this module, so it imports little.
 """
@@ -24,7 +24,7 @@ SYSTEM_SHARE = "/usr/share"
 PROGRAM_FOLDER = "/usr/lib"
 """Folder with a subfolder for each package that has programs."""
 
-# A program that is linked with roscpp names the library near its start, in its list of needed libraries.
+# A program linked with roscpp contains the library's name near its start, in the list of needed libraries.
 _LIBRARY = b"libroscpp.so"
 _LIBRARY_WITHIN_BYTES = 128 * 1024
 _ELF = b"\x7fELF"
@@ -37,8 +37,8 @@ def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: s
     folder, and Debian's.
 
     Args:
-        folders: the folders on `ROS_PACKAGE_PATH`. Debian's is moved to the end, and so is pipros's own if it
-            is the last, as the setup files of workspaces write it.
+        folders: the folders on `ROS_PACKAGE_PATH`. Debian's folder is moved to the end. So is pipros's folder
+        if it is the last one, where the setup files of workspaces put it.
         installed: the share folders of installed packages.
         shipped: the folder of the packages shipped with pipros.
     """
@@ -49,7 +49,7 @@ def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: s
 
 
 def is_share_folder(folder: str) -> bool:
-    """Return whether a path names the folder of Debian's manifests."""
+    """Return whether a path is that of the folder with Debian's manifests."""
     return folder.rstrip("/") == SYSTEM_SHARE
 
 
@@ -121,7 +121,7 @@ def _is_program(path: str) -> bool:
 
 
 def is_compiled(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file is a compiled program of this system, not a script."""
+    """Return whether a file is a compiled program in the ELF format, not a script."""
     return _start(path, len(_ELF)) == _ELF
 
 

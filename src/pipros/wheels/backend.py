@@ -54,19 +54,19 @@ def prepare_metadata_for_build_editable(metadata_directory: str, config_settings
 def build_wheel(
     wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
 ) -> str:
-    """Build the wheel of the package in the working directory, and return its name."""
+    """Build the wheel of the package in the working directory, and return the wheel's file name."""
     return _build(wheel_directory, config_settings, is_editable=False)
 
 
 def build_editable(
     wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
 ) -> str:
-    """Build a wheel that points to the working directory, and return its name."""
+    """Build a wheel that points to the working directory, and return the wheel's file name."""
     return _build(wheel_directory, config_settings, is_editable=True)
 
 
 def build_sdist(sdist_directory: str, config_settings: Settings = None) -> str:
-    """Write the source archive of the package in the working directory, and return its name."""
+    """Write the source archive of the package in the working directory, and return its file name."""
     package = _package()
     base = base_name(package)
     entries = {f"{base}/{path}": entry for path, entry in source_entries(package.folder).items()}

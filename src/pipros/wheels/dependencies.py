@@ -93,7 +93,7 @@ def classify(
     """Return what provides the dependency `name`.
 
     Args:
-        is_ros_package: whether the name is known to be a ROS package's.
+        is_ros_package: whether the name is known to be that of a ROS package with its own wheel.
         bounds: the required versions of the ROS package, such as `>=1.2`.
     """
     if is_ros_package:

@@ -33,7 +33,7 @@ _WHEEL = re.compile(
 )
 _METADATA_BYTES = 4 * 1024 * 1024
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""The methods that wheels use. `zipfile` cannot bound the output of any other during decompression."""
+"""The compression methods that wheels use. With any other, `zipfile` cannot bound the decompressed size."""
 _CHUNK_BYTES = 1024 * 1024
 
 
@@ -52,7 +52,7 @@ _DAMAGES = (
 
 
 class BadWheel(PiprosError):
-    """A file is not a valid wheel, although its name ends in `.whl`."""
+    """A `.whl` file is not a valid wheel, or a folder contains no wheels."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,7 +45,8 @@ class PackageFiles:
 
     Attributes:
         entries: the files by path. The paths of files below `.data` begin with `data`.
-        notes: the parts that the wheel lacks, with the reasons, one line each.
+        notes: one line for each part that was left out and for a folder that was added as a whole, with the
+        reason.
     """
 
     entries: dict[str, ArchiveEntry] = field(default_factory=dict)
@@ -62,7 +63,7 @@ def read_package(
         projects: the packages in the same workspace that have already been read.
 
     Raises:
-        PiprosError: the file or a message is invalid; the message names the file and line.
+        PiprosError: the file or a message definition is invalid; the error text names the file and line.
     """
     if not (package.folder / "CMakeLists.txt").is_file():
         project = Project(package.name, str(package.folder), str(package.folder / "CMakeLists.txt"))
@@ -115,7 +116,9 @@ def package_files(
     is_strict: bool = False,
     is_whole: bool = False,
 ) -> PackageFiles:
-    """Install a package below the temporary `folder`, and return the files for its wheel, which stay there.
+    """Install a package below the temporary `folder`, and return the files for its wheel.
+
+    The files remain in `folder`.
 
     Args:
         is_strict: whether compiled targets are an error.

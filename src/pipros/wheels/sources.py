@@ -43,7 +43,10 @@ class Repository:
 def read_repository(text: str) -> Repository | None:
     """Return the repository given by a command-line argument, or None if the argument is not a URL.
 
-    `git+https://…` is accepted as in pip, and `URL@VERSION` names a version.
+    As in pip, `git+https://…` is accepted, and `URL@VERSION` selects a branch, tag or commit.
+
+    Raises:
+        BadSource: the version contains characters that names of branches, tags and commits cannot have.
     """
     text = text.removeprefix("git+")
     start = text.rfind("@")
@@ -109,7 +112,7 @@ def _checked(repository: Repository, place: str = "") -> Repository:
 
 
 def clone(repository: Repository, folder: Path) -> Path:
-    """Clone a repository below a folder, and return the path. Blocks for at most 15 minutes.
+    """Clone a repository below a folder, and return the path. Each git command may take 15 minutes.
 
     Raises:
         BadSource: git is not installed, or failed; the message contains the end of its output.

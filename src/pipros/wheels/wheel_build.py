@@ -46,7 +46,7 @@ class WheelOptions:
 
 @dataclass(frozen=True, slots=True)
 class BuiltWheel:
-    """A wheel, with a note for each part that it lacks."""
+    """A wheel, with notes on parts that were left out and on a folder that was added as a whole."""
 
     package: SourcePackage
     file: Path

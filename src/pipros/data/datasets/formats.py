@@ -61,7 +61,7 @@ def write_parquet(folder: Path, rows: EpisodeRows, bags: Bags, threads: int) -> 
 
 
 def write_hdf5(folder: Path, rows: EpisodeRows, bags: Bags, threads: int) -> int:
-    """Write `data/EPISODE.hdf5`, with a group for each kind of topic, and videos.
+    """Write `data/EPISODE.hdf5`, with a group for each section of the description, and write videos.
 
     JPEG pictures are stored in the HDF5 file itself.
     """

@@ -71,7 +71,7 @@ class GoalTable(Generic[_Goal]):
         return meant_by(self, self.find(goal_id), goal_id, stamp, stamp_of)
 
     def add(self, goal_id: str, goal: _Goal) -> bool:
-        """Add a goal. Return False if the table is full or the ID is too long."""
+        """Add a goal. Return False if the table is full and no goal has ended, or if the ID is too long."""
         if len(goal_id) > self._id_characters:
             return False
         if len(self._goals) >= self._limit:

@@ -15,7 +15,7 @@ TIMEOUTS: Mapping[BondState, BondEvent] = {
     BondState.ALIVE: BondEvent.HEARTBEAT_TIMEOUT,
     BondState.ENDING: BondEvent.DISCONNECT_TIMEOUT,
 }
-"""The timeout that runs in each state. None runs in DEAD."""
+"""The timeout that runs in each state. In DEAD, no timeout runs."""
 
 
 class RestartableTimer:
@@ -131,7 +131,7 @@ class BondSide:
         self.send(self.state in (BondState.WAITING, BondState.ALIVE))
 
     def publish_heartbeats(self, period_s: float, ending_period_s: float) -> None:
-        """Publish the status periodically until the bond is broken, then once more."""
+        """Publish the status periodically until the bond is broken or `is_over` returns True, then once more."""
         while (state := self.state) is not BondState.DEAD and not self.is_over():
             self.publish()
             with self._changed:
@@ -140,7 +140,7 @@ class BondSide:
         self.publish()
 
     def wait(self, is_reached: Callable[[BondState], bool], timeout_s: float | None) -> bool:
-        """Wait until `is_reached` accepts the state. Return whether it was reached.
+        """Wait until `is_reached` accepts the state. Return whether it does.
 
         Stop waiting at the timeout (None for no limit), or when `is_over` returns True.
         """

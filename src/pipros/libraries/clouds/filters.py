@@ -1,7 +1,8 @@
-"""The filters of pcl_ros: functions that return a new cloud. Arithmetic is in float32, as in PCL.
+"""The filters of pcl_ros: functions that return a new cloud.
 
-Selected points keep all their bytes. Names and rules are those of PCL; `values` maps the names of a nodelet's
-settings to their values.
+Coordinates are compared in float32, as in PCL; distances and means are computed in float64. Selected points
+keep all their bytes. Names and rules are those of PCL; `values` maps the names of a nodelet's settings to
+their values.
 """
 
 from __future__ import annotations
@@ -27,14 +28,21 @@ from pipros.libraries.clouds.points import (
 Values = Mapping[str, Any]
 
 _FARTHEST: Final = 2.0**60
-"""Cell coordinates are clamped to this distance from the origin."""
+"""Cell indices are clamped to this absolute value."""
 
 _NUMBERS: Final = 2.0**62
 """In voxel grids with at least this many cells, only the occupied cells are numbered."""
 
 
 def pass_through(cloud: Any, values: Values) -> Any:
-    """Return the points whose field `filter_field_name` is within the limits, or outside if negated."""
+    """Return the points whose field `filter_field_name` is within the limits, or outside if negated.
+
+    The other points are removed, as are points that are not finite. If `keep_organized` is true, the other
+    points are set to NaN instead.
+
+    Raises:
+        InvalidCloud: the cloud is invalid, or the field is missing or not of type FLOAT32.
+    """
     rows, name = rows_of(cloud), values["filter_field_name"]
     organized = values["keep_organized"]
     if name and not has_field(cloud, name):
@@ -196,7 +204,7 @@ def _cell_numbers(points: Any, leaf: Any) -> Any:
 
 
 def leaf_sizes(values: Values) -> Any:
-    """Return a cell's size along each axis in float32. `leaf_size` replaces a negative `leaf_size_x`.
+    """Return a cell's size along each axis in float32. `leaf_size` applies to axes with a negative size.
 
     Raises:
         InvalidCloud: a size is not greater than 0.

@@ -1,6 +1,6 @@
 """Point cloud files (PCD, version 0.7) as bytes: ascii, binary and binary_compressed.
 
-See https://pointclouds.org/documentation/tutorials/pcd_file_format.html. `FIELDS _` is padding.
+See https://pointclouds.org/documentation/tutorials/pcd_file_format.html. A field named `_` is padding.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ def _compressed(data: bytes) -> bytes:
 
 
 def formatted(cloud: Any, mode: str = "ascii", viewpoint: Pose = IDENTITY) -> bytes:
-    """Return a cloud as the content of a file. Bytes outside its fields are omitted.
+    """Return a cloud as the content of a file. Bytes outside the cloud's fields are omitted.
 
     Raises:
         InvalidCloud: the size of the data does not match the cloud's dimensions.

@@ -126,7 +126,7 @@ def cloud_of(header: Any, columns: Mapping[str, Any], point_step: int = 0) -> An
 
     Args:
         columns: arrays of equal length, by field name.
-        point_step: size of a point in bytes, if larger than the sum of its fields.
+        point_step: size of a point in bytes, if larger than the total size of its fields.
     """
     field_class: Any = load_message_class("sensor_msgs/PointField")
     kinds = {name: np.dtype(values.dtype).newbyteorder("<") for name, values in columns.items()}

@@ -13,7 +13,7 @@ from pipros.cli.entry_point import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Write the files. Return the exit code, which is 1 if a file is not a wheel."""
+    """Write the files. Return the exit code, which is 1 if a wheel is invalid or a file cannot be written."""
     parser = ArgumentParser(
         prog="pipros index",
         description="Writes FOLDER/simple, an index for pip, and FOLDER/requirements.lock, with hashes, for "

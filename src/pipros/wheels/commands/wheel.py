@@ -14,7 +14,7 @@ from pipros.cli.entry_point import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Build the wheels. Return the exit code, which is 1 if nothing was written."""
+    """Build the wheels, or write the `pyproject.toml` files. Return the exit code: 1 after an error."""
     parser = ArgumentParser(
         prog="pipros wheel",
         description="Builds a wheel for each package in folders, workspaces and git repositories.",
