@@ -131,7 +131,7 @@ class BondSide:
         self.send(self.state in (BondState.WAITING, BondState.ALIVE))
 
     def publish_heartbeats(self, period_s: float, ending_period_s: float) -> None:
-        """Publish the status periodically until the bond is broken or `is_over` returns True, then once more."""
+        """Publish the status periodically, and once more when the bond is broken or `is_over` is True."""
         while (state := self.state) is not BondState.DEAD and not self.is_over():
             self.publish()
             with self._changed:

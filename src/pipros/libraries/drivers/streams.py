@@ -78,7 +78,7 @@ class Stream:
     def close(self) -> None:
         """Close the connection. Data that has not been sent is lost."""
         if self._is_serial:
-            with suppress(Exception):  # including termios.error; without it, close waits until all is sent
+            with suppress(Exception):  # including termios.error; without the reset, close waits for output
                 self._handle.reset_output_buffer()
         with suppress(OSError):
             self._handle.close()

@@ -5,7 +5,8 @@ which `add` removes from the queues and returns. If a queue is longer than `queu
 are dropped.
 
 If time is simulated and `reset` is true, a backward jump of the clock clears each queue when its input's next
-message arrives. No set is completed while an input's last message arrived at a later simulated time.
+message arrives. After such a jump, no set is completed as long as the last message of any input arrived at a
+simulated time later than the current one.
 """
 
 from __future__ import annotations

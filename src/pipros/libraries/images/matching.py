@@ -1,4 +1,4 @@
-"""Disparities between rectified images with OpenCV's block matchers, as in stereo_image_proc."""
+"""Compute disparities between rectified images with OpenCV's block matchers, as stereo_image_proc does."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Pinhole:
         """Return the camera that a `sensor_msgs/CameraInfo` describes.
 
         Raises:
-            Uncalibrated: the focal lengths are 0.
+            Uncalibrated: a focal length is 0.
         """
         p, (bin_x, bin_y) = info.P, binning(info)
         if not p[0] or not p[5]:

@@ -122,7 +122,7 @@ def synchronized(
     is_exact: bool = True,
     topic_queue_size: int | None = None,
 ) -> list[Any]:
-    """Call `callback` with matching messages, one from each input. Return the subscriptions.
+    """Subscribe, and call `callback` with matching messages, one from each input. Return the subscriptions.
 
     Args:
         queue_size: maximum number of messages per input that wait for matching messages.

@@ -61,7 +61,7 @@ class ScanChain:
         return self._listener
 
     def _offer(self, one: ScanFilter) -> None:
-        """Offer a filter's settings. Values in the chain take precedence, except for `from_server`."""
+        """Offer a filter's settings. Values in the chain take precedence, except those in `from_server`."""
         given, is_ready = one.values, False
 
         def apply(values: Mapping[str, Any], _: int) -> None:
@@ -116,7 +116,7 @@ def _show_polygon(node: Node, one: PolygonFilter) -> None:
 
 
 class ScanToScanFilterChain:
-    """Filters `scan` to `scan_filtered`."""
+    """Filters `scan`, and publishes the result as `scan_filtered`."""
 
     def __init__(self, node: Node) -> None:
         """Advertise and subscribe. Blocks until the master answers."""

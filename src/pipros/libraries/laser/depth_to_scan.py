@@ -83,7 +83,7 @@ class DepthToScan:
     range_max: float = 10.0
 
     def ranges(self, image: Any, view: View) -> Any:
-        """Return the smallest distance in each beam as float32; NaN if there is none.
+        """Return the smallest distance in each beam as float32; NaN or an infinity if there is none.
 
         Args:
             image: a `sensor_msgs/Image` with depths.

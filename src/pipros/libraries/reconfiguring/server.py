@@ -34,6 +34,7 @@ class Setting:
     Attributes:
         default: the default value. Its type is the setting's type.
         low, high: bounds to which numbers are clamped; None for no bound.
+        level: bits that are passed to `apply` if the setting changes.
         edit_method: the constants of an enum, in the format that descriptions of `.cfg` files use.
     """
 
@@ -73,7 +74,7 @@ class Setting:
 
 
 class Reconfigurable:
-    """Serves the settings of a namespace: the service `set_parameters`, and two latched topics.
+    """Serves the settings of a namespace through the service `set_parameters` and two latched topics.
 
     The settings are read from the parameter server, clamped, and written back. Changes are applied one at a
     time, in threads of the node. If there is a setting `restore_defaults`, as in navigation, setting it to

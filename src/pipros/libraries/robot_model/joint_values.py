@@ -127,7 +127,7 @@ class JointValues:
     def columns(self) -> tuple[list[float], list[float], list[float]]:
         """Return the positions, velocities and efforts of all `names`.
 
-        A list is empty if none of its values is known.
+        A list is empty if none of its values is known and, for positions, no joint follows another.
         """
         known = {what for joint in self.free.values() for what in joint}
         wants = ("position" in known or bool(self.dependent), "velocity" in known, "effort" in known)

@@ -25,8 +25,9 @@ class UrdfError(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """Rule for a joint that mimics `joint`: its position is `multiplier` times the position of `joint`, plus
-    `offset`.
+    """Rule for a joint that mimics another joint.
+
+    Its position is `multiplier` times the position of `joint`, plus `offset`.
     """
 
     joint: str

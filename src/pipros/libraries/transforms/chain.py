@@ -38,7 +38,7 @@ class LookupTimes:
     Attributes:
         last: time of the buffer's last lookup.
         changes: number of events that invalidated results.
-        kept_since: results for times before this may be unavailable, because poses were dropped.
+        kept_since: time before which results may be unavailable, because poses were dropped.
     """
 
     __slots__ = ("changes", "kept_since", "last")
@@ -65,7 +65,7 @@ class Chain:
         self._up = [(frame.stamps, frame.poses, frame.interpolated) for frame in up]
         self._down = [(frame.stamps, frame.poses, frame.interpolated) for frame in down]
         self._times = times
-        self._changes = times.changes  # when the results were stored
+        self._changes = times.changes  # the number of changes when the results were stored
         self._results: dict[int, Pose] = {}
         self._moving = [frame.stamps for frame in up + down if frame.stamps]
         # Frames above the first common ancestor are in both lists. As in tf2, they do not affect the latest

@@ -93,7 +93,10 @@ def frames_as_html(frames: Frames) -> str:
 
 
 def _rate_and_time(frame: FrameHistory | None, rate: float, newest: float, oldest: float) -> tuple[str, str]:
-    """Return the rate and the latest time as texts; no rate for one transform, no time for a static one."""
+    """Return the rate and the latest time as texts.
+
+    The rate of a single transform is empty. The time of a static transform is `static`.
+    """
     if not isinstance(frame, MovingFrame):
         return "", "static"
     return f"{rate:.1f}" if newest > oldest else "", f"{newest:.3f}"

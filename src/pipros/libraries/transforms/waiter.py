@@ -49,8 +49,9 @@ class TransformWaiter:
     ) -> Answer:
         """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or times out.
 
-        Return the last result of `ask`. `timeout` is in nanoseconds as measured by `clock()`. `check` is
-        called before each pause; if it raises an exception, the wait ends.
+        Return the last result of `ask`. `timeout` is in nanoseconds on `clock()`. If this clock jumps back to
+        more than 3 s before the start of the wait, the wait times out. `check` is called before each pause;
+        if it raises an exception, the wait ends.
         """
         end = clock().now_ns() + timeout
         with self._changed:

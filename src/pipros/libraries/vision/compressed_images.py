@@ -88,10 +88,10 @@ class DepthSettings:
     """Settings of compressedDepth.
 
     Attributes:
-        kind: only `png`.
+        kind: `png`, the only supported format.
         depth_max: maximum depth in metres, from 1 to 100. Greater depths are lost.
-        depth_quantization: depth in metres, from 1 to 150, at which 32-bit depths have a resolution of about
-            1 cm.
+        depth_quantization: depth in metres, from 1 to 150, at which 32-bit depths would have a resolution of
+        about 1 m. The resolution is proportional to the square of the depth.
         png_level: from 1 (fast) to 9 (small).
 
     Raises:
@@ -140,8 +140,9 @@ def compressed_depth(
 ) -> tuple[str, bytes]:
     """Compress a depth image. Return the format and the data of a CompressedImage.
 
-    16-bit depths (in millimetres) are stored exactly. Of 32FC1 depths (in metres), the inverse is quantised,
-    so small depths are more accurate. Depths beyond `depth_max` are lost.
+    16-bit depths (in millimetres) are stored exactly. For 32FC1 depths (in metres), the inverse is quantised,
+    so small depths are more accurate. Depths beyond `depth_max` are lost, and so are 32FC1 depths too small
+    for 16 bits (by default, below about 0.15 m).
 
     Raises:
         CompressionError: the encoding does not have a single channel of 16-bit integers or 32-bit floats.

@@ -10,8 +10,8 @@ from pipros.libraries.vision.extras import numpy as np
 COUNTS = (4, 5, 8, 12, 14)
 """Valid numbers of coefficients.
 
-The plumb-bob model has 4 or 5. The rational polynomial model has 8, 12 with thin-prism terms, or 14 with
-a tilted sensor as well.
+The plumb-bob model has 4 or 5. The rational polynomial model has 8, or 12 with thin-prism terms, or 14 with
+thin-prism terms and a tilted sensor.
 """
 
 _ITERATIONS = 5  # OpenCV's undistortPoints uses the same number of iterations

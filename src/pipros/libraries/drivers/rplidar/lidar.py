@@ -181,7 +181,7 @@ class Lidar:
         self._received = b""
 
     def turn_motor(self, scan_hz: float) -> None:
-        """Start the motor, or stop it if `scan_hz` is 0. Only newer models turn at exactly this rate."""
+        """Start the motor, or stop it if `scan_hz` is 0. Models before series 6 turn at their own rate."""
         if self._series >= 6:
             self._send(LidarCommand.MOTOR_SPEED, struct.pack("<H", min(round(60 * scan_hz), 0xFFFF)))
         elif self._has_power:

@@ -32,7 +32,7 @@ Segment = tuple[bool, list[Point]]
 VALID_QUALITY: Final = 47
 """The quality of valid points in formats without qualities."""
 FASTEST_HZ: Final = 50
-"""Upper bound on the rate of rotation. A larger angle between two capsules means that some were lost."""
+"""Upper bound on the rate of rotation. If two capsules imply a higher rate, capsules were lost between."""
 _TURN: Final = 360 * 64
 
 
@@ -61,7 +61,7 @@ class StandardNodes:
         while at <= end:
             flags, low, high, quarters = unpack(data, at)
             if not (flags ^ flags >> 1) & 1 or not low & 1:
-                at += 1  # no node begins here
+                at += 1  # no sample begins here
                 continue
             if flags & 1:
                 yield is_start, points
@@ -92,7 +92,7 @@ class CapsuleFormat:
 
 
 class Capsules:
-    """Decodes capsules. Each is decoded when the next has arrived, because it ends where the next starts."""
+    """Decodes capsules. A capsule ends at the start angle of the next, so it is decoded when that arrives."""
 
     def __init__(self, form: CapsuleFormat, sample_us: float) -> None:
         self._form = form
@@ -160,7 +160,7 @@ def _dense(cabins: bytes, _: bytes, angle: Callable[[int], float]) -> list[Point
 
 
 _SCALES: Final = ((3328, 16384, 4), (1792, 4096, 3), (1280, 2048, 2), (512, 512, 1), (0, 0, 0))
-"""Ranges of 12-bit values: the first value, its distance in mm, and the step in mm as a power of 2."""
+"""Ranges of 12-bit values: the first value, its distance in mm, and the exponent of the step (2**n mm)."""
 _UNUSED: Final = (-512, 511)
 
 

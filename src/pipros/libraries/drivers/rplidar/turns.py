@@ -10,7 +10,7 @@ from typing import Final
 from pipros.libraries.drivers.rplidar.samples import Point, Segment
 
 MAX_POINTS: Final = 8192
-"""Maximum number of points in a turn. More are dropped, because the head has probably stopped turning."""
+"""Maximum number of points in a turn. A longer turn is dropped: the head has probably stopped turning."""
 
 
 class TurnCollector:

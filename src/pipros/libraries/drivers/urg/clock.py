@@ -22,7 +22,10 @@ class DeviceClock:
         self._offset_s, self._count = 0.0, 0
 
     def host_s(self, device_ms: int, received_s: float) -> float:
-        """Convert the device's time to the host's. `received_s` is when the host received it."""
+        """Convert the device's time to the host's. `received_s` is the host's time of receipt.
+
+        Until more than `USED_AFTER` timestamps have been averaged, return `received_s`.
+        """
         self._elapsed_s += (device_ms - self._last_ms) % CLOCK_MS / 1000
         self._last_ms = device_ms
         offset_s = received_s - self._elapsed_s

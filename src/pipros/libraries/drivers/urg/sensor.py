@@ -133,7 +133,10 @@ class UrgSensor:
             yield reply
 
     def latency_s(self, request: ScanRequest) -> float:
-        """Return the negated median time between the device's timestamp of a scan and the scan's arrival."""
+        """Return the negated median time between the device's timestamp of a scan and the scan's arrival.
+
+        Return 0 if the device rejects the request.
+        """
         self._ask_well("TM0")
         offsets = []
         for _ in range(CALIBRATION_SCANS):

@@ -66,7 +66,7 @@ class IntensityFilter(ScanFilter):
 
 
 class MaskFilter(ScanFilter):
-    """Removes the beams whose indices `masks` lists for the scan's frame."""
+    """Removes the beams whose indices are listed in `masks` for the scan's frame."""
 
     def read(self, params: Mapping[str, Any]) -> None:
         masks = params.get("masks")
