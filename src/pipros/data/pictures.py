@@ -72,7 +72,7 @@ def picture_array(row: Mapping[str, Any]) -> Any:
 
 
 def cloud_array(row: Mapping[str, Any]) -> Any:
-    """Return the points of a `sensor_msgs/PointCloud2` as a structured array of its height and width.
+    """Return the points of a `sensor_msgs/PointCloud2` as a structured array of shape (height, width).
 
     Raises:
         PictureError: a field has an unknown type, occurs twice or does not fit into a point, or points are

@@ -170,7 +170,7 @@ def read_package(folder: str, newest_trusted_ns: int = 0) -> CrawledPackage | No
 
 
 def _dry_package(manifest: os.DirEntry[str], folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """Return the package for a `manifest.xml`, named after its folder, or None if it is not a regular file."""
+    """Return the package for a `manifest.xml`, named after its folder; None if that is not a regular file."""
     try:
         status = manifest.stat()
     except OSError:

@@ -58,7 +58,7 @@ def _share_of(entry: str) -> str:
     elif version.startswith("python3."):
         prefix = os.path.dirname(library)
     else:
-        return ""  # `lib/python3` is Debian's, or a catkin workspace's, which `ROS_PACKAGE_PATH` lists
+        return ""  # `lib/python3` belongs to Debian, or to a workspace, which `ROS_PACKAGE_PATH` lists
     share = os.path.join(prefix, "share")
     return "" if is_share_folder(share) else share
 
@@ -97,7 +97,7 @@ def folders_in(share: str) -> Iterator[str]:
 
 
 def folders() -> Iterator[str]:
-    """Yield the folders of all installed packages. Of packages with the same name, the first is in use."""
+    """Yield the folders of all installed packages. The first of several with the same name has precedence."""
     for share in share_folders():
         yield from folders_in(share)
 

@@ -83,7 +83,7 @@ def has_program_folder(name: str) -> bool:
 
 
 def names_without_manifest() -> Iterator[str]:
-    """Yield the names of packages that have programs but no manifest, unsorted."""
+    """Yield the names of packages that have programs (`has_program_folder`) but no manifest, unsorted."""
     try:
         names = [name for name in os.listdir(PROGRAM_FOLDER) if name.isidentifier()]
     except OSError:

@@ -136,6 +136,8 @@ def _content(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
 def write_index(folder: Path) -> list[Path]:
     """Write the index and the lock file of the wheels in a folder, and return the paths of the files.
 
+    Index pages of distributions that have no wheels in the folder are removed.
+
     Raises:
         BadWheel: a file is not a wheel, or the folder contains no wheels.
         OSError: a file cannot be read or written.

@@ -202,7 +202,10 @@ def distribution_like(name: str) -> str:
 
 
 def _names_in_source_archive(folder: Path) -> set[str]:
-    """Return the ROS packages that the metadata of an unpacked source archive requires."""
+    """Return the distribution names of the ROS packages that the metadata of a source archive requires.
+
+    The set is empty if `folder` is not an unpacked source archive.
+    """
     try:
         text = (folder / "PKG-INFO").read_text("utf-8")
     except (OSError, UnicodeDecodeError):

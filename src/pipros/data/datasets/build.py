@@ -52,7 +52,8 @@ def build(
         shown: called with the number of finished episodes and the number of all episodes.
 
     Raises:
-        BadSettings: the description does not fit the bags, or the folder contains other files.
+        BadSettings: the description does not fit the bags, the folder contains a different data set or other
+        files, or an episode cannot be read.
         BagError: a bag is damaged. Finished episodes are kept.
         MissingExtra: a library is not installed.
     """

@@ -26,8 +26,9 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     """Return a first version of a description, for the user to correct.
 
     Topics of known numeric types become actions if their names suggest commands, otherwise observations. The
-    rate is that of the slowest camera or, without cameras, of the slowest observation, ignoring topics below
-    10 Hz. Only the first messages of each topic are read.
+    rate is that of the slowest camera, or without cameras that of the slowest observation, or without either
+    that of the slowest action. Topics below 10 Hz only count if there are no faster ones, and the rate is at
+    most 50. Only the first messages of each topic are read.
 
     Raises:
         BadSettings: no topic has a known type.

@@ -32,8 +32,9 @@ class LiveRobot:
     The numbers have the same order as in the data set: `state_names` for `observation.state`, `action_names`
     for `action`. Units, limits and gaps are treated as in the data set, too.
 
-    The robot is stopped if an action is refused, a topic falls silent, no action follows within `watchdog`
-    seconds, or this process ends for any reason, because `pipros.server.guardian_process` monitors it.
+    The robot is stopped if an action is refused, or if `observe` or `act` finds a silent topic. Unless
+    `watchdog` is 0, the robot is also stopped if no action follows within `watchdog` seconds or this process
+    ends for any reason: `pipros.server.guardian_process` monitors this process.
 
     Attributes:
         config: the description.
@@ -125,7 +126,8 @@ class LiveRobot:
         """Return the latest numbers, in the order of `state_names`, and the latest picture of each camera.
 
         Raises:
-            RobotSilent: a topic's last message is older than its tolerance. The robot is stopped.
+            RobotSilent: a topic is no longer published or, unless `gaps` is `hold`, its last message is older
+            than its tolerance. The robot is stopped.
         """
         try:
             self._require_messages()

@@ -28,7 +28,7 @@ POLL_S: Final = 0.01
 
 
 class RobotSilent(PiprosError):
-    """A topic of the robot has no message that is recent and complete."""
+    """A topic of the robot has no message that is recent and complete, or a command has no subscriber."""
 
 
 class LiveSource:

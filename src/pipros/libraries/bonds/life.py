@@ -1,7 +1,7 @@
 """The state machine of one side of a bond. It uses neither topics nor a clock.
 
 Each side periodically publishes that it is alive. The first message from the other side (the sister) forms
-the bond. A heartbeat timeout breaks the bond immediately. If one side breaks the bond, both sides enter
+the bond. A heartbeat timeout breaks the bond immediately. If one side breaks a formed bond, both sides enter
 ENDING and publish that they are ending, each until its sister has done the same or the disconnect timeout
 expires.
 """
@@ -35,7 +35,7 @@ class BondEvent(Enum):
 
 _W, _A, _E, _D = BondState.WAITING, BondState.ALIVE, BondState.ENDING, BondState.DEAD
 
-# An event that is not listed for a state does not change it.
+# An event that is not listed for a state does not change the state.
 NEXT: Mapping[tuple[BondState, BondEvent], BondState] = {
     (_W, BondEvent.SISTER_ALIVE): _A,
     (_W, BondEvent.SISTER_ENDS): _E,

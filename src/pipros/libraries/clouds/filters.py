@@ -76,6 +76,8 @@ def _without(cloud: Any, rows: Any, removed: Any) -> Any:
 def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
     """Return the points inside a box (including its faces), or outside if negated. NaN counts as inside.
 
+    If `keep_organized` is true, the other points are set to NaN instead of being removed.
+
     Args:
         indices: indices of the points to filter; defaults to all points.
 

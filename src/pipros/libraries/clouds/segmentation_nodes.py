@@ -62,7 +62,10 @@ def _required(node: Node, name: str) -> Any:
 
 
 class SacSegmentation(_Segmentation):
-    """Finds the plane with the most points, and publishes its `~inliers` and `~model`."""
+    """Finds the plane with the most points, and publishes its `~inliers` and `~model`.
+
+    Both are empty if no plane has more than `min_inliers` points.
+    """
 
     settings = (
         Setting("max_iterations", 50, 0, 100_000),
@@ -114,7 +117,10 @@ class SacSegmentation(_Segmentation):
 
 
 class EuclideanClusterExtraction(_Segmentation):
-    """Publishes the points of each cluster on `~output`, or their indices if `~publish_indices` is true."""
+    """Publishes the points of each cluster on `~output`, or their indices if `~publish_indices` is true.
+
+    The timestamps of the clusters found in one cloud differ by 1 ms.
+    """
 
     settings = (
         Setting("cluster_tolerance", 0.05, 0.0, 2.0),

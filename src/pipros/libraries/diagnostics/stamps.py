@@ -15,13 +15,13 @@ class StampDelays:
         self.forget()
 
     def forget(self) -> None:
-        """Reset the delays, but not the counts. Called after each report."""
+        """Reset the delays, but not the counts. Call this after each report."""
         self.least = self.greatest = 0.0
         self.has_zero = False
         self.has_any = False
 
     def add(self, stamp: float, now: float) -> None:
-        """Count a timestamp. Zero means that the timestamp was not set."""
+        """Add the delay of a timestamp that arrived at `now`. A zero timestamp, which is unset, has no delay."""
         if stamp == 0:
             self.has_zero = True
             return

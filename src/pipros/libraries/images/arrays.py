@@ -22,7 +22,7 @@ def array_of(message: Any) -> Any:
     The array is read-only and in native byte order. If possible, it shares the message's memory.
 
     Raises:
-        BadImage: the encoding is unknown, or the data is too short.
+        BadImage: the encoding is unknown, the data is too short, or the image has no pixels.
     """
     try:
         kind = encoding(message.encoding)

@@ -46,7 +46,7 @@ class LookupTimes:
     def __init__(self) -> None:
         self.last = -1
         self.changes = 0
-        self.kept_since = 1  # so that 0, the latest time, has no stored results
+        self.kept_since = 1  # so that results for 0, the latest time, are not reused
 
 
 class Chain:

@@ -6,11 +6,11 @@ from pipros.packages import ImportablePackages
 
 
 class PackageNotFoundError(LookupError):
-    """The package is not on the package path."""
+    """No package has this name."""
 
 
 def get_package_share_directory(package_name: str) -> str:
-    """Return the folder of a package that is on `ROS_PACKAGE_PATH` or shipped with pipros.
+    """Return the folder of a package, with the precedence of `ImportablePackages.find`.
 
     Raises:
         PackageNotFoundError: there is no package with this name.

@@ -18,7 +18,10 @@ _OUTPUT_LIMIT_S = 10.0
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a genuine rosdep if there is one; otherwise use the table of Python keys."""
+    """Run a genuine rosdep if there is one; otherwise use the table of Python keys.
+
+    Return the exit code, which is 1 after an error, or if `check` finds missing dependencies.
+    """
     arguments = list(sys.argv[1:] if argv is None else argv)
     _run_genuine(arguments)
     options = _parser().parse_args(arguments)

@@ -106,7 +106,7 @@ class PolygonFilter(ShapeFilter):
 
 
 class StaticPolygonFilter(PolygonFilter):
-    """Like `PolygonFilter`, but transforms the polygon to the scan's frame once, and tests points there."""
+    """Like `PolygonFilter`, but transforms the polygon to the scan's frame, once after each change."""
 
     fixed = (*PolygonFilter.fixed, Setting("transform_timeout", 5.0))  # type: ignore[assignment]
 
