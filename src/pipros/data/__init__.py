@@ -1,4 +1,4 @@
-"""Bags as tables: columns of numpy arrays, decoded in bulk. Needs the extra `data`.
+"""Bags as tables: columns of numpy arrays, decoded in bulk. The package needs the extra `data`.
 
     from pipros.data import open_bags
 

@@ -33,7 +33,7 @@ def arrow_table(columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.boo
 def _array(pa: Any, column: Column, gaps: NDArray[np.bool_] | None = None) -> Any:
     if gaps is None or not gaps.any():
         return _whole(pa, column)
-    if isinstance(column, np.ndarray) and column.ndim == 2:  # pyarrow 22: no nulls of fixed size
+    if isinstance(column, np.ndarray) and column.ndim == 2:  # pyarrow 22 has no nulls in fixed-size lists
         column = ListColumn(np.arange(len(gaps) + 1) * column.shape[1], column)
     return _whole(pa, column).take(pa.array(np.arange(len(gaps)), mask=gaps))
 

@@ -1,6 +1,6 @@
 """Find ROS packages on `ROS_PACKAGE_PATH`, installed by pip, shipped with pipros, or installed by Debian.
 
-This module runs at every failed import in the environment, so it imports almost nothing.
+Every failed import in the environment uses this module, so it imports almost nothing.
 """
 
 from __future__ import annotations

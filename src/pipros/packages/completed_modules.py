@@ -5,8 +5,8 @@ starts would affect child processes, too. Instead, the function with which rospk
 replaced by one that adds folders: those of each package that pip installed, and pipros's own.
 
 pkg_resources, which is part of old versions of setuptools, reads the metadata files of distributions.
-`distributions.py` explains why pipros's packages do not have such files. The packages can therefore be found
-by name, but are not listed.
+`distributions.py` explains why pipros's packages do not have such files. Instead, the packages are added to
+the working set of pkg_resources, where they can be found by name, but are not listed.
 """
 
 from __future__ import annotations

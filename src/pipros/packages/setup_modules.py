@@ -5,7 +5,7 @@ They may also be in a dictionary, or assigned to its keys (`d["packages"] = […
 packages, such as `find_packages()`, is assumed to contain every package in its folder.
 
 A failed import of any name may search all packages. Therefore, this module imports little, and parses only
-files that contain the name.
+files that contain the name or `find_packages`.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
 
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # warnings about escapes in strings
+            warnings.simplefilter("ignore")  # warnings about invalid escapes in strings
             groups = _arguments(ast.parse(text))
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None
@@ -82,7 +82,7 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
 
 
 def _arguments(tree: ast.Module) -> list[dict[str, ast.expr]]:
-    """Return the arguments of each call, the items of each dictionary, and all assigned items."""
+    """Return the keyword arguments of each call, the items of each dictionary, and the items set by key."""
     import ast
 
     groups: list[dict[str, ast.expr]] = []

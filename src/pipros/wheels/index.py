@@ -84,7 +84,7 @@ def wheels_in(folder: Path) -> list[IndexedWheel]:
     """Return the wheels in a folder, sorted by name and file.
 
     Raises:
-        BadWheel: a file is not a wheel.
+        BadWheel: a `.whl` file is not a valid wheel.
         OSError: a file cannot be read.
     """
     return sorted(map(_read, folder.glob("*.whl")), key=lambda wheel: (wheel.name, wheel.file.name))

@@ -43,8 +43,8 @@ class Installer:
     no_index: bool = False
 
     def options(self) -> list[str]:
-        """Return the options that tell pip or uv where to find wheels."""
-        words = ["--python", sys.executable] if self.command[1:] == ("pip",) else []  # uv
+        """Return the options that tell pip or uv where to find wheels, and uv which environment to use."""
+        words = ["--python", sys.executable] if self.command[1:] == ("pip",) else []  # for `uv pip`
         words += ["--no-index"] if self.no_index else []
         words += ["--index-url", self.index_url] if self.index_url else []
         return [*words, *(word for folder in self.folders for word in ("--find-links", str(folder)))]

@@ -42,7 +42,7 @@ class PlanStep:
 
     Attributes:
         target: the distribution, Debian package, requirement or folder; empty if there is none.
-        needed_by: the packages whose manifests name it.
+        needed_by: the packages that depend on it.
     """
 
     name: str

@@ -112,7 +112,7 @@ def _checked(repository: Repository, place: str = "") -> Repository:
 
 
 def clone(repository: Repository, folder: Path) -> Path:
-    """Clone a repository below a folder, and return the path. Each git command may take 15 minutes.
+    """Clone a repository below a folder, and return the path. Each git command may take up to 15 minutes.
 
     Raises:
         BadSource: git is not installed, or failed; the message contains the end of its output.

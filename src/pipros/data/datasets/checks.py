@@ -1,6 +1,6 @@
 """Check episodes for missing frames, clock jumps, frozen and saturated signals, and topics that end early.
 
-docs/data.md explains the checks and their thresholds, which the description can set.
+docs/data.md explains the checks and their thresholds, which can be set in the description.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Align the topics of a description to the rows of an episode."""
+"""Align the topics of a description with the rows of an episode."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class LiveRobot:
     A context manager that stops the robot at the end.
 
     The numbers have the same order as in the data set: `state_names` for `observation.state`, `action_names`
-    for `action`. Units, limits and gaps are treated as in the data set, too.
+    for `action`. Units, limits and gaps are also treated as in the data set.
 
     The robot is stopped if an action is refused, or if `observe` or `act` finds a silent topic. Unless
     `watchdog` is 0, the robot is also stopped if no action follows within `watchdog` seconds or this process

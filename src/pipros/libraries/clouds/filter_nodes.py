@@ -41,7 +41,7 @@ _LIMITS: Final = (
 
 
 class CloudFilterNodelet(LazyNode):
-    """Base of nodelets that publish `~output` from `~input` while it has subscribers."""
+    """Base of nodelets that filter `~input` and publish `~output`, while `~output` has subscribers."""
 
     settings: ClassVar[tuple[Setting, ...]] = ()
     needs_indices: ClassVar[bool] = False

@@ -158,7 +158,7 @@ def _from_columns(data: bytes, header: Header) -> Any:
 
 
 def _decompressed(body: memoryview, size: int) -> bytes:
-    """Decompress LZF data preceded by its compressed and uncompressed size.
+    """Decompress LZF data, which is preceded by its compressed and uncompressed sizes.
 
     The LZF library is not used, because PyPI has no wheel of it.
     """

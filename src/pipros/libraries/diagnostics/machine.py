@@ -141,7 +141,7 @@ class DiskSpace:
 
 
 def space_report(disks: Iterable[DiskSpace]) -> Report:
-    """Return the report on free disk space, which omits small disks."""
+    """Return the report on free disk space. Disks smaller than `SMALL_DISK` are omitted."""
     level, values = OK, [("Disk Space Reading", "OK")]
     large = [disk for disk in disks if disk.size >= SMALL_DISK]
     for number, disk in enumerate(large, 1):

@@ -21,7 +21,7 @@ class StampDelays:
         self.has_any = False
 
     def add(self, stamp: float, now: float) -> None:
-        """Add the delay of a timestamp that arrived at `now`. A zero timestamp, which is unset, has no delay."""
+        """Add the delay of a timestamp that arrived at `now`. A timestamp of zero is unset and has none."""
         if stamp == 0:
             self.has_zero = True
             return

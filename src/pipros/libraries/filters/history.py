@@ -49,8 +49,8 @@ class Sequencer:
     """Queue that delays messages in order to return them sorted by timestamp.
 
     Timestamps, the delay and the time are in nanoseconds. A message is dropped if a message with a later
-    timestamp was already returned. If there are more than `queue_size` messages (0 for no limit), the oldest
-    is dropped.
+    timestamp was already returned. If there are more than `queue_size` messages (0 for no limit), the message
+    with the earliest timestamp is dropped.
     """
 
     def __init__(self, delay: int, queue_size: int) -> None:

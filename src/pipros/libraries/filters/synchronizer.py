@@ -1,8 +1,8 @@
 """Match messages from several inputs by timestamp, with the same results as in Noetic.
 
 Each input has a queue keyed by timestamp. A new message may complete a set (one message from each input),
-which `add` removes from the queues and returns. If a queue is longer than `queue_size`, its oldest messages
-are dropped.
+which `add` removes from the queues and returns. If a queue is longer than `queue_size`, the messages with the
+earliest timestamps are dropped.
 
 If time is simulated and `reset` is true, a backward jump of the clock clears each queue when its input's next
 message arrives. After such a jump, no set is completed as long as the last message of any input arrived at a

@@ -19,7 +19,7 @@ _SETTING = Setting("debayer", BILINEAR, BILINEAR, VNG, "how colours are interpol
 
 
 class Debayer(LazyNode):
-    """Converts `image_raw` to `image_mono` and `image_color`, while they have subscribers."""
+    """Converts `image_raw` to `image_mono` and `image_color`, while the respective topic has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, ERRORS_S)

@@ -40,7 +40,7 @@ CAMERA_INFO: Final = "sensor_msgs/CameraInfo"
 
 
 class Disparity(LazyNode):
-    """Computes `disparity` from images and calibrations of two cameras, while it has subscribers."""
+    """Computes `disparity` from two cameras' images and calibrations, while `disparity` has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._cv2 = opencv("stereo matching")

@@ -25,7 +25,7 @@ _MISSING_Z = 10000.0
 
 
 class StereoCloud(LazyNode):
-    """Combines `disparity` and the left image into `points2`, while it has subscribers."""
+    """Combines `disparity` and the left image into `points2`, while `points2` has subscribers."""
 
     def __init__(self, node: Node) -> None:
         self._errors = Throttle(node.log, ERRORS_S)

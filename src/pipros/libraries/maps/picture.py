@@ -17,7 +17,7 @@ _FILE_BYTES = 2 * MAX_PIXELS + 4096
 def read_picture(file: str) -> Picture:
     """Read a picture from a file.
 
-    As in Noetic, TIFF files always have an alpha channel.
+    As in Noetic, a picture from a TIFF file always has an alpha channel.
 
     Raises:
         NoMapFile: the file cannot be opened.

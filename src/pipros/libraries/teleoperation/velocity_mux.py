@@ -1,4 +1,4 @@
-"""Selection of one source of velocity commands by priorities and locks, as in twist_mux 3.1.
+"""Select one source of velocity commands by priorities and locks, as twist_mux 3.1 does.
 
 An input is masked while it is expired, or while a lock with a higher priority is active. The unmasked input
 with the highest priority is selected. A velocity is forwarded when it arrives, or not at all.

@@ -1,4 +1,4 @@
-"""Let threads wait for transforms, with a timeout measured by a clock passed by the caller."""
+"""Let threads wait for transforms, with a timeout on a clock that the caller passes."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ Segment = tuple[bool, list[Point]]
 VALID_QUALITY: Final = 47
 """The quality of valid points in formats without qualities."""
 FASTEST_HZ: Final = 50
-"""Upper bound on the rate of rotation. If two capsules imply a higher rate, capsules were lost between."""
+"""Upper bound on the rate of rotation. If two capsules imply a higher rate, others between were lost."""
 _TURN: Final = 360 * 64
 
 
@@ -92,7 +92,10 @@ class CapsuleFormat:
 
 
 class Capsules:
-    """Decodes capsules. A capsule ends at the start angle of the next, so it is decoded when that arrives."""
+    """Decodes capsules.
+
+    A capsule ends at the start angle of the next one, so it is decoded when the next one arrives.
+    """
 
     def __init__(self, form: CapsuleFormat, sample_us: float) -> None:
         self._form = form

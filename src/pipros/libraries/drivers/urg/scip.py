@@ -58,7 +58,7 @@ def _reply(block: bytes, received_ns: int) -> ScipReply:
     echo, *lines = block.split(b"\n")
     if not lines:
         raise InvalidReply("a reply must have a status")
-    status = lines[0] if len(lines[0]) < 3 else checked(lines[0])  # without a checksum in replies to SCIP2.0
+    status = lines[0] if len(lines[0]) < 3 else checked(lines[0])  # no checksum in replies to SCIP2.0
     if echo[:2] in (b"VV", b"PP", b"II"):  # KEY:value;checksum, where the checksum excludes the semicolon
         data = [checked(line[:-2] + line[-1:]) for line in lines[1:]]
     else:
