@@ -119,7 +119,7 @@ class SacSegmentation(_Segmentation):
 class EuclideanClusterExtraction(_Segmentation):
     """Publishes the points of each cluster on `~output`, or their indices if `~publish_indices` is true.
 
-    The timestamps of the clusters found in one cloud differ by 1 ms.
+    The timestamps of the clusters of one cloud increase in steps of 1 ms.
     """
 
     settings = (

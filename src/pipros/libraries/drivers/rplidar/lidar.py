@@ -223,7 +223,10 @@ class Lidar:
         what = command.name
         size = self._wait_for_answer(_ANSWERS[command], what)
         if size > MAX_ANSWER_BYTES or length not in (None, size):
-            raise DeviceError(f"{self.name} answered {what} with {size} bytes, expected {length or 'fewer'}")
+            raise DeviceError(
+                f"{self.name}: the answer to {what} must have "
+                f"{length or f'at most {MAX_ANSWER_BYTES}'} bytes, got {size}"
+            )
         self._wait(lambda: len(self._received) >= size, what)
         answer, self._received = self._received[:size], self._received[size:]
         return answer
