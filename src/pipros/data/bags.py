@@ -131,7 +131,7 @@ class Bags:
         """
         limit = self._limits.table_bytes
         tables, left = [], limit
-        batch = min(limit, _BATCHES * self._limits.table_batch_bytes)  # one batch needs no copy at the end
+        batch = min(limit, _BATCHES * self._limits.table_batch_bytes)  # a table of one batch is not copied
         for part, table in self._tables(topic, batch, None, start, end, every, datetimes):
             tables.append(table)
             left -= len(part.data)

@@ -51,7 +51,7 @@ class DriveCommand:
         """Advertise the topic. If the description does not specify a type, wait until the master has one.
 
         Raises:
-            BadSettings: the description does not fit the type, or does not say how to stop, or the message
+            BadSettings: the description does not fit the type or does not say how to stop, or the message
             is too large.
             NotFound: the type is not installed.
             RobotSilent: the master has no type for the topic by the monotonic time `end_s`.

@@ -117,7 +117,7 @@ class PointCloudXyzrgb(LazyNode):
 
 
 def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, str, Pinhole]:
-    """Resize a colour image to the size of a depth image. Return the image, its encoding and its camera.
+    """Resize a colour image to a depth image's size. Return the image, its encoding and the scaled camera.
 
     As in depth_image_proc, the lower rows of a colour image that is relatively taller are cut off.
     """

@@ -38,7 +38,7 @@ class TransformListener:
         ]
 
     def at(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose:
-        """Return the pose of `source` relative to `target` at a time. Wait for it for up to `timeout_s`.
+        """Return the pose of `source` relative to `target` at a time. Wait up to `timeout_s` for it.
 
         A time of 0 means the latest common time.
 

@@ -54,7 +54,7 @@ class Capture:
             self._video.set(setting, value)
 
     def read(self) -> Any:
-        """Return the next image as an array of RGB pixels. Blocks for at most a few seconds.
+        """Return the next image as an array of RGB pixels. Blocks until it arrives or OpenCV times out.
 
         Raises:
             CameraError: no image can be read, for example because the camera was unplugged or the video has

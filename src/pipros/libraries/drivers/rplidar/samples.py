@@ -32,7 +32,10 @@ Segment = tuple[bool, list[Point]]
 VALID_QUALITY: Final = 47
 """The quality of valid points in formats without qualities."""
 FASTEST_HZ: Final = 50
-"""Upper bound on the rate of rotation. If two capsules imply a higher rate, others between were lost."""
+"""Upper bound on the rate of rotation.
+
+If two capsules imply a higher rate, the capsules between them were lost.
+"""
 _TURN: Final = 360 * 64
 
 
