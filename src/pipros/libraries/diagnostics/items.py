@@ -37,7 +37,7 @@ class Item:
     updated_s: float | None = None
 
     def below(self, path: str, prefixes: Sequence[str], is_stale: bool) -> ComponentStatus:
-        """Return the status to publish below an analyzer's path, with prefixes removed from its name."""
+        """Return the status to publish below an analyzer's path, without the first matching prefix."""
         name = f"{path}/{output_name(self.status.name, prefixes)}"
         return replace(self.status, name=name, level=STALE if is_stale else self.status.level)
 

@@ -155,7 +155,7 @@ def _port(node: Node, log: logging.Logger) -> Port:
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `rplidarNode` until the node is shut down."""
+    """Run `rplidarNode` until the node is shut down. Return the exit code."""
     with roscpp_program("rplidar_node", "rplidar_ros", argv) as (node, log):
         try:
             return RplidarNode(node, log).run()

@@ -213,7 +213,7 @@ def _port(node: Node) -> tuple[dict[str, str], Port]:
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `urg_node` until the node is shut down."""
+    """Run `urg_node` until the node is shut down. Return the exit code."""
     with roscpp_program("urg_node", "urg_node", argv) as (node, log):
         try:
             return UrgNode(node, log).run()

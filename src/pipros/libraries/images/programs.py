@@ -67,7 +67,9 @@ def _run(
     nodelets: Sequence[tuple[str, str, Mapping[str, str], set[str]]],
     inputs: Sequence[str],
 ) -> int:
-    """Load nodelets, and run until the node is shut down. Warn about inputs without publishers.
+    """Load nodelets, and run until the node is shut down. Return the exit code.
+
+    Inputs without publishers cause warnings until all inputs have been advertised.
 
     Args:
         nodelets: for each nodelet, the suffix to append to the node's name, the plugin, the remappings, and

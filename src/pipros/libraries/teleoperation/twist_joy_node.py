@@ -22,7 +22,7 @@ from pipros.node.roscpp_program import roscpp_program
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `teleop_node` until the node is shut down."""
+    """Run `teleop_node` until the node is shut down. Return the exit code: 1 if a parameter is invalid."""
     twist_class: Any = load_message_class("geometry_msgs/Twist")
     joy_class: Any = load_message_class("sensor_msgs/Joy")
     with roscpp_program("teleop_twist_joy", "TeleopTwistJoy", argv) as (node, log):

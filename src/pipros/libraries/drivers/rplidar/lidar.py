@@ -115,7 +115,7 @@ class Lidar:
         self._has_power = 2 <= self._series < 6 and self._has_board()
 
     def reset(self) -> None:
-        """Restart the device, and wait until it responds."""
+        """Restart the device, and wait up to `RESET_S` until it responds."""
         self._stream.write(request(LidarCommand.RESET))
         end_s = time.monotonic() + RESET_S
         while True:
