@@ -84,7 +84,7 @@ class Budget:
         """Return an amount that was taken or charged. Do nothing once the budget is closed.
 
         Raises:
-            ValueError: the amount exceeds what is in use.
+            ValueError: the amount is negative or exceeds the amount in use.
         """
         with self._lock:
             if not self._is_closed:

@@ -33,7 +33,10 @@ def safe_text(text: str, limit: int = LONGEST_TEXT) -> str:
 
 
 def safe(value: Any) -> Any:
-    """Return a value as JSON can represent it, with `safe_text` for all strings and keys."""
+    """Return a value as JSON can represent it, with `safe_text` for all strings and keys.
+
+    Binary data is replaced by its size.
+    """
     if value is None or isinstance(value, (bool, int)):
         return value
     if isinstance(value, float):

@@ -101,7 +101,7 @@ class ProgramLife:
     def interrupted_by(self, interrupt: Callable[[], object]) -> Iterator[None]:
         """Call `interrupt` in another thread if the program is asked to end during the block.
 
-        For blocks that may wait for a peer, such as the master, and do not check `over`.
+        Intended for blocks that may wait for a peer, such as the master, and do not check `over`.
         """
         self._interrupts.append(interrupt)
         try:

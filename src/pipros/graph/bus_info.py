@@ -20,7 +20,7 @@ class BusConnection(NamedTuple):
         direction: `i` (inbound), `o` (outbound) or `b` (both).
         topic: the topic or service.
         id: identifier of the connection in `getBusStats`.
-        transport: `TCPROS` or `UDPROS`.
+        transport: `TCPROS`, or the name of another protocol, such as `UDPROS`.
         is_established: False while the node is still trying to connect.
         remark: description of the sockets; empty if the node does not send a description.
     """

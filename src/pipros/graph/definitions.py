@@ -91,7 +91,11 @@ class TopicDefinitions:
         return bool(self._ask((topic, "latching", tuple(publishers)), self._latching))
 
     def of_service(self, name: str, providers: Sequence[str]) -> ServiceDefinition | None:
-        """Return a service's definition, or None if no provider responds or its type is not installed."""
+        """Return a service's definition.
+
+        Return None if no provider responds, or if its type is not installed or differs from the installed
+        type.
+        """
         found: ServiceDefinition | None = self._ask((name, "", tuple(providers)), self._service_of_provider)
         return found
 

@@ -24,7 +24,8 @@ MORE = "…"
 def message_tree(message: object, leaves: int = LEAVES) -> Any:
     """Return the fields of a message as dictionaries, lists, strings and numbers.
 
-    NaN and infinity become the strings `nan` and `inf`.
+    NaN and infinities become the strings `nan`, `inf` and `-inf`. Binary data becomes `{"…": length, "hex":
+    "…"}` with the first bytes.
     A shortened array is `{"…": length, "items": […]}` with the first elements.
 
     Args:

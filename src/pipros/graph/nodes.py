@@ -105,7 +105,7 @@ def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[st
 
 
 def unregister(master: MasterClient, node: str) -> None:
-    """Remove all of a node's registrations, by calling the master on its behalf."""
+    """Unregister all topics and services of a node, by calling the master on the node's behalf."""
     state = SystemState.from_state(master.get_system_state())
     try:
         api = master.lookup_node(node)

@@ -52,8 +52,8 @@ class Traffic(NamedTuple):
     Attributes:
         rate, bandwidth: messages and bytes per second.
         quiet_s: time (s) since a message was last counted.
-        interval_s: mean interval (s) between messages, computed when the count last increased with every
-            stored response; None if this has not happened yet.
+        interval_s: mean interval (s) between messages, computed whenever the message count has increased
+            from each of the last `RATE_ANSWERS` responses to the next; None before the first time.
     """
 
     rate: float

@@ -15,7 +15,7 @@ _PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
 _LINE = r"[!-~]+(?: [!-~]+)*"
 _RESERVED = frozenset(("y", "n", "yes", "no", "true", "false", "on", "off", "null"))
 _WIDTH = 70
-"""PyYAML breaks lines at the first blank beyond 80 columns."""
+"""Column before which a text must end, because PyYAML breaks lines at the first blank beyond 80 columns."""
 _KEY_CHARACTERS = 60
 _MAX_INDENT = 30
 """Maximum indentation in columns, because PyYAML lays out deeply nested text differently."""

@@ -23,8 +23,8 @@ SHOWN_S = 120.0
 EVENTS_S = 600.0
 """How long changes are kept."""
 DYING_S = 20.0
-"""Connections that a node had within this time before its removal are kept, because the master is notified
-late.
+"""Connections that a node had within this time before its removal are kept, because a node that has
+crashed stops reporting its connections some time before the master removes the node.
 """
 MAX_EVENTS = 500
 MAX_REMOVED = 1000

@@ -19,7 +19,7 @@ PROBE_DEADLINE_S = 5.0
 
 
 def nodes_by_service(master: MasterClient) -> dict[str, str]:
-    """Return the node that offers each service, in the order of registration."""
+    """Map each service to the node that offers it, in the order of registration."""
     services = SystemState.from_state(master.get_system_state()).services
     return {service: services[service][0] for service in services if services[service]}
 
@@ -46,7 +46,7 @@ def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = 
     """Return the connection header that the server at a URI sends for a service.
 
     Args:
-        calls: group of open calls that includes the lookup; its `interrupt` ends them.
+        calls: group of open calls to which the lookup is added; interrupting the group ends the lookup.
 
     Raises:
         GraphError: the server does not answer, or the URI is invalid.
@@ -83,7 +83,7 @@ def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None
     """Return the class of a service. Its type is determined by querying the server.
 
     Args:
-        calls: group of open calls that includes the lookup; its `interrupt` ends them.
+        calls: group of open calls to which the lookup is added; interrupting the group ends the lookup.
 
     Raises:
         GraphError: the service is not available, or its type is not installed.

@@ -47,8 +47,8 @@ class MasterOptions:
         limits: limits on the resources that peers can use; defaults to the process-wide limits.
         store: the file in which parameters and registrations are stored, to be restored on the next start.
         log_level: one of `pipros.master.log.LEVELS`, for the log file that `Core` writes.
-        on_shutdown: called, in the master's thread, when a peer on this machine calls `shutdown`; the owner
-            then calls `stop()`.
+        on_shutdown: called with the reason, in the master's thread, when a peer on this machine calls
+            `shutdown`; the owner must then call `stop()`. If None, `shutdown` is refused.
         probing: intervals and timeouts for probing nodes.
     """
 

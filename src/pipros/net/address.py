@@ -35,7 +35,7 @@ ANY_IPV6 = "::"
 
 
 def is_loopback(host: str) -> bool:
-    """Return True for `localhost`, `127.x.y.z` and `::1`, as written; names are not looked up.
+    """Return True for `localhost`, `….localhost`, `127.x.y.z` and `::1`. Names are not looked up.
 
     >>> is_loopback("localhost"), is_loopback("127.0.1.1"), is_loopback("robot")
     (True, True, False)
@@ -185,7 +185,10 @@ def own_name(environment: Environment) -> str:
 
 
 def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
-    """Return this machine's address on the route to the master, without sending anything."""
+    """Return this machine's address on the route to the master, or loopback if it cannot be determined.
+
+    Nothing is sent to the master.
+    """
     try:
         host, port = split_master_uri(master_uri)
         found = process_lookups().find(host, port, type=socket.SOCK_DGRAM)

@@ -49,7 +49,7 @@ class Backlog:
         self._keep_rest(_copy_mutable(message), sent)
 
     def insert(self, frame: bytes) -> bool:
-        """Add a frame before all whole messages. It is never dropped.
+        """Add a frame before all whole messages. `drop_oldest` does not drop it.
 
         Return True if `remove_sent` will count it as a message, because no message is partially written.
         """

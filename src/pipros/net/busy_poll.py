@@ -6,8 +6,8 @@ and streamed messages often arrive sooner, so a `PollingReceiver` polls the sock
 and yields the processor between polls. This helps most if the sender runs on the same core, whose cache then
 still holds the message.
 
-The receiver learns whether polling pays (see `AdaptiveBackoff`). For example, it polls only once per thousand
-messages of a topic at 100 Hz. A topic link polls for the full time only after the node has published
+The receiver learns whether polling pays (see `AdaptiveBackoff`). For example, it polls only about once per
+thousand messages of a topic at 100 Hz. A topic link polls for the full time only after the node has published
 (`PublishCount`), because the next message may be a response. Otherwise, it polls only a few times. This
 suffices for messages from processes that run between the polls, and does not keep an idle processor busy.
 """
@@ -83,8 +83,8 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    Intended for one waiting thread at a time. Two threads can share a receiver, but it then learns less
-    reliably. If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
+    Intended for one waiting thread at a time. If two threads share a receiver, it learns less reliably.
+    If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s", "_may_poll")

@@ -19,11 +19,15 @@ PUBLISHERS = "is_publishers_list"
 def apivalidate(
     error_return_value: Any, validators: Sequence[Check | tuple[str, str] | None] = ()
 ) -> Callable[[Method], Method]:
-    """Return a decorator that makes a method check its parameters, and return code -1 if one is invalid.
+    """Return a decorator that makes a method check its parameters.
+
+    The method returns code -1 if a parameter is invalid or if its result is None, and code 0 if it raises an
+    exception.
 
     Args:
         error_return_value: the value in a response with code -1 or 0.
-        validators: a check for each parameter after `caller_id`; None accepts anything.
+        validators: a check for each parameter after `caller_id`. None accepts any value; the pair
+            `(PUBLISHERS, name)` accepts a list of URIs, as `publishers(name)` does.
     """
 
     def check_validates(method: Method) -> Method:

@@ -10,7 +10,8 @@ from pipros.net.outgoing import OutgoingLink
 
 LARGE_MESSAGE_WAIT_S = 0.0005
 """How long a publisher with a queue waits for a subscriber that is reading, in order to send the rest of a
-large message. If a subscriber did not read, the publisher does not wait for it again until it has caught up.
+large message. The publisher does not wait again for a subscriber that did not read, until this subscriber has
+caught up.
 """
 
 LARGE_MESSAGES_WAIT_S = 0.02

@@ -46,7 +46,8 @@ class PlacedMessage(NamedTuple):
 
 
 class LinkMemory:
-    """The shared-memory state of one link. The methods are called with the link's lock held.
+    """The shared-memory state of one link. All methods except `close_descriptors` are called with the link's
+    lock held.
 
     Attributes:
         is_ready: whether the subscriber has accepted the offer of memory.
@@ -67,7 +68,8 @@ class LinkMemory:
     def give(self, placed: PlacedMessage) -> tuple[bytes, list[Any]] | None:
         """Add the subscriber to the holders of a slot.
 
-        Return the frames to send, with their descriptors; None if the subscriber has no room.
+        Return the frames to send, with their descriptors; None if the subscriber has no room, or if no pipe
+        can be created.
         """
         if not self._topic.give(self, placed):
             return None

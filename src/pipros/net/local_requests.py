@@ -46,7 +46,8 @@ class LocalServer:
 
         Args:
             kind: name of the folder below `$ROS_HOME/pipros`.
-            answer: returns the response to a request, any JSON value. Its errors become the response.
+            answer: function that takes a request (any JSON value) and returns the response, a JSON object.
+                If it raises an exception, the response contains the exception's text.
         """
         self._folder = _folder(kind)
         self._answer = answer
@@ -65,7 +66,7 @@ class LocalServer:
         threading.Thread(target=self._serve, args=(self._server,), name="control", daemon=True).start()
 
     def stop(self) -> None:
-        """Remove the socket. May be called even if there is none."""
+        """Remove the socket. May be called repeatedly, and before `start`."""
         server, self._server = self._server, None
         if server is None:
             return

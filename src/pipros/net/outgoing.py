@@ -43,8 +43,9 @@ fast as the loop writes.
 """
 
 STREAM_SPARED_BYTES = 128 * 1024
-"""A backlog up to this size is not dropped by `queue_size` on a Unix stream. The stream itself holds only a
-few hundred small messages, where TCP holds many thousands, so a short burst would lose messages.
+"""On a Unix stream, `queue_size` does not limit a backlog of up to this size. The stream itself holds only a
+few hundred small messages, whereas a TCP connection holds many thousands, so a short burst would lose
+messages.
 """
 
 _READ_BYTES = 4096
@@ -77,12 +78,12 @@ class OutgoingLink:
     """Sends messages to one subscriber without delaying others.
 
     Thread-safe. Messages from the same thread arrive in order. `on_closed` is called once, in the event loop,
-    when the peer closes the link or `close` is called, unless the loop has stopped.
+    when the link has ended, unless the loop has stopped.
 
     Attributes:
         state: changed while the lock is held; read without the lock to decide whether to call
             `flush_or_queue`.
-        end_reason: why the link ended, unless it was closed by the peer or by `close`.
+        end_reason: why this side closed the link; empty if the peer or the owner closed it.
     """
 
     def __init__(
@@ -144,7 +145,7 @@ class OutgoingLink:
             self._drop_oldest()
 
     def send_together(self, messages: Sequence[Buffer], joined: bytes) -> None:
-        """Like `send`, for several messages, of which `joined` is the concatenation."""
+        """Like `send`, but write several messages at once. `joined` is their concatenation."""
         with self._lock:
             if self.state is _IDLE or self.state is _RECOVERING:
                 try:

@@ -44,8 +44,8 @@ class RpcClient:
     Thread-safe: calls from different threads use different connections and do not wait for each other.
     Connections are kept open and reused.
 
-    If the server has closed an open connection, the call is sent once more over a new connection, as Python's
-    and ROS's own clients do.
+    If the server closes a reused connection before it responds, the call is sent once more over a new
+    connection, as by Python's and ROS's own clients.
 
     Attributes:
         server_addresses: the server's IP addresses in recent connections, latest first.
@@ -111,7 +111,7 @@ class RpcClient:
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
     def close(self) -> None:
-        """Close the open connections. The client can still be used, but no longer keeps connections open."""
+        """Close the idle connections. The client can still be used, but no longer keeps connections open."""
         with self._lock:
             self._is_closed = True
             idle, self._idle = self._idle, []

@@ -4,7 +4,7 @@ Theory of operation. In `READING`, the connection waits for bytes or handles rec
 busy: further requests wait in the reader, and the socket is not read.
 
     QUEUED     a later turn of the event loop will send the next slice, or handle the next request
-    ANSWERING  a task computes the response: the method waits, or a thread reads or writes a large value
+    ANSWERING  a task computes the response: the method waits, or a thread decodes or encodes a large value
     STALLED    the peer does not read, and the transport has paused writing
 
 Data is written only in turns and at the end of a task, so a connection that is QUEUED or ANSWERING cannot

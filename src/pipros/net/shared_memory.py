@@ -44,7 +44,8 @@ RETRY_S: Final = 5.0
 """Time without further attempts after the system refused memory or descriptors."""
 
 _HEADROOM: Final = 1.25
-"""A slot is larger than the message that needed it by this factor. Memory that is not used is not allocated.
+"""The size of a segment's slots, relative to the message for which the segment was created. Unused memory is
+not allocated.
 """
 _PAGE_BYTES: Final = 4096
 _READ_BYTES: Final = 4096

@@ -21,7 +21,7 @@ from pipros.basics.errors import ProtocolError
 from pipros.net.backlog import Buffer
 
 _FUTURE_WRITE: Final = 0x10
-"""F_SEAL_FUTURE_WRITE, which the module `fcntl` lacks. Linux has it since 5.1."""
+"""F_SEAL_FUTURE_WRITE, which the module `fcntl` lacks. Linux has supported it since version 5.1."""
 
 _CHUNK_BYTES: Final = 1024 * 1024
 """Other threads can run after this many bytes of a copy."""

@@ -16,13 +16,14 @@ from pipros.basics.errors import ProtocolError
 from pipros.wire.slot_frames import Slot
 
 SLOTS: Final = 6
-"""Number of slots of a segment, unless its limit allows only fewer."""
+"""Number of slots of a segment, unless the limit on the topic's memory allows only fewer."""
 QUOTA: Final = 3
 """Maximum number of a subscriber's waiting slots, and of its slots in use. It is less than SLOTS, so that
 slots remain for other subscribers.
 """
 FEWEST_SLOTS: Final = 2
-"""Minimum number of slots of a segment. With a single one, no message could be written while another is read.
+"""Minimum number of slots of a segment. With a single slot, no message could be written while another is
+being read.
 """
 
 

@@ -210,7 +210,7 @@ def is_idle(sock: socket.socket) -> bool:
 
 
 def has_left(sock: socket.socket) -> bool:
-    """Return whether the peer has closed the connection, even if its data has not all been read.
+    """Return whether the peer has closed the connection, even if not all of its data has been read.
 
     Always False on systems other than Linux.
     """

@@ -2,7 +2,7 @@
 
 All code that trusts "this machine" uses this module. The term means the network namespace of this process: a
 container with its own network is another machine. An address belongs to this machine if the system uses it as
-its own. Only configured names are looked up, never a caller's name: that could take half a minute, and would
+its own. Only configured names are looked up. Looking up a caller's name could take half a minute, and would
 leave the decision to the name server.
 """
 
@@ -20,7 +20,7 @@ from pipros.net.address import ANY, ANY_IPV6, LOOPBACK, is_loopback, plain_addre
 from pipros.net.lookup import Lookups, process_lookups
 
 _DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
-"""Addresses for documentation (RFC 5737, RFC 3849). If the system lets a socket bind to even these, a
+"""Addresses for documentation (RFC 5737, RFC 3849). If the system lets a socket bind even to these, a
 successful bind proves nothing.
 """
 _DISCARD_PORT: Final = 9

@@ -12,6 +12,8 @@ from pipros.net.address import is_loopback
 async def explain(peer: str) -> str:
     """Return advice about a peer (`http://host:port/` or `host:port`) that did not respond.
 
+    The text begins with a period, because it is appended to an error text.
+
     If a ROS 1 topic is listed but silent, the usual cause is an advertised host name that other machines
     cannot resolve, or an address that they cannot reach (ros_comm#222).
     """

@@ -12,7 +12,7 @@ from pipros.node.codec import encoder
 
 
 class AnyMsg(Message):
-    """The serialized body of a message of any type. Pass this class to `subscribe` for any topic.
+    """The serialized body of a message of any type. Pass this class to `subscribe` to accept any type.
 
     Attributes:
         body: the serialized message.

@@ -19,7 +19,7 @@ class MessageStream(Generic[AnyMessage]):
     """The messages of a subscription as an asynchronous iterator, which ends when the node shuts down.
 
     If `queue_size` is n, the n newest messages that have not been consumed are kept, and `dropped` counts the
-    others. If `queue_size` is None, all messages are kept.
+    others. If `queue_size` is None or 0, all messages are kept.
     """
 
     def __init__(self, queue_size: int | None) -> None:

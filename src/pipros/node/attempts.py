@@ -25,7 +25,11 @@ class Attempts:
     def __init__(
         self, limit: int, *, slow_s: float = NODE_TIMINGS.slow_attempt_s, slow_factor: int = SLOW_FACTOR
     ) -> None:
-        """Allow `limit` attempts at a time. An attempt that takes longer than `slow_s` no longer counts."""
+        """Allow `limit` attempts at a time.
+
+        An attempt that takes longer than `slow_s` no longer counts towards this limit. At most `slow_factor`
+        times `limit` attempts are exempted in this way at a time.
+        """
         self._limit = limit
         self._slow_s = slow_s
         self._slow_limit = limit * slow_factor

@@ -95,7 +95,8 @@ class SimulatedClock:
     ) -> None:
         """Store the arguments.
 
-        `on_silence` is called if no time is published for `silence_s` while a thread waits (ros_comm#2111).
+        `on_silence` is called if a thread has waited for `silence_s` and no time has been published yet
+        (ros_comm#2111).
         """
         self._silence_s = silence_s
         self._on_silence = on_silence
@@ -120,7 +121,7 @@ class SimulatedClock:
         return self._now_ns
 
     def sleep(self, duration_s: float) -> bool:
-        """Wait for a duration of simulated time. If simulated time has not started, wait for that first."""
+        """Wait for a duration of simulated time. If it has not started yet, wait for its start first."""
         self._wait_for_start()
         with self.changed:
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps

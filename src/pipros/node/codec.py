@@ -60,7 +60,9 @@ def view_decoder(message_class: type[Message]) -> Callable[[memoryview | bytes],
 
 
 def number(message: Message, sequence: int) -> None:
-    """Set the sequence number of a message that starts with a header, as rospy does before sending."""
+    """Set the sequence number of a message that starts with a header, as rospy does before sending.
+
+    A frame ID of None is replaced by `0`."""
     if getattr(message, "_has_header", False):
         header: Any = message.header  # type: ignore[attr-defined]
         header.seq = sequence & 0xFFFFFFFF

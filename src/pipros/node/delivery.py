@@ -17,7 +17,7 @@ _POLL_S: Final = 0.0001
 
 
 class Sent(NamedTuple):
-    """The number of messages that a publisher has sent to a subscriber over their current link."""
+    """The number of messages that a publisher has sent or dropped on its current link to a subscriber."""
 
     topic: str
     publisher: str

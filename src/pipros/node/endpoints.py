@@ -188,7 +188,7 @@ class Endpoints:
     def _join(self, publication: Publication | None, subscription: Subscription | None) -> None:
         """Make the node's publication pass its messages directly to the node's subscription.
 
-        If their message classes differ, they are connected like the topics of two nodes.
+        If their message classes differ or are `AnyMsg`, they are connected like those of two nodes.
         """
         if self.own_uri is None or publication is None or subscription is None:
             return
@@ -355,8 +355,8 @@ class Endpoints:
     def close(self) -> None:
         """Close all links and connections.
 
-        Endpoints that another thread adds in the meantime are not registered. The node's ports are closed
-        soon after.
+        Endpoints that another thread adds in the meantime are not registered. The caller closes
+        the node's ports afterwards.
         """
         end = time.monotonic() + self._context.timings.close_flush_s  # all topics share one deadline
         for publication in self.publications:

@@ -24,9 +24,9 @@ class HostedNode(Node):
     """A nodelet's own names, parameters, remappings and handles. Its host provides ports, clock and master.
 
     The master knows only the host, so a topic that the nodelet advertises belongs to the host. `shutdown`
-    ends only the nodelet: it runs the hooks, and releases all handles. When the host shuts down, it does the
-    same for its nodelets. Messages between nodelets of one host are passed as objects, so a message must not
-    be changed after it was published.
+    ends only the nodelet: it runs the hooks, and releases all handles. When the host shuts down, it
+    also shuts its nodelets down. Messages between nodelets of one host are passed as objects, so a message
+    must not be changed after it has been published.
 
     Attributes:
         arguments: the nodelet's command-line arguments, without remappings.

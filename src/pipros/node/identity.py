@@ -1,4 +1,4 @@
-"""A node's name, and the resolution of other names from its command line and environment."""
+"""Determine a node's name and resolve other names, based on its command line and environment."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def _has_octets(type_name: str) -> bool:
 
 @cache
 def _fields_with_octets(message_class: Any) -> Mapping[str, bool]:
-    """Map the names of the fields that are or contain octet arrays to True for embedded messages."""
+    """Map the name of each field that is or contains an octet array to whether it is an embedded message."""
     found = {}
     for name, kind in zip(message_class.__slots__, message_class._slot_types, strict=False):
         base, bracket, _ = kind.partition("[")

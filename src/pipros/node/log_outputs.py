@@ -84,7 +84,8 @@ def _log_to_file(path: Path) -> list[logging.Handler]:
 def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:
     """Publish `logger`'s records on `/rosout`.
 
-    The messages list the node's topics, unless a parameter disables this.
+    The messages list the topics that the node publishes, unless the parameter
+    `/rosout_disable_topics_generation` is true.
 
     Returns:
         The handler that was added to the logger.

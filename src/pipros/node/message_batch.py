@@ -7,9 +7,9 @@ For each subscriber, a send costs about as much as everything else that `publish
 - with the first message that follows after 100 microseconds or more;
 - at the latest after about a millisecond, by the event loop.
 
-A message is sent at once, after those collected before it, if the topic has been quiet, or if the node has
-received a message since the last one: the subscriber may be waiting for a reply. A node that ends,
-unregisters or forks sends the collected messages first; `os._exit` and SIGKILL lose them.
+A message is sent at once, after the messages collected before it, if the topic has been quiet, or if the node
+has received a message since it last published on the topic: the subscriber may be waiting for a reply. A node
+that ends, unregisters or forks sends the collected messages first; `os._exit` and SIGKILL lose them.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ SILENCE_S: Final = 1e-3
 """A pause of this length ends a burst even if no further message follows."""
 
 CHECK_S: Final = 0.001
-"""Interval between checks whether a burst has ended, and at which the event loop sends collected messages."""
+"""Interval at which the event loop sends collected messages, and checks whether a burst has ended."""
 
 
 class BurstDetector:

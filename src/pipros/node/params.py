@@ -151,7 +151,7 @@ class Parameters:
         return other
 
     def get_cached(self, name: str) -> Any:
-        """Like `get`, but query the master only once; it then notifies the node of changes.
+        """Like `get`, but query the master only once. Afterwards, the master notifies the node of changes.
 
         Changes made by the node itself take effect immediately in all affected cached parameters.
         """
@@ -179,7 +179,7 @@ class Parameters:
             raise NotFound(f"parameter [{key}] is not set") from error
 
     def _refresh(self, cached: CachedParameter, changes: int) -> Any:
-        """Request a stale value from the master. It stays stale if the master cannot be reached."""
+        """Fetch the current value of a stale parameter. It stays stale if the master cannot be reached."""
         try:
             value = self._fetch(cached.key)
         except NotFound:

@@ -39,7 +39,7 @@ JOIN_LIMIT_BYTES = 32 * 1024
 larger messages are not joined.
 """
 
-_IDLE = LinkState.IDLE  # aliases: enum lookups per message are slow
+_IDLE = LinkState.IDLE  # an alias: enum lookups per message are slow
 _pack_length = struct.Struct("<I").pack
 
 

@@ -13,7 +13,9 @@ from pipros.node.throttled_warnings import ThrottledWarnings
 
 RETRY_FIRST_S = 0.1
 RETRY_REFUSED_LONGEST_S = 60.0
-"""First delay between attempts, and the longest after a refusal; `NodeTimings` has the others."""
+"""Initial delay between attempts to connect, and the maximum delay after refusals. `NodeTimings` contains the
+other delays.
+"""
 
 LOST_GRACE_S = 3.0
 """Time after a link has ended in which failures to connect again are not logged: the publisher's process may

@@ -14,8 +14,8 @@ REQUEST_DEADLINE_S = 10.0
 """How long a publisher may take to answer `requestTopic`."""
 
 LOG_TOPICS = ("/rosout", "/rosout_agg")
-"""Topics that need no shared memory, because log messages are small. Every node publishes `/rosout`; without
-memory, it starts faster, because its modules are not loaded.
+"""Topics that need no shared memory, because log messages are small. Every node publishes `/rosout`, and
+starts faster if the modules for shared memory are not loaded.
 """
 
 

@@ -25,7 +25,7 @@ WATCH_INTERVAL_S = 1.0
 WATCH_DEADLINE_S = 5.0
 """A master that takes longer to answer is considered busy; the next round checks again."""
 UNREGISTERED_AT_ONCE = 20
-"""Entries that a node unregisters with one call while shutting down."""
+"""Maximum number of entries that a node unregisters with one call while shutting down."""
 
 
 class Entry(Protocol):
@@ -181,8 +181,8 @@ class Registrations:
     def close(self) -> None:
         """Unregister all entries in reverse order. Give up if the master does not answer."""
         self._is_closed = True
-        # A thread that is still registering an entry holds the lock, and might wait forever. A master that
-        # answers does so within the grace period, so a loop that reads a parameter ends without an exception.
+        # A thread that is still registering an entry holds the lock, and might wait forever. A responsive
+        # master answers within the grace period, so calls in progress, such as `get_param`, return normally.
         self._master.interrupt(self._unregister_s, grace_s=self._unregister_s / 3)
         master = MasterClient(self._master.uri, self._node_name, timeout_s=self._unregister_s)
         with self._lock:

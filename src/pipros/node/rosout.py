@@ -15,7 +15,7 @@ from pipros.node.logger_services import serve_loggers
 from pipros.node.node import Node
 
 QUEUE_SIZE = 1000
-"""Maximum number of lines queued for one subscriber of `/rosout_agg`, as in genuine rosout."""
+"""Maximum number of messages queued for one subscriber of `/rosout_agg`, as in genuine rosout."""
 
 _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
@@ -57,7 +57,7 @@ class RosoutAggregator:
             self._lines.addHandler(self._handler)
 
     def register(self) -> None:
-        """Register the topics and services of the node, which has been started. Waits for the master."""
+        """Register the node's topics and services. The node must have been started. Blocks."""
         log_class = load_message_class("rosgraph_msgs/Log")
         self._publisher = self.node.advertise("/rosout_agg", log_class, queue_size=QUEUE_SIZE)
         self.node.subscribe("/rosout", log_class, self._repeat)

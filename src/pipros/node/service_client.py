@@ -34,14 +34,17 @@ PROBE_LIMIT_S = 10.0
 
 
 MAX_IDLE = 8
-"""Maximum number of idle connections that a client keeps for its next calls: one for each calling thread."""
+"""Maximum number of idle connections that a client keeps, so that several threads can call at the same time
+without reconnecting.
+"""
 
 
 class ServiceClient:
-    """Calls one service. Each call has its own connection, unless the client is persistent.
+    """Calls one service. A persistent client uses one connection for all calls.
 
-    After a call over a Unix stream, the connection stays open for the next call, which still queries the
-    master for the server's URI. The server closes an unused connection after some seconds
+    Otherwise, each call over TCP has its own connection. After a call over a Unix stream, the connection
+    stays open for the next call, which still queries the master for the server's URI. The server closes an
+    unused connection after some seconds
     (`pipros.node.service_connection`).
     """
 
@@ -187,7 +190,7 @@ class ServiceClient:
 
     @property
     def kept(self) -> ServiceLink | None:
-        """The open connection of a persistent client; None before its first call."""
+        """The connection of a persistent client; None before its first call and after `close`."""
         return self._kept
 
     def close(self) -> None:
@@ -210,8 +213,9 @@ class ServiceClient:
     def _connect(self, deadline: float | None) -> tuple[ServiceLink, bool]:
         """Look up the server and connect to it. Return the link, and whether an earlier call has used it.
 
-        The server is usually that of the last call. The client therefore uses its idle link, or connects
-        again while it waits for the master, but uses this link only if the master returns the same URI.
+        The server is usually the same as for the last call. While the client waits for the master's response,
+        it therefore connects to that server unless it has an idle link to it, and uses this link if the
+        master returns the same URI.
         """
         # Extra header fields may be secrets, which only the server that the master names should receive.
         expected = None if self._persistent or self._headers else self._expected_uri
@@ -243,7 +247,7 @@ class ServiceClient:
         return self._link(uri, deadline), False
 
     def _take_idle(self, uri: str | None) -> ServiceLink | None:
-        """Return an open link to the server at `uri`, kept from an earlier call. Close other links found."""
+        """Return an open link to the server at `uri`, kept from an earlier call. Close unusable links."""
         while True:
             try:
                 link = self._idle.pop()

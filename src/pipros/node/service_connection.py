@@ -9,12 +9,12 @@ Theory of operation. At any moment, a connection has one of these owners:
   regardless of the number of connections;
 - the event loop, while it sends the rest of a reply that the client did not read at once.
 
-The owner closes the connection. Others `abort` it, and the owner closes it soon after.
+The owner closes the connection. Other threads `abort` it, and the owner closes it soon after.
 
 A Unix stream stays open after a reply, for the client's next call, because connecting costs both ends several
 times as much as the call. After `KEPT_S` without a request, or to make room for other clients, the server
 closes the stream for receiving. On a Unix stream this is atomic: a request that was sent before is answered,
-and sending one afterwards fails, so the client can use a new connection, and no call runs twice.
+and sending a later request fails, so the client can use a new connection, and no call runs twice.
 """
 
 from __future__ import annotations

@@ -266,9 +266,9 @@ def _cannot_connect(service: str, error: Exception, deadline: float | None) -> S
 
 
 def _remaining(deadline: float | None, longest_s: float | None = None) -> float | None:
-    """Return the number of seconds until the deadline, as a socket timeout.
+    """Return the number of seconds until the deadline, but at most `longest_s`, as a socket timeout.
 
-    Raises TimeoutError if it has passed.
+    Raises TimeoutError if the deadline has passed.
     """
     if deadline is None:
         return longest_s

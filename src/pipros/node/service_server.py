@@ -1,6 +1,7 @@
 """A server that answers calls to one service over TCPROS.
 
-On the wire, a reply is one byte, 1 for success, then a message that contains the response, or the error text.
+On the wire, a reply is one byte (1 for success, 0 for failure), followed by the length and the bytes of the
+response or of the error text.
 Source: http://wiki.ros.org/ROS/TCPROS
 """
 
@@ -41,7 +42,8 @@ class ServiceClass(Protocol):
 
 
 class HandlerError(Exception):
-    """Raised by code that wraps a user's handler. The text is sent to the client, but not logged here."""
+    """Raised by code that wraps a user's handler. The text is sent to the client, but `on_error`
+    is not called."""
 
 
 class CallFailed(Exception):

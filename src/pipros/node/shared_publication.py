@@ -1,4 +1,4 @@
-"""The part of a publication that uses shared memory. Imported when a subscriber first accepts it."""
+"""The shared memory of a publication. This module is imported when a subscriber first accepts such memory."""
 
 from __future__ import annotations
 

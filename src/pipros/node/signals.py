@@ -53,7 +53,7 @@ class Signals:
     main thread could leave a lock held that the shutdown needs. Once the node has ended, the handler raises
     KeyboardInterrupt, so that another Ctrl-C ends a main thread that is still running.
 
-    A forked child is not the node, and gets the process's previous handlers.
+    A forked child does not run the node, so it gets the process's previous handlers.
     """
 
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
@@ -223,8 +223,8 @@ def ended_by_signals(node: Node, *, insist: bool = True) -> Iterator[None]:
     KeyboardInterrupt. Outside the main thread, signal handlers are left unchanged.
 
     Args:
-        insist: whether to interrupt a block that continues after any shutdown. If false, only a second signal
-            interrupts the block, so that it can finish writing.
+        insist: whether to interrupt a block that continues after the shutdown. If false, only a second signal
+            interrupts the block, so that the block can, for example, finish writing a file.
     """
     if threading.current_thread() is not threading.main_thread():
         with node:

@@ -224,8 +224,8 @@ class SlaveApi:
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
         """Return the address for a topic, in the first of the requested protocols that this node supports.
 
-        These are TCPROS and, for nodes on this machine, Unix streams (`pipros.net.local_stream`). As in
-        genuine nodes, unknown protocols are ignored.
+        This node supports TCPROS and, for nodes on this machine, Unix streams (`pipros.net.local_stream`).
+        As in genuine nodes, unknown protocols are ignored.
         """
         del caller_id
         if not isinstance(topic, str) or not topic:

@@ -44,7 +44,10 @@ def is_on(node: Node, switch: str) -> bool:
 
 
 def window_limits(node: Node) -> WindowLimits:
-    """Return the window limits for topic statistics from the parameters, with defaults for unset ones."""
+    """Return the window limits for topic statistics from the parameters.
+
+    Unset and invalid parameters are replaced by defaults.
+    """
     from pipros.node.topic_statistics import WindowLimits
 
     given: dict[str, Any] = {}

@@ -16,8 +16,8 @@ UNMEASURED = ("/statistics", "/clock")
 """Topics that are not measured, as in genuine nodes."""
 
 _INT32_MAX = 2**31 - 1
-"""Maximum value of a field. Larger values are reduced to this, because peers choose timestamps and sequence
-numbers.
+"""Maximum value of a field. Larger values, which peers can cause by their timestamps and sequence numbers,
+are reduced to this value.
 """
 
 

@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 Callback = Callable[..., object]
 
 MessageObserver = Callable[[str, Mapping[str, str], int, Any], None]
-"""Called for every message that arrives: topic, connection header, size in bytes, message."""
+"""Function called for each received message with the topic, the connection header, the size in bytes, and the
+message.
+"""
 
 NO_ARGS = object()
 """Sentinel for "no callback_args", because None is a valid value."""
@@ -46,7 +48,8 @@ class SubscriberCallback:
     Attributes:
         args: the callback's second argument, if it has one.
         takes_views: whether the callback gets arrays that share the memory of the received message.
-        stands_for: the new callback that this one replaces until it has received the latched messages.
+        stands_for: the new callback that this entry replaces until the new callback has received the latched
+            messages.
     """
 
     callback: Callback

@@ -9,8 +9,8 @@ from pipros.net.loop import BackgroundLoop
 
 FULL: Final = 3
 REPORT_S: Final = 10.0
-"""At first and after each report, FULL warnings are logged in full. Further warnings are only counted until
-the next report, at most REPORT_S later.
+"""At the start and after each report, the next FULL warnings are logged in full. Further warnings are only
+counted until the next report, at most REPORT_S later.
 """
 
 

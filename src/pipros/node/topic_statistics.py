@@ -60,9 +60,9 @@ class TrafficMeter:
     def add(
         self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None
     ) -> StatisticsWindow | None:
-        """Count a received message. Return the window's statistics if this message ends it, otherwise None.
+        """Count a received message. If it ends the window, return the window's statistics; otherwise None.
 
-        `sequence` and `stamp_ns` come from the message's header; they are None if it has no header.
+        `sequence` and `stamp_ns` come from the message's header; they are None if the message has no header.
         """
         if not self._start_ns:
             self._start_ns = now_ns

@@ -64,7 +64,7 @@ class WorkBudget:
             raise ResultTooLarge("the expression does too much work")
 
     def spend_on_reading(self, *values: Any) -> None:
-        """Charge for reading all parts of `values`, up to the largest allowed size.
+        """Charge the size of each of `values`, for an operation that reads all their parts.
 
         Raises the same errors as `spend`.
         """

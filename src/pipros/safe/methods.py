@@ -39,7 +39,7 @@ def _plain(kind: type, *names: str) -> dict[str, Method]:
 
 
 def _cut(method: Method) -> Method:
-    """Return a method that splits a string, at worst into one part per character."""
+    """Wrap a method that splits a string. In the worst case, each character becomes a part."""
 
     def call(budget: WorkBudget, text: str, *arguments: Any, **keywords: Any) -> Any:
         budget.foresee(len(text))

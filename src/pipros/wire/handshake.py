@@ -128,7 +128,7 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
 
     Raises:
         Refused: the publisher refused the link. The error contains the publisher's text.
-        ProtocolError: the reply lacks a field, or its type differs from the requested one.
+        ProtocolError: the reply lacks a field, or its md5sum differs from the requested one.
     """
     _raise_refusal(fields, peer)
     missing = _missing(fields, ("md5sum", "type"))

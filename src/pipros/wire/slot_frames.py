@@ -1,6 +1,6 @@
 """Control frames for shared memory. They are sent between messages on a Unix stream that connects two nodes.
 
-TCPROS limits the length of a message to far below 2**31, so a length with its highest bit set announces a
+On such a stream, messages are shorter than 2**31 bytes, so a length with its highest bit set announces a
 control frame of 28 bytes instead of a message:
 
     OFFER    the publisher can send segments; the subscriber replies with one byte in the stream once it can

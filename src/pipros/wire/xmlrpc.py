@@ -32,7 +32,7 @@ INT_MAX: Final = 2**31 - 1
 
 
 class Fault(PiprosError):
-    """The peer replied with an XML-RPC fault: the method does not exist, or it raised.
+    """The peer replied with an XML-RPC fault: the method does not exist, or it raised an exception.
 
     Attributes:
         code: the fault code; ROS peers use 1 (Python) or -1 (C++).

@@ -27,7 +27,7 @@ BAND_GAP = 34.0
 _SWEEPS = 6
 _FITTINGS = 6
 _MAX_BENDS = 20_000
-"""If long arrows cross more layers than this in total, they are drawn straight."""
+"""If the arrows span more layers than this in total, they are drawn without bends."""
 _GRID_ASPECT = 1.8
 """Width of the grid of isolated vertices divided by its height, if no arrows make the drawing wider."""
 _LAYERS_PER_ROOT = 3
