@@ -53,7 +53,8 @@ class NoReport:
     """The reason why a node did not report its connections.
 
     Attributes:
-        is_reachable: True if the node responded, but the report was invalid.
+        is_reachable: False if the connection to the node failed; True for any other reason, such as an
+            invalid report.
     """
 
     is_reachable: bool

@@ -18,15 +18,15 @@ LEAVES = 4000
 CHARACTERS_PER_LEAF = 50
 
 MORE = "…"
-"""Key of the entry that states how much was omitted."""
+"""Key of the full length of a shortened array, and the last character of a shortened string."""
 
 
 def message_tree(message: object, leaves: int = LEAVES) -> Any:
     """Return the fields of a message as dictionaries, lists, strings and numbers.
 
-    NaN and infinities become the strings `nan`, `inf` and `-inf`. Binary data becomes `{"…": length, "hex":
-    "…"}` with the first bytes.
-    A shortened array is `{"…": length, "items": […]}` with the first elements.
+    NaN and infinities become the strings `nan`, `inf` and `-inf`. A shortened array is
+    `{"…": length, "items": […]}` with the first elements. Binary data is `{"…": length, "hex": "…"}` with the
+    first bytes.
 
     Args:
         message: a message, or the value of a field.

@@ -39,7 +39,7 @@ class ServiceCaller:
         """Query the server for the service type, unless the class is given.
 
         Args:
-            calls: group to which this lookup and later calls are added; its `interrupt` ends them.
+            calls: group to which this lookup and later calls are added; interrupting the group ends them.
 
         Raises:
             GraphError: the service is not available, or its type is not installed.

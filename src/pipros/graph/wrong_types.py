@@ -1,7 +1,7 @@
 """Find publishers and subscribers of a topic that are not connected because their types differ.
 
-The master stores one type per topic: the type of the node that registered first. Each node reports its own
-types, but is queried only while it lacks an expected connection.
+The master stores one type per topic, usually that of the publisher that registered last. Each node reports
+its own types, but is queried only while it lacks an expected connection.
 """
 
 from __future__ import annotations

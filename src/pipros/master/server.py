@@ -157,7 +157,7 @@ class MasterServer:
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
         """Set or delete a parameter after weighing the new and the replaced value in a thread.
 
-        If another call sets the parameter in the meantime, that value is weighed as well.
+        If another call sets the parameter in the meantime, the value that it set is also weighed.
         """
         loop = asyncio.get_running_loop()
         weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique

@@ -51,7 +51,8 @@ class Backlog:
     def insert(self, frame: bytes) -> bool:
         """Add a frame before all whole messages. `drop_oldest` does not drop it.
 
-        Return True if `remove_sent` will count it as a message, because no message is partially written.
+        Return True if `remove_sent` will count the frame as a message. It does so if no message is partially
+        written.
         """
         is_alone = not self._rest
         self._rest.append(frame)

@@ -81,7 +81,7 @@ class AdaptiveBackoff:
 
 
 class PollingReceiver:
-    """Receives from blocking sockets, and learns whether polling before blocking pays.
+    """Receives from sockets, and learns whether polling before waiting pays.
 
     Intended for one waiting thread at a time. If two threads share a receiver, it learns less reliably.
     If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.

@@ -143,7 +143,7 @@ class IncomingLink:
             sock: accepts messages in shared memory if it is a `DescriptorSocket`.
             keeps_large: whether to pass large messages as `bytes`, which `deliver` can keep without a copy.
             received: the bytes that followed the handshake.
-            timings: delays until the link reads again, and until it lets other links deliver.
+            timings: delays for reading again and for letting other links deliver; see `LinkTimings`.
         """
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)

@@ -16,8 +16,8 @@ CURE_OF_OTHERS = f"{CURE}. Without ROS_IP, ROS_HOSTNAME or --bind, roscore liste
 class MasterClient:
     """The methods of the Master API and the Parameter Server API, called on behalf of one node.
 
-    Each method returns the value from the master's `[code, text, value]`. Thread-safe.
-    Every method raises:
+    Unless noted otherwise, a method returns the value from the master's `[code, text, value]`. Thread-safe.
+    These methods raise:
         Refused: the master refused (code -1 or 0).
         Unreachable: the connection failed, or the master did not respond in time.
         Interrupted: `interrupt` was called.

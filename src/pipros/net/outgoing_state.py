@@ -3,7 +3,7 @@
     IDLE        no messages are queued; the publishing thread writes to the socket
     BEHIND      messages are queued for the publishing thread, which may wait for the subscriber
     QUEUED      messages are queued for the event loop
-    STALLED     like QUEUED, but the wait of a publisher without a queue timed out; it does not wait again
+    STALLED     like QUEUED, but a publisher without a queue does not wait again until the link has caught up
     RECOVERING  a stalled link with no queued messages, whose subscriber has yet to read the written data
     CLOSED      the link has been closed
 

@@ -44,8 +44,8 @@ class RpcClient:
     Thread-safe: calls from different threads use different connections and do not wait for each other.
     Connections are kept open and reused.
 
-    If the server closes a reused connection before it responds, the call is sent once more over a new
-    connection, as by Python's and ROS's own clients.
+    If the server closes a reused connection before it responds, the client sends the call once more over a
+    new connection, as Python's and ROS's own clients do.
 
     Attributes:
         server_addresses: the server's IP addresses in recent connections, latest first.

@@ -126,9 +126,10 @@ class TopicMemory:
                 link.owner.offer_memory()
 
     def place(self, links: Iterable[LinkMemory], message: WireMessage, size: int) -> PlacedMessage | None:
-        """Copy a message into a slot, if a subscriber has room.
+        """Copy a message into a slot.
 
-        Call `release` after `LinkMemory.give`. Only one thread may call `place` at a time.
+        Return None if no subscriber has room, or if no slot or memory is available. Call `release` after
+        `LinkMemory.give`. Only one thread may call `place` at a time.
 
         Args:
             message: the length, then the message.

@@ -12,7 +12,7 @@ from pipros.node.codec import encoder
 
 
 class AnyMsg(Message):
-    """The serialized body of a message of any type. Pass this class to `subscribe` to accept any type.
+    """The serialized body of a message of any type. Pass this class to `subscribe` to accept all types.
 
     Attributes:
         body: the serialized message.

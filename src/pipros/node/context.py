@@ -28,7 +28,7 @@ class NodeContext(NamedTuple):
         attempts: limits the node's concurrent attempts to connect to publishers.
         published: counter that changes with each message that the node publishes.
         received: counter that changes whenever the node has received messages on a topic.
-        memory: the memory that the node shares with subscribers on this machine.
+        memory: budget for the memory that the node shares with subscribers on this machine.
         timings: the node's delays and timeouts.
     """
 

@@ -1,7 +1,7 @@
 """Links between a publication and a subscription of the same node, which pass messages as objects.
 
 Nothing is encoded, so all subscribers and the publisher share one message, which must not be changed after it
-was published. Nodelets use these links; other nodes that subscribe to their own topics receive copies.
+has been published. Nodelets use these links; other nodes that subscribe to their own topics receive copies.
 """
 
 from __future__ import annotations

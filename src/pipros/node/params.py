@@ -151,9 +151,10 @@ class Parameters:
         return other
 
     def get_cached(self, name: str) -> Any:
-        """Like `get`, but query the master only once. Afterwards, the master notifies the node of changes.
+        """Like `get`, but cache the value, and subscribe to changes of the parameter at the master.
 
-        Changes made by the node itself take effect immediately in all affected cached parameters.
+        Changes made by the node itself take effect immediately in all affected cached parameters. While the
+        parameter is not set, every call queries the master.
         """
         key = self._resolve(name)
         registrations = self._registrations()
@@ -179,7 +180,10 @@ class Parameters:
             raise NotFound(f"parameter [{key}] is not set") from error
 
     def _refresh(self, cached: CachedParameter, changes: int) -> Any:
-        """Fetch the current value of a stale parameter. It stays stale if the master cannot be reached."""
+        """Fetch the current value of a stale parameter from the master.
+
+        The parameter stays stale if the master cannot be reached.
+        """
         try:
             value = self._fetch(cached.key)
         except NotFound:

@@ -44,8 +44,7 @@ class ServiceClient:
 
     Otherwise, each call over TCP has its own connection. After a call over a Unix stream, the connection
     stays open for the next call, which still queries the master for the server's URI. The server closes an
-    unused connection after some seconds
-    (`pipros.node.service_connection`).
+    unused connection after some seconds (`pipros.node.service_connection`).
     """
 
     def __init__(

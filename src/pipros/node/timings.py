@@ -23,7 +23,7 @@ class NodeTimings(NamedTuple):
         call_grace_s: how long running service calls may continue when the node begins to shut down. Without
             it, a loop that calls a service would often end with an error at Ctrl-C.
         unregister_s: how long a node waits, while shutting down, for a master that does not answer.
-        clock_silence_s: time without a message on `/clock` after which a waiting thread causes a warning.
+        clock_silence_s: how long a thread waits for the first message on `/clock` before a warning is logged.
         links: delays and timeouts of the connections.
     """
 

@@ -38,10 +38,10 @@ _unpack_length = struct.Struct("<I").unpack_from
 class MessageReader:
     """A receive buffer that hands out complete messages as views of itself.
 
-    Call `space()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
-    received elsewhere. The messages that these methods yield are valid until the next `space()` or `feed()`;
-    copy a message to keep it. The buffer is at most twice as large as the data that has actually arrived, so
-    announcing a large length does not use memory.
+    Call `space()`, receive into it, and pass `received()` the number of bytes; or pass bytes that were
+    received elsewhere to `feed()`. The messages that these methods yield are valid until the next `space()`
+    or `feed()`; copy a message to keep it. The buffer is at most twice as large as the data that has actually
+    arrived, so announcing a large length does not use memory.
 
     >>> buffer = MessageReader(limit_bytes=1024)
     >>> [bytes(message) for message in buffer.feed(b"\\x02\\x00\\x00\\x00h")]

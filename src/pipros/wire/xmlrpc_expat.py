@@ -1,4 +1,4 @@
-"""The complete XML-RPC reader: reads any well-formed document, and explains why others are invalid.
+"""The complete XML-RPC reader: reads any valid document, and explains why others are invalid.
 
 Theory of operation: the reader keeps a stack of open elements. `_MAY_CONTAIN` lists which elements an element
 may contain; all others are errors. Complete values are collected in the enclosing element, and combined when

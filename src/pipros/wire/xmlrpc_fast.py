@@ -112,7 +112,7 @@ class _Scanner:
         # Read the document in slices, so that other threads can run in between.
         for start in range(0, len(body), _SLICE_BYTES):
             piece = body[start : start + _SLICE_BYTES + 2]
-            # "]]>" is not allowed in text, nor U+FFFE and U+FFFF anywhere; xmlrpc_expat raises the error.
+            # "]]>" is not allowed in text, and U+FFFE and U+FFFF never are; xmlrpc_expat raises the error.
             if len(piece.translate(None, _NOT_PLAIN_BYTES)) != len(piece) or b"]]>" in piece:
                 raise NeedsExpat
         try:

@@ -69,7 +69,7 @@ def layered_layout(
     *,
     gap: float = LAYER_GAP,
 ) -> GraphLayout[Key]:
-    """Lay out a graph. The layout of a graph is always the same.
+    """Lay out a graph. The same graph always gets the same layout.
 
     Args:
         sizes: the width and height of each vertex.
@@ -128,7 +128,11 @@ class _LayeredLayout(Generic[Key]):
         return sorted(pairs)
 
     def _layers(self) -> list[int]:
-        """Assign layers: each vertex is to the right of its predecessors, each source next to a successor."""
+        """Assign layers from left to right.
+
+        Each vertex is to the right of its predecessors, and each source is directly before its nearest
+        successor.
+        """
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         missing = [0] * count

@@ -1,8 +1,8 @@
 """Write a drawing as a one-page PDF with lines and text.
 
 `view_frames` uses this module to write `frames.pdf`, which tutorials and scripts expect, even if Graphviz is
-not installed. The libraries reportlab and fpdf2 are not used, because they do far more than is needed here and
-require Pillow. They take up 31 and 55 MB, and importing them takes 60 and 290 ms.
+not installed. The libraries reportlab and fpdf2 are not used, because they do far more than is needed here
+and require Pillow. They take up 31 and 55 MB, and importing them takes 60 and 290 ms.
 """
 
 from __future__ import annotations
