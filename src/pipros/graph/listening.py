@@ -70,7 +70,7 @@ def wait_for_topic(
 def _parse(path: str, warn: Say) -> tuple[PathStep, ...]:
     try:
         return tuple(parse_path(path))
-    except InvalidIndex as error:  # as in Noetic, show the whole message
+    except InvalidIndex as error:  # as in Noetic, warn and show the whole message
         warn(str(error))
         return ()
 

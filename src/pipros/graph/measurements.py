@@ -58,7 +58,7 @@ def rate_text(figures: SampleFigures) -> str:
 
 
 def rate_table(figures: Mapping[str, SampleFigures]) -> str:
-    """Format the rates of several topics as a table, with four digits each."""
+    """Format the rates of several topics as a table, with four significant digits."""
     rows = []
     for topic, found in figures.items():
         numbers = (_rate(found), found.minimum, found.maximum, found.deviation)

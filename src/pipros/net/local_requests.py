@@ -47,7 +47,8 @@ class LocalServer:
         Args:
             kind: name of the folder below `$ROS_HOME/pipros`.
             answer: function that takes a request (any JSON value) and returns the response, a JSON object.
-                If it raises an exception, the response contains the exception's text.
+                If it raises an error about the request (`PiprosError`, `ValueError`, `LookupError`,
+                `TypeError`, …), the response contains the error's text.
         """
         self._folder = _folder(kind)
         self._answer = answer

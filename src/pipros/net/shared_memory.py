@@ -41,7 +41,7 @@ LEAST_BYTES: Final = 128 * 1024
 """Minimum size of a message in shared memory. Smaller messages are cheaper to send than to share."""
 
 RETRY_S: Final = 5.0
-"""Time without further attempts after the system refused memory or descriptors."""
+"""Time without further attempts after a limit was reached, or the system refused memory or descriptors."""
 
 _HEADROOM: Final = 1.25
 """The size of a segment's slots, relative to the message for which the segment was created. Unused memory is

@@ -304,7 +304,7 @@ class _LayeredLayout(Generic[Key]):
         return max([math.sqrt(area * _GRID_ASPECT), *(width for width, _ in sizes)])
 
     def _place_grid(self, vertices: Sequence[int], top: float, width: float, heights: list[float]) -> float:
-        """Place vertices in rows of at most `width`; return the bottom."""
+        """Place vertices in rows of at most `width`; return the y coordinate of the grid's bottom."""
         column = max(self._sizes[vertex][0] for vertex in vertices) + ROW_GAP
         row = max(self._sizes[vertex][1] for vertex in vertices) + ROW_GAP
         count = max(1, int((width + ROW_GAP) // column))
