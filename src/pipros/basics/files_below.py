@@ -23,7 +23,8 @@ def file_inside(folder: Path, name: str) -> Path:
     """Return the real path of the file `name`, which is relative to a folder.
 
     Raises:
-        NotBelow: the file does not exist, `name` contains `..`, or a link leads out of the folder.
+        NotBelow: the file does not exist, `name` is absolute or contains `..` or a backslash, or a link leads
+            out of the folder.
     """
     parts = Path(name).parts
     is_plain = "\0" not in name and "\\" not in name and not Path(name).is_absolute() and ".." not in parts

@@ -95,9 +95,10 @@ def describe_path(path: Sequence[PathStep]) -> str:
 
 
 def extract(message: Message, path: Sequence[PathStep]) -> Part:
-    """Return the part of a message that a path selects, or a list of parts if the path contains a slice.
+    """Return the part of a message that a path selects.
 
-    An element of the slice that lacks the part yields None.
+    If the path contains a slice, the part's value is a list, with None for each element of the slice that
+    lacks the rest of the path.
 
     Raises:
         NotFound: the message lacks a field.

@@ -21,7 +21,7 @@ Part = tuple[Kind, str]
 SHOWN_S = 120.0
 """How long removed nodes and topics are included in `with_removed`."""
 EVENTS_S = 600.0
-"""How long changes are kept."""
+"""How long `events` reports a change."""
 DYING_S = 20.0
 """Connections that a node had within this time before its removal are kept, because a node that has
 crashed stops reporting its connections some time before the master removes the node.

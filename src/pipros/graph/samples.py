@@ -73,7 +73,10 @@ class RateWindow:
         return True
 
     def figures(self) -> SampleFigures | None:
-        """Return the statistics of the intervals, in seconds; `count` is the number of events."""
+        """Return the statistics of the intervals, in seconds, and reset `has_new`.
+
+        `count` is the number of events.
+        """
         self.has_new = False
         found = self._intervals.figures()
         if found is None:

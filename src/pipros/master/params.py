@@ -176,9 +176,9 @@ class ParamTree:
             self.journal.param_deleted(key)
 
     def names(self) -> list[str]:
-        """Return the full names of all values, in the order in which they were set.
+        """Return the full names of all values, grouped by namespace.
 
-        Empty namespaces are omitted.
+        Within a namespace, names are in the order in which they were first set. Empty namespaces are omitted.
         """
         found: list[str] = []
         stack = [("/", iter(self._root.items()))]

@@ -320,7 +320,7 @@ def wall_time(seconds: float, time_format: str | None, digits: int = 6) -> str:
 
 
 def logger_levels() -> list[tuple[str, str]]:
-    """Return the name and the ROS level name of each logger in the process, as `~get_loggers` does."""
+    """Return the name and the ROS level name of each logger except the root, as `~get_loggers` does."""
     known = logging.Logger.manager.loggerDict
     loggers = [logger for logger in known.values() if isinstance(logger, logging.Logger)]
     return [(logger.name, Severity.of(logger.getEffectiveLevel()).name) for logger in loggers]

@@ -25,8 +25,8 @@ _BOTH_REPORT_WITHIN_S = 1.0
 """If the handler and the interpreter both report a signal, they do so within this time."""
 
 _SENT_TWICE_WITHIN_S = 0.2
-"""A signal repeated within this time counts once, because `timeout` sends each signal to its command
-twice.
+"""A signal repeated within this time counts once, because the program `timeout` sends each signal to
+its child twice.
 """
 
 _INSIST_AFTER_S = 0.1
