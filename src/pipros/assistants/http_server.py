@@ -1,8 +1,8 @@
-"""Streamable HTTP on a loopback port: the library's application under uvicorn, with checks of each request.
+"""MCP over Streamable HTTP on a loopback port: the application of the `mcp` package under uvicorn.
 
 Theory of operation. Like the other servers, this one limits the number of connections, and closes connections
 that are not admitted within `login_s`. `GuardedApp` checks the host, origin and token of each request before
-the library sees it; the first valid token admits the connection. OAuth is not supported: a request without a
+`mcp` receives it; the first valid token admits the connection. OAuth is not supported: a request without a
 token is refused, without a challenge that would start a login.
 """
 

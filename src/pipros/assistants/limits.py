@@ -15,7 +15,7 @@ class AssistantLimits(NamedTuple):
         assistant_picture_pixels: size of an image from the robot that is decoded to create a picture.
         assistant_sample_bytes: total size of the messages that one call receives or reads.
         assistant_request_bytes: size of an HTTP request.
-        assistant_sessions: number of HTTP sessions, and of concurrent requests.
+        assistant_sessions: number of HTTP sessions; four times as many connections are accepted.
         assistant_call_s: duration of a call.
         assistant_query_s: elapsed time and processor time of an SQL query.
         assistant_query_bytes: memory of an SQL query's process, and size of each file that it writes.

@@ -1,4 +1,4 @@
-"""Create the server: the library's `MCPServer` with all tools and their limits.
+"""Create the server: the `MCPServer` of the `mcp` package, with all tools and their limits.
 
 A tool that acts runs only while its client is connected: the event of its `Caller` is set when the client
 cancels the call or closes the connection.
@@ -159,7 +159,7 @@ def _answering(tool: Tool, bind: Bind, robot: RobotAccess, pool: DaemonPool) -> 
 
 
 def _with_context(tool: Tool) -> inspect.Signature:
-    """Return a tool's signature, extended by the library's context, which is not part of the schema."""
+    """Return a tool's signature, extended by the context of `mcp`, which is not part of the schema."""
     hints = get_type_hints(tool, include_extras=True)
     found = inspect.signature(tool).parameters.values()
     own = [each.replace(annotation=hints[each.name]) for each in found]

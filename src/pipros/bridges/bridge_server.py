@@ -134,7 +134,8 @@ class BridgeServer:
         Args:
             handlers: handlers by subprotocol, in order of preference; "" for clients without a subprotocol.
             page: server of the page on the same port.
-            has_control: whether clients may change the system. If False, their shares are small.
+            has_control: whether clients may change the system. If False, the limits for their messages are
+                lower.
         """
         self.port = 0
         self._handlers = handlers
@@ -333,9 +334,9 @@ class BridgeServer:
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.
 
-        Only clients without topics and services are disconnected or, if all clients have some, clients of an
-        address that has more than half of all clients, unless the new client has the same address. Return
-        whether there is room now.
+        The choice is among the clients that `Session.is_unused` describes. If there are none, it is among the
+        clients of an address that has more than half of all clients, unless the new client has the same
+        address. Return whether there is room now.
         """
         by_silence = sorted(self._clients, key=lambda client: client.active_s)
         hosts = Counter(client.host for client in by_silence)

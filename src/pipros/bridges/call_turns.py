@@ -46,7 +46,7 @@ class CallTurns:
 
 
 class QuestionTurns:
-    """Runs short calls of all clients in turns, in a few threads. Thread-safe; no method blocks.
+    """Runs short calls of all clients in turn, in a few threads. Thread-safe; no method blocks.
 
     A thread per client would not be faster: the threads would wait for each other, and delay the rest of the
     program.
@@ -74,7 +74,7 @@ class QuestionTurns:
         except RuntimeError:
             with self._lock:
                 self._idle += 1
-                if self._idle < self._threads:  # another thread will answer
+                if self._idle < self._threads:  # another thread will make the call
                     return
                 self._calls.forget(user)
             raise

@@ -94,7 +94,7 @@ class BridgeConnection(PortConnection):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._rest = Backlog()  # unwritten part of the current large frame
-        self._owner: object = None  # owner of that frame
+        self._owner: object = None  # `WebSocketFrame.owner` of this frame
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)

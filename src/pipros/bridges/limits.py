@@ -15,9 +15,9 @@ class BridgeLimits(NamedTuple):
         bridge_queue_bytes: the messages and responses queued for one client.
         bridge_message_bytes: a message from a client.
         bridge_reader_bytes: a message from a client that may not change the system.
-        bridge_parsed_bytes: the approximate memory for a client's parsed message; for a client that may not
-            change the system, a quarter of it. The same limit applies to all of its published messages that
-            are kept for later subscribers.
+        bridge_parsed_bytes: the approximate memory for a client's parsed message, and also for the requests
+            of its pending service calls; a quarter of it for a client that may not change the system. In
+            addition, the memory for a client's published messages that are kept for later subscribers.
         bridge_asset_bytes: an asset that a Foxglove client fetches. All assets being sent may have twice this
             size together.
         bridge_kept_bytes: the names and ids that a server stores for one client.

@@ -21,7 +21,9 @@ BURST_S: Final = 1.0
 BUSY_SHARE: Final = 0.8
 """Part of one processor that several busy clients share."""
 BUSY_S: Final = 0.03
-"""A client is busy above this recent processor time (s), a sum that decays within about a second."""
+"""A client is busy if its recent processor time (s) exceeds this. The recent time is a sum that decays
+exponentially, with a time constant of one second.
+"""
 
 
 class SharedWork:

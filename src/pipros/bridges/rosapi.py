@@ -1,6 +1,7 @@
 """The services of the `rosapi` node, with which clients inspect the system and access parameters.
 
-Names that the globs do not allow are omitted from responses and rejected in requests.
+Names that the globs do not allow are omitted from responses. A request about such a name gets an empty
+response; a request to read, set or delete such a parameter fails.
 """
 
 from __future__ import annotations

@@ -137,7 +137,7 @@ class SharedTopics:
         return taken
 
     def wait_for_turn(self, user: Hashable) -> None:
-        """Wait until few changes of this user are pending, or `close` is called."""
+        """Wait until fewer than `PENDING_CHANGES` changes of this user are pending, or `close` is called."""
         with self._lock:
             self._turn.wait_for(lambda: self._is_closed or self._changes.waiting(user) < PENDING_CHANGES)
 
@@ -177,7 +177,7 @@ class SharedTopics:
         self._workers.run(self._make_changes)
 
     def _make_changes(self) -> None:
-        """Make the pending changes of all users in turns."""
+        """Make the pending changes of all users in turn."""
         while True:
             with self._lock:
                 if not len(self._changes):
@@ -193,7 +193,7 @@ class SharedTopics:
             except Exception:
                 self._node.log.exception("a subscription of a bridge failed")
             else:
-                if is_begin:  # otherwise, the earlier one still receives the messages
+                if is_begin:  # after an error, a replaced subscription stays
                     self._end_replaced(taken)
 
     def _subscribe(self, taken: Taken) -> None:

@@ -20,7 +20,7 @@ PART: Final = 0.5
 OWN_BYTES: Final = 256 * 1024
 """Memory that each client has regardless of the other clients."""
 OWN_TOPICS: Final = 8
-"""Topics that each client may receive, and publish, regardless of the other clients."""
+"""Number of topics that each client may receive regardless of the other clients."""
 READ_AHEAD_BYTES: Final = 256 * 1024
 """Maximum size of the complete messages that a server reads before it has handled earlier messages."""
 PATIENCE: Final = 1
@@ -89,7 +89,7 @@ class TopicShares:
         return topic in self._users
 
     def counts(self) -> Mapping[str, int]:
-        """Return how often each topic was entered."""
+        """Return, for each topic, the number of `enter` calls not yet undone by `leave`."""
         return {topic: sum(users.values()) for topic, users in self._users.items()}
 
     def _forget_unused(self, user: Hashable) -> None:
@@ -135,7 +135,7 @@ class ServerShares:
 
     Attributes:
         memory: everything that the server holds for its clients.
-        left_behind: the part of it that outlives the client that caused it.
+        left_behind: the part of `memory` for published messages of clients that have left.
         work: the clients that keep the server busy.
     """
 

@@ -139,7 +139,7 @@ class ActRule:
 
     @property
     def stop_message(self) -> Any:
-        """The message or request that the guardian sends. It adds the goal's id to a cancel message."""
+        """The message or request that the guardian sends. The guardian adds the goal's id to `cancel`."""
         return self.stop if self.cancel is None else self.cancel
 
 

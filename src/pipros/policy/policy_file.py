@@ -222,7 +222,10 @@ class _PolicyReader:
 
 
 def _stop(section: Settings, message_class: Any) -> Any:
-    """Return the message or request that stops the robot, or None. With a time limit, the default is zero."""
+    """Return the message or request that stops the robot; None if no stop is needed.
+
+    With a time limit, a stop is needed, and defaults to a message of zeros.
+    """
     value = section.values.get("stop", "zero" if "time_limit_s" in section.values else None)
     if value not in (None, "zero") and not isinstance(value, dict):
         raise section.error("stop", f"must be zero, or the values of a message, got {value!r}")

@@ -174,7 +174,7 @@ class ActGate:
         self._check(ActKind.PARAMETER, name, value, "", "")
 
     def check_other(self, what: str) -> None:
-        """Raise `ActRefused` if there is a policy, for an act that no rule can describe."""
+        """Check an act that no rule can describe: raise `ActRefused` if there is a policy."""
         if self.policy is not None:
             raise ActRefused(f"the policy does not let clients {what}")
 

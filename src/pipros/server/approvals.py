@@ -29,7 +29,7 @@ from pipros.policy.model import ActRefused
 MINUTE_S: Final = 60.0
 ONCE, FOR_A_MINUTE, REFUSE = VERDICTS = ("once", "minute", "refuse")
 KEPT: Final = 100
-"""Maximum number of past acts that are kept for display, and of refused acts."""
+"""Maximum number of refused acts, and of other past acts, that are kept for display."""
 MOST_PROGRAMS: Final = 20
 """Maximum number of programs whose acts are shown."""
 _FOLDER: Final = "approvals"
@@ -173,7 +173,7 @@ class Approvals:
 
 
 def waiting_acts() -> list[Mapping[str, Any]]:
-    """Return the responses of this user's programs on this machine to `list`, each with its `process`.
+    """Send `list` to this user's programs on this machine. Return the responses, each with its `process`.
 
     May block for several seconds.
 

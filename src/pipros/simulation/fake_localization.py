@@ -28,7 +28,11 @@ class FakeLocalization:
     """Publishes the estimates for one robot. Callbacks run in several threads."""
 
     def __init__(self, node: Node) -> None:
-        """Read the parameters, and register the topics. Raises InvalidPrivateParameter."""
+        """Read the parameters, and register the topics.
+
+        Raises:
+            InvalidPrivateParameter: a parameter has an invalid value.
+        """
         self._odom = private_text(node, "odom_frame_id", "odom")
         self._base = private_text(node, "base_frame_id", "base_link")
         self._map = private_text(node, "global_frame_id", "map")

@@ -26,7 +26,7 @@ ENDING_S: Final = 10.0
 
 @contextmanager
 def simulated_robot(environment: Environment) -> Iterator[Environment]:
-    """Context manager that runs a robot for at most a day. Its value is an environment with its master.
+    """Run a simulated robot within the context, for at most a day. Yield an environment with its master.
 
     Raises:
         PiprosError: the simulation does not start.

@@ -168,7 +168,7 @@ def number_in(message: Any, field: CurveField) -> float | None:
             if getattr(quaternion, "_type", "") == _QUATERNION:
                 return _angle_of(quaternion, _ANGLES.index(field.path[-1].text))
         value = extract(message, field.path).value
-    except (IndexError, TypeError):  # an index that is out of range, or on a field that is not an array
+    except (IndexError, TypeError):  # an index is out of range, or its field is not an array
         raise ValueError(f"the message has no element {field.text}") from None
     if isinstance(value, bool):
         return float(value)

@@ -117,7 +117,7 @@ def open_layout(path: str) -> OpenedLayout:
     """Read a layout file, or make a layout with a tab for each plugin in an rqt perspective.
 
     Raises:
-        BadLayout: the file is neither of these.
+        BadLayout: the file is neither a layout nor a perspective, or no plugin has a corresponding tab.
         OSError: the file cannot be read.
     """
     with open(path, "rb") as file:

@@ -11,19 +11,19 @@ from dataclasses import dataclass
 from pipros.graph.observer import GraphObservation
 
 LEAST_S, INTERVALS = 3.0, 10
-"""Data is stale after this number of its mean intervals, but not before this time (s)."""
+"""Data is stale after `INTERVALS` times its mean interval, but not before `LEAST_S` (s)."""
 REPORT_S = 5.0
 """A component that has not reported diagnostics for this time (s) is stale."""
 
 
 def is_stale(age_s: float, interval_s: float | None) -> bool:
-    """Return whether data that arrived every `interval_s` has stopped; False if there is no interval."""
+    """Return whether data that arrived every `interval_s` has stopped; False if the interval is unknown."""
     return interval_s is not None and age_s > max(LEAST_S, INTERVALS * interval_s)
 
 
 @dataclass(frozen=True, slots=True)
 class _Activity:
-    """The time (s) when messages of a topic were last counted, and their mean interval."""
+    """The time (s) at which a topic last had new messages, and the mean interval between its messages."""
 
     last_s: float
     interval_s: float
@@ -39,7 +39,7 @@ class TopicActivity:
     def add(self, observation: GraphObservation, now_s: float) -> None:
         """Add an observation that was made at `now_s`."""
         self._now_s = now_s
-        quiet: set[str] = set()  # connected, or published by a node that does not answer
+        quiet: set[str] = set()  # topics that are connected, unpublished, or published by an unreachable node
         for connection, traffic in observation.connections.items():
             quiet.add(connection.topic)
             known = self._active.get(connection.topic)

@@ -73,7 +73,7 @@ class Tab:
         views, actions: its methods, by the names that browsers use.
         changing: the views and actions that change the system, with their effects, such as `send goals`.
         of_messages: the views and actions that show messages, either of the system or of a bag.
-        controls: maps tabs of the browser to the view or action in `changing` that their controls use.
+        controls: for tabs of the page, by name, the view or action in `changing` that the tab's controls use.
     """
 
     make: Callable[[PageContext], Any]
@@ -265,7 +265,7 @@ OF_MESSAGES = frozenset[str]().union(*(tab.of_messages for tab in TABS))
 """The views and actions that show messages of the system or of a bag."""
 
 CONTROLS: Mapping[str, str] = {name: change for tab in TABS for name, change in tab.controls.items()}
-"""Maps tabs of the browser to the view or action in `CHANGING` that their controls use."""
+"""For tabs of the page, by name, the view or action in `CHANGING` that the tab's controls use."""
 
 
 def views_of_tabs(context: PageContext, *, only_messages: bool = False) -> ServedViews:

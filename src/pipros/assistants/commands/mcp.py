@@ -1,4 +1,4 @@
-"""`pipros mcp` serves tools to an assistant; `pipros mcp approve` asks a human to approve their acts."""
+"""`pipros mcp` serves tools to an assistant; `pipros mcp approve` asks a human to approve the tools' acts."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def _acts(policy: str, robot: RobotAccess, environment: Environment) -> Approved
 
 
 def _end_at_once_by_signals(stack: ExitStack) -> None:
-    """Make SIGINT and SIGTERM exit immediately, without waiting for the library's blocked thread."""
+    """Make SIGINT and SIGTERM exit immediately, without waiting for the thread that reads standard input."""
 
     def end(number: int, _frame: object) -> None:
         stack.close()

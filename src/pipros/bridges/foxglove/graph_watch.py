@@ -15,7 +15,7 @@ from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 
 SHORTEST_S: Final = 0.1
-"""Interval between queries after a change. It doubles with each query that finds no change."""
+"""Interval between queries after a change. It doubles, up to `max_poll_s`, when a query finds no change."""
 ASKED_AT_ONCE: Final = 8
 
 Patterns = Sequence[re.Pattern[str]]

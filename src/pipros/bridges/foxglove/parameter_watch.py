@@ -1,4 +1,4 @@
-"""Watches all parameters while any client subscribes to one. The master notifies the node of every change."""
+"""Watches all parameters while a client subscribes to any. The master notifies the node of every change."""
 
 from __future__ import annotations
 

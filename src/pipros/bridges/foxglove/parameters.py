@@ -29,7 +29,7 @@ def flattened(tree: object) -> dict[str, Any]:
 
 
 def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
-    """Return the parameters with the given names. A name without a parameter selects its namespace.
+    """Return the parameters with the given names. Any other name selects all parameters in this namespace.
 
     Namespaces may overlap: each selected parameter is processed once.
     """
@@ -44,7 +44,7 @@ def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
             ordered = sorted(found)
         prefix = names.as_namespace(name)
         begin = bisect.bisect_left(ordered, prefix)
-        # the character after the slash that ends the prefix: all names in the namespace come before it
+        # All names in the namespace sort before the prefix whose final "/" is replaced by the next character.
         end = bisect.bisect_left(ordered, prefix[:-1] + chr(ord(prefix[-1]) + 1))
         ranges.append((begin, end))
     done = 0
@@ -56,7 +56,7 @@ def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
 
 
 def to_client(name: str, value: Any) -> dict[str, Any]:
-    """Convert a parameter to JSON. Bytes become base64; `type` distinguishes bytes and all floats."""
+    """Convert a parameter to JSON. Bytes become base64; `type` marks bytes, floats and lists of floats."""
     if isinstance(value, Binary | bytes):
         data = value.data if isinstance(value, Binary) else value
         return {"name": name, "value": base64.b64encode(data).decode(), "type": _BYTES}

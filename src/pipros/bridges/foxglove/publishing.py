@@ -69,7 +69,7 @@ class ClientPublication:
         self._gate.published(self.channel.topic, body)
 
     def close(self) -> None:
-        """Unadvertise the topic, and stop what the client started on it."""
+        """Unadvertise the topic. If the topic's rule has a time limit, first stop what the client started."""
         self._gate.left(self.channel.topic, self)
         self._publisher.unregister()
 

@@ -36,7 +36,9 @@ _DOCUMENT_BYTES: Final = 250
 
 
 def parsed_bson_bytes(data: bytes, limit: float) -> int:
-    """Return an upper bound for the memory of a document's values; 0 if it is short. Stop above `limit`.
+    """Return an upper bound for the memory of a document's values; 0 for a short document.
+
+    Stop counting once the result exceeds `limit`.
 
     Raises:
         BadInput: the document violates the specification, or has elements of a type that no message needs.

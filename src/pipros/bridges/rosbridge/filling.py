@@ -55,7 +55,7 @@ class WrongValue(PiprosError):
         super().__init__()
 
     def within(self, step: str) -> WrongValue:
-        """Prepend the containing field to the path."""
+        """Prepend `step`, a field or an index, to the path."""
         self.path.insert(0, step)
         return self
 
@@ -82,7 +82,7 @@ class Filler:
     def fill(self, message: Message, values: Any) -> None:
         """Set the fields of `message` from a dictionary, or from a list of the first fields' values.
 
-        Any other value is treated as empty, as in rosbridge. A list may be longer than the message.
+        Any other value is treated as empty, as in rosbridge. Surplus elements of a list are ignored.
 
         Raises:
             WrongValue: a value does not fit its field; other fields may have been set already.

@@ -22,5 +22,5 @@ class Globs:
         return cls(map(str, text) if isinstance(text, list) else ())
 
     def allow(self, name: str) -> bool:
-        """Return whether a global name matches."""
+        """Return whether a global name is allowed."""
         return not self.patterns or self._pattern.match(name) is not None

@@ -67,7 +67,9 @@ class OfferedServices:
                 self._withdraw(self._offers.pop(service))
 
     def answer(self, client: Offerer, service: str, call: object, values: Any, *, is_success: bool) -> None:
-        """Pass the client's response to the caller. A response without an id is for the only open call.
+        """Pass the client's response to the caller.
+
+        A response without an id answers the open call, if there is only one.
 
         Raises:
             PiprosError: the client does not offer the service, the call is not open, or the values do not fit

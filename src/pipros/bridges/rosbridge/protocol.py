@@ -5,7 +5,7 @@ Performs no I/O. Not thread-safe.
 Clients rely on the following rules. An id of any JSON type is returned unchanged. A failed `call_service` is
 answered with a `service_response`; all other errors are reported as `status` operations of level `error`,
 unless the client turned them off with `set_level`. If a client subscribes to a topic several times, the
-highest-ranking encoding, the shortest throttle interval and the shortest queue apply.
+highest-ranking encoding, the shortest throttle interval, the shortest queue and the smallest fragments apply.
 
 Source of the protocol: https://github.com/RobotWebTools/rosbridge_suite/blob/develop/ROSBRIDGE_PROTOCOL.md
 """
@@ -69,7 +69,7 @@ ID_CHARACTERS = 1_000
 """Maximum length of an id, as JSON, that the server keeps."""
 _NAME_BYTES = 1_000
 _ID_BYTES = 200
-"""Approximate memory for a topic or service and for an id, besides their names."""
+"""Approximate memory for a topic or service (`_NAME_BYTES`) and for an id, besides their characters."""
 
 _CHANGING = frozenset(("advertise", "publish", "call_service", "advertise_service"))
 QUESTION_NAMES = frozenset(f"/rosapi/{name}" for name in QUESTIONS)
@@ -499,7 +499,10 @@ def _type(operation: Mapping[str, Any]) -> str:
 
 
 def _number(operation: Mapping[str, Any], key: str, default: int = 0, *, least: float = 0) -> float:
-    """Return a field that must be a number >= `least`, or the default if the field is missing or null."""
+    """Return a field that must be a number >= `least`, or the default if the field is missing or null.
+
+    Numbers beyond ±2**31 are replaced by this limit.
+    """
     value = operation.get(key)
     if value is None:
         return default

@@ -296,7 +296,7 @@ class _SharedPublisher:
                 unused.end()
 
     def _pay_latched(self, shares: ClientShares, cost: int) -> None:
-        """Charge the client that sent the newest latched message, and no longer the previous client."""
+        """Charge the client that sent the newest latched message, instead of the previous client."""
         before = self._latched
         if before is not None and before.budget is shares.messages:
             is_paid = before.change(cost)

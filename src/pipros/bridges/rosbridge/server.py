@@ -125,7 +125,7 @@ class ServerOptions:
         origins: origins of pages that may connect, in addition to pages served from this machine.
         allows_null_origin: whether pages without an origin, such as local files, may connect. Every website
             can open such pages.
-        authenticator: checks each client's operation `auth`; None to disable authentication.
+        authenticator: checks each client's `auth` operation; None to disable authentication.
         ping_s: interval between pings; None disables them.
         pong_s: maximum time to wait for a pong; None waits forever.
         message_bytes: maximum size of a message from a client; None uses the process-wide limit.

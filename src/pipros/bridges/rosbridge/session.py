@@ -67,7 +67,7 @@ SET_PARAM: Final = "/rosapi/set_param"
 SET_PARAM_TYPE: Final = "rosapi/SetParam"
 """The service that sets parameters. If there is a policy, each call needs a rule for the parameter."""
 SMALL_CALL_BYTES: Final = 4096
-"""Approximate memory for the request of a pending call that is small."""
+"""Minimum memory that is counted for the request of a pending call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -372,7 +372,7 @@ class RosbridgeSession:
         if gate.policy is None or service in QUESTION_NAMES:
             return nullcontext()
         if service == SET_PARAM and service_class._type == SET_PARAM_TYPE:
-            if not is_global(request.name):  # the node rosapi would resolve it
+            if not is_global(request.name):  # rosapi would resolve a relative name
                 raise PiprosError(f"with a policy, name must be a global name, got {printable(request.name)}")
             try:
                 value = json.loads(request.value)

@@ -50,7 +50,9 @@ class TcpInput:
         return await self._read(CHUNK_BYTES, incomplete_bytes)
 
     async def read_all(self, count: int) -> bytes:
-        """Return exactly `count` bytes, or none at the end of the stream. They count until `end_message`.
+        """Return exactly `count` bytes, or none at the end of the stream.
+
+        The bytes count against the client's share of memory until `end_message`.
 
         Raises:
             asyncio.TimeoutError: the client is too slow.

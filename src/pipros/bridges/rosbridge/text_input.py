@@ -91,7 +91,7 @@ class JsonObjects:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the buffer is empty, so that no object is incomplete."""
+        """Whether no object is incomplete."""
         return not self._depth
 
     @property

@@ -34,7 +34,7 @@ PARAMETER: Final = "/lockstep"
 ANSWER_S: Final = 30.0
 """Real time within which a member must answer."""
 REPORT_S: Final = 60
-"""Simulated time between two reports of the factor."""
+"""Simulated time (s) between two reports of the ratio of simulated time to real time."""
 
 
 def members(node: Node) -> list[str]:
@@ -84,7 +84,7 @@ class Lockstep:
         return missing
 
     def _missing_connections(self) -> list[str]:
-        """Return a description of each missing connection between the simulator and its members."""
+        """Return a description of each missing connection among the simulator and its members."""
         master = self._node.master
         names = {self._node.name, *self._clients}
         missing = []

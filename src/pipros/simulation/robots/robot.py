@@ -71,7 +71,7 @@ class SimulatedRobot:
         return Motion(self._command.forwards * duration_s, self._command.turn * duration_s)
 
     def on_ground(self, motion: Motion, now_s: float) -> Motion:
-        """Return the robot's motion over ground for a motion of its wheels. It is smaller if they slip."""
+        """Return the robot's motion over ground for a motion of its wheels: smaller if the wheels slip."""
         if not self.settings.wheel_slip or motion == Motion():
             return motion
         if now_s >= self._slip_until_s:

@@ -109,7 +109,10 @@ class Simulation:
             obstacle.step(STEP_S, self._is_in_nobodys_way)
 
     def _is_blocked(self, robot: SimulatedRobot, pose: Pose) -> bool:
-        """Return True if the robot would move into a wall, or towards another robot that it touches."""
+        """Return True if a robot must not move to `pose`.
+
+        It may touch neither a wall nor an obstacle, and may only move away from a robot that it touches.
+        """
         if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
             return True
         for other in self.robots.values():
@@ -217,7 +220,7 @@ class Simulation:
     def reset(self) -> None:
         """Move all robots and obstacles back to their starting poses.
 
-        Recharge their batteries and restart their noise sequences. Simulated time continues.
+        Recharge the robots' batteries and restart their noise sequences. Simulated time continues.
         """
         self._reset_at = self.steps
         for robot in self.robots.values():

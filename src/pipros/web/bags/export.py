@@ -72,7 +72,7 @@ def export(
 
 
 def _entry_name(topic: str) -> str:
-    """Return the name of a topic in a ZIP file. A bag may have topics such as `/..`, which would leave it."""
+    """Return the name of a topic's ZIP entry. Dots are replaced, because `..` would lead out of a folder."""
     return _NOT_IN_ENTRIES.sub("_", topic.strip("/").replace("/", "__")) or "topic"
 
 

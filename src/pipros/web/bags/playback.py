@@ -438,7 +438,7 @@ class BagPlayback:
             watch.note(message, stored.time_ns / NS_PER_S, is_leading=is_leading)
 
     def _tick(self, watches: Iterable[TopicWatch], moment_ns: int) -> None:
-        """Send the bag's time to the watches of `/clock`, unless it is recorded (see `__init__`)."""
+        """Send the bag's time to the watches of `/clock`, unless a `Recording` contains `/clock`."""
         for watch in watches:
             if watch.topic in self._ticked:
                 kind = load_message_class("rosgraph_msgs/Clock")
@@ -453,7 +453,7 @@ class BagPlayback:
 
 
 def not_recorded(what: str) -> RequestRefused:
-    """Return the error for a topic that is not in the last minute."""
+    """Return the error for a topic that the last minute does not contain."""
     return RequestRefused(f"{what} was not recorded: no view showed it in the last minute")
 
 

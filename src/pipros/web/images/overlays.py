@@ -120,7 +120,7 @@ class Camera:
         return (p[0] * x + p[2] * z + p[3]) / z, (p[5] * y + p[6] * z + p[7]) / z
 
     def line(self, one: Vector, other: Vector) -> list[float]:
-        """Return the visible part of a line as four numbers, or an empty list if it is behind the camera."""
+        """Return the visible part of a line in pixels (x, y, x, y); empty if it is behind the camera."""
         if one[2] > other[2]:
             one, other = other, one
         if other[2] < NEAR_M:
@@ -131,7 +131,7 @@ class Camera:
         return [*self.pixel(one), *self.pixel(other)]
 
     def circle(self, centre: Vector, radius: float) -> list[float]:
-        """Return the centre and radius of a sphere, or an empty list if it is behind the camera."""
+        """Return a sphere's centre and radius in pixels, or an empty list if it is behind the camera."""
         if centre[2] < NEAR_M:
             return []
         return [*self.pixel(centre), self._p[0] * radius / centre[2]]

@@ -156,7 +156,7 @@ class Log:
                 self._bytes -= self._entries.popleft()[0]
 
     def since(self, number: int, max_bytes: int) -> tuple[list[Entry], int, int]:
-        """Return about `max_bytes` of the entries from `number` on, oldest first.
+        """Return the entries from `number` on, oldest first, up to about `max_bytes`.
 
         Returns:
             The entries, the number of dropped entries before them, and the number to continue from.

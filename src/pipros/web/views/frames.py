@@ -172,7 +172,7 @@ class FrameTree:
         return links
 
     def graph(self) -> NodeGraph:
-        """Return the tree as a graph, parents first."""
+        """Return the tree as a graph with an arrow from each parent to each of its children."""
         with self._lock:
             parents = {child: frame.parent for child, frame in self._frames.items()}
         keys = [Key("frame", name) for name in sorted({*parents, *parents.values()})]

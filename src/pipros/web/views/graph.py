@@ -251,7 +251,7 @@ def key_values(key: Key) -> Mapping[str, str]:
 
 
 def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[float] | None]:
-    """Return the messages and bytes per second on each edge, and the age (s) of the last one if it is stale.
+    """Return each edge's messages and bytes per second, and its last message's age (s) if the edge is stale.
 
     The age is 0 for other edges. Edges with unknown traffic have None.
     """

@@ -60,7 +60,7 @@ class ImageViews:
         """Yield the newest pair of images of two topics, up to ten times a second.
 
         A pair is a JSON header with the sizes in bytes of both images and the difference of their timestamps
-        (s, the other's minus the first's), a newline, and the images as `image` yields them.
+        (s, the second's minus the first's), a newline, and the images as `image` yields them.
         """
         pairs = ImagePairs()
         with (
@@ -87,9 +87,9 @@ class ImageViews:
     async def image_overlay(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield a topic's shapes, to draw over the images of the topic `image`, and an error (may be empty).
 
-        The shapes are a list of dictionaries with `stamp` (ns) and `shapes`. There is one for each
-        `Detection2DArray` since the last value, in pixels of the image. Markers are a single entry with the
-        stamp 0; they are projected with the `camera_info` beside the image and with the newest transforms.
+        The shapes are a list of dictionaries with `stamp` (ns) and `shapes`, in pixels of the image. There is
+        one dictionary for each `Detection2DArray` since the last value. For markers, there is a single one,
+        with the stamp 0; they are projected with the image's `camera_info` and the newest transforms.
         """
         image = topic_name({"name": arguments.get("image")})
         with self._system.topics.watch(topic_name(arguments)) as watch, contextlib.ExitStack() as stack:
@@ -181,7 +181,7 @@ def _unstamped(shapes: Sequence[Mapping[str, Any]], error: str) -> Mapping[str, 
 
 
 def info_topic(image: str, types: Mapping[str, str]) -> str:
-    """Return the topic of an image's CameraInfo: beside the image, or, for a transport, beside its base."""
+    """Return an image's CameraInfo topic: in the image's namespace, or one level up (for a transport)."""
     parent = image.rpartition("/")[0]
     base = parent.rpartition("/")[0]
     names = (f"{parent}/camera_info", f"{base}/camera_info")

@@ -61,7 +61,7 @@ LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
 LONGEST_DESCRIPTION: Final = 16_000_000
 DESCRIPTIONS: Final = 20
-"""Maximum number of parameters whose robot descriptions permit reading the files that they name."""
+"""Maximum number of robot descriptions, one per parameter, whose `file://` resources browsers may read."""
 FILE: Final = "file://"
 _TF_TOPICS: Final = ("/tf", "/tf_static")
 _TF_HISTORY_S: Final = 10.0
@@ -234,7 +234,7 @@ class SceneViews:
             return False
 
     def _description(self, name: str) -> str:
-        """Return a parameter, searched for as rviz does: by its name, then in the enclosing namespaces."""
+        """Look up a parameter as rviz does: by its resolved name, then in the enclosing namespaces."""
         master = self._system.graph.master
         with contextlib.suppress(params.ParameterNotSet):
             return str(params.read(master, self._system.node.resolve(name)))
@@ -336,8 +336,8 @@ def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes
     Files in the same folders, such as a mesh's materials, can also be read.
 
     Raises:
-        RequestRefused: the description does not name the file or its folder, or the file has another type or
-            is unreadable.
+        RequestRefused: no file in this folder is named by a description, or the file has another type or is
+            unreadable.
     """
     path = Path(unquote(uri.removeprefix(FILE)))
     folders = {os.path.dirname(unquote(each.removeprefix(FILE))) for each in named if each.startswith(FILE)}
