@@ -84,7 +84,7 @@ class RobotAccess:
 
     @contextmanager
     def client(self) -> Iterator[GraphClient]:
-        """Context manager for calls to the master.
+        """Provide a client of the master within the context.
 
         Raises:
             ToolRefused: the master does not answer.

@@ -38,7 +38,7 @@ def part_of(message: Any, steps: list[PathStep]) -> Any:
 
 
 def shown(value: Any, count: int = 1) -> Any:
-    """Convert a message's value for an answer that contains `count` values. Long arrays are shortened."""
+    """Convert a message's value for an answer with `count` such values. Long arrays are shortened."""
     return message_tree(value, max(ROW_VALUES // max(count, 1), 20))
 
 

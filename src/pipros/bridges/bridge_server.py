@@ -61,7 +61,7 @@ class Session(Protocol):
 
     @property
     def worked_s(self) -> float:
-        """Processor time (s) that the client's messages have taken so far in threads."""
+        """Processor time (s) that threads have spent on the client's messages so far."""
 
     def takes(self) -> Mapping[Hashable, str]:
         """Return the client's subscriptions: a mapping from outbox keys to names in the client list."""
@@ -334,9 +334,9 @@ class BridgeServer:
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.
 
-        The choice is among the clients that `Session.is_unused` describes. If there are none, it is among the
-        clients of an address that has more than half of all clients, unless the new client has the same
-        address. Return whether there is room now.
+        It is chosen from the unused clients (see `Session.is_unused`) or, if there are none, from the clients
+        of an address that has more than half of all clients, unless the new client has the same address.
+        Return whether there is room now.
         """
         by_silence = sorted(self._clients, key=lambda client: client.active_s)
         hosts = Counter(client.host for client in by_silence)
@@ -373,7 +373,7 @@ class BridgeServer:
 
 
 def _origin(request: Request) -> str | None:
-    """Return a request's origin: None without an `Origin` header, an invalid origin with several."""
+    """Return a request's origin: None if there is no `Origin` header, an invalid origin if several exist."""
     values = request.headers.get_all("Origin")
     return None if not values else ", ".join(values)
 

@@ -9,8 +9,8 @@ class BridgeLimits(NamedTuple):
     """The limits of the servers for rosbridge and Foxglove: `limits.of(BridgeLimits)` for a `Limits`.
 
     Attributes:
-        bridge_clients: clients of all rosbridge and Foxglove servers in a process.
-        bridge_topics: topics that all these clients receive together.
+        bridge_clients: clients of a server, for rosbridge and Foxglove together.
+        bridge_topics: topics that all clients of a protocol receive together; also those that they publish.
         bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
         bridge_queue_bytes: the messages and responses queued for one client.
         bridge_message_bytes: a message from a client.

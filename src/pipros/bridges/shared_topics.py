@@ -193,7 +193,7 @@ class SharedTopics:
             except Exception:
                 self._node.log.exception("a subscription of a bridge failed")
             else:
-                if is_begin:  # after an error, a replaced subscription stays
+                if is_begin:  # after an error, the replaced subscription stays
                     self._end_replaced(taken)
 
     def _subscribe(self, taken: Taken) -> None:

@@ -1,4 +1,4 @@
-"""Divide a server's memory, topics and service calls among its clients. Performs no I/O.
+"""Divide a server's memory and topics among its clients. Performs no I/O.
 
 If all clients shared a limit, one client could use up everything. Here, each client has its own share, and
 receives at most half of what the other clients leave. `close` returns whatever a client still holds.
@@ -85,7 +85,7 @@ class TopicShares:
         return False
 
     def __contains__(self, topic: object) -> bool:
-        """Whether any user needs a topic."""
+        """Return whether any user has entered a topic and not left it."""
         return topic in self._users
 
     def counts(self) -> Mapping[str, int]:

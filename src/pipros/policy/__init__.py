@@ -1,1 +1,1 @@
-"""Policies, which define what a server's clients may do. Reads policy files, and decides about acts."""
+"""Policies, which define what a server's clients may do: read them from files, and apply them to acts."""

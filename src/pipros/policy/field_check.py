@@ -100,7 +100,7 @@ class FieldCheck:
 
 
 def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = False) -> Any:
-    """Return a value if a rule permits it. If `is_single` is true, round the value to a `float32` first.
+    """Return a value if a rule permits it. If `is_single` is true, round it and the limits to `float32`.
 
     Raises:
         ActRefused: the rule does not permit the value.

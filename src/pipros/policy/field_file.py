@@ -157,7 +157,7 @@ def _range(spec: Settings, key: str) -> tuple[float, float]:
 
 
 def whole(section: Settings, key: str, most: int) -> int:
-    """Return a whole number from 1 to `most`."""
+    """Return a setting, which must be a whole number from 1 to `most`."""
     value = section.number(key, None, least=1, most=most)
     if value != int(value):
         raise section.error(key, f"must be a whole number, got {value}")

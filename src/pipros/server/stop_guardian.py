@@ -133,8 +133,8 @@ class StopGuardian:
         return True
 
     def _start(self) -> None:
-        """Start a process for all watched topics."""
-        # In a new session, so that Ctrl-C in the server's terminal does not reach it.
+        """Start a process, and report all watched stops to it."""
+        # In a new session, so that Ctrl-C in the server's terminal does not reach the process.
         process = self._process = subprocess.Popen(
             [sys.executable, "-I", "-m", "pipros.server.guardian_process"],
             stdin=subprocess.PIPE,

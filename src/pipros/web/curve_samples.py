@@ -63,7 +63,7 @@ class CurveField:
         return self.expression is not None or self.condition is not None
 
     def holds(self, message: Any) -> bool:
-        """Return whether the condition is true for a message. Raise `ExpressionError` if it has no value."""
+        """Return whether the condition is true for a message. Raise `ExpressionError` if evaluation fails."""
         return self.condition is None or bool(self.condition.value(self.topic, message, Time()))
 
 

@@ -85,7 +85,7 @@ class StoredLayouts:
         return sorted(name.removesuffix(_ENDING) for name in found if name.endswith(_ENDING))[:MAX_LAYOUTS]
 
     def load(self, name: object) -> str:
-        """Return a layout's panels. Raise `BadLayout` if there is no layout of that name."""
+        """Return a layout's panels. Raise `BadLayout` if the layout does not exist or is malformed."""
         file = _file_of(name)
         try:
             content = self._folder.load(file)

@@ -144,10 +144,10 @@ class TopicWatch:
 
     @contextlib.contextmanager
     def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
-        """Call `listener` with each message received within the context.
+        """Call `listener` with leading messages (see `note`) and each message received within the context.
 
-        If `from_newest` is true, begin with the newest message of each latching publisher and the newest of
-        all received so far.
+        If `from_newest` is true, also begin with the newest message of each latching publisher and the newest
+        of all received so far.
         """
         with self._lock:
             self._listeners.append(listener)

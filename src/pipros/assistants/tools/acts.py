@@ -59,8 +59,8 @@ class ActTools:
         seconds: Seconds = 0.0,
         rate_hz: Annotated[float, Field(ge=1.0, le=50.0)] = 10.0,
     ) -> Answer:
-        """Publish a message once, or repeatedly for `seconds`, and then the policy's stop, if the topic has
-        one. A human must approve this, unless the message is the stop."""
+        """Publish a message once; or publish it repeatedly for `seconds`, followed by the policy's stop, if
+        the topic has one. A human must approve this, unless the message is the stop."""
         name = self._acts.system().node.resolve(topic)
         rule = self._rule(ActKind.TOPIC, name)
         value = message_from_yaml(rule.message_class, message, time.time_ns())
@@ -241,7 +241,7 @@ class ActTools:
         return self._acts.perform(self._caller, tool, [act], values, carry_out, needs_human=needs_human)
 
     def _publisher(self, system: System, topic: str) -> Any:
-        """Return a publisher for a topic, after the subscribers known to the master have connected."""
+        """Return a publisher for a topic. Wait up to `CONNECTING_S` for subscribers known to the master."""
         publisher = system.publishers.get(topic)
         if publisher is None:
             rule = self._acts.policy.rules[ActKind.TOPIC, topic]

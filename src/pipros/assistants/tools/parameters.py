@@ -45,8 +45,8 @@ class StateTools:
             return Answer(names_below(client.master, client.resolve(below)))
 
     def read_parameter(self, name: Name, cursor: Cursor = 0) -> Answer:
-        """Read a parameter, or all parameters in a namespace. The values of secrets, such as passwords, are
-        masked if their names indicate that they are secrets."""
+        """Read a parameter, or all parameters in a namespace. Values are masked if the parameters' names
+        suggest that they are secret, such as passwords."""
         from pipros.graph.params import read
 
         with self._robot.client() as client:

@@ -31,7 +31,7 @@ def graph_update(before: SystemState, after: SystemState) -> WebSocketFrame | No
 def _changed(before: Registrations, after: Registrations, removed: list[str]) -> Registrations:
     """Return the current nodes of each name whose nodes have changed.
 
-    The list is empty for a name that has lost all nodes but still exists elsewhere in the graph.
+    A name that has lost all its nodes here, but still exists elsewhere in the graph, gets an empty list.
     """
     changed = {
         name: sorted(nodes) for name, nodes in after.items() if sorted(before.get(name, ())) != sorted(nodes)

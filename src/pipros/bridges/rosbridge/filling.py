@@ -283,7 +283,7 @@ def _octets(kind: str, value: str | bytes) -> bytes:
 
 
 def _shown(value: Any) -> str:
-    """Return the type of a value, and the value if it is short."""
+    """Return a short description of a value, for error texts."""
     if value is None:
         return "null"
     if isinstance(value, bool):

@@ -91,7 +91,7 @@ class OfferedServices:
         if offer is None:
             return
         if offer.fail("the client that offers it has disconnected"):
-            threading.Event().wait(REPLIES_S)  # closing a service closes its connections
+            threading.Event().wait(REPLIES_S)  # closing the service closes the callers' connections
         if offer.server is not None:
             self._node.endpoints.stop_serving(offer.server)
 

@@ -1,4 +1,4 @@
-"""rosbridge over plain TCP: a sequence of JSON objects or BSON documents. Also the base class for UDP."""
+"""rosbridge over plain TCP, as a sequence of JSON objects or BSON documents, and the base class for UDP."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ class TcpServer(StreamServer):
             yield size
 
     def _report_stranger(self, start: bytes) -> None:
-        """Report a connection that does not begin with an operation, such as a web page's request, once.
+        """Report the first connection that does not begin with an operation, such as a web page's request.
 
         Any website can make its visitors' browsers send an HTTP request with rosbridge operations as the
         body. Therefore, a connection must begin with an operation.
@@ -218,7 +218,7 @@ class TcpServer(StreamServer):
     async def _send(
         self, outbox: ClientOutbox, has_data: asyncio.Event, writer: asyncio.StreamWriter
     ) -> None:
-        """Write the content of the outbox. Closes the connection if the client does not read it."""
+        """Write the content of the outbox. Close the connection if the client does not read the data."""
         try:
             while not outbox.is_overrun:
                 frames = outbox.pop()

@@ -38,7 +38,7 @@ class BadInput(PiprosError):
 def parsed_json_bytes(text: str | bytes) -> int:
     """Return an upper bound for the memory of a JSON text and its values; 0 for a short text.
 
-    Does not parse the text: parsing stops all other threads, for some 10 ms per MiB of values.
+    The text is not parsed, because parsing stops all other threads, for some 10 ms per MiB of values.
     """
     if len(text) <= _CHECKED_CHARACTERS:
         return 0
@@ -65,7 +65,7 @@ def json_object(text: str | bytes) -> dict[str, Any]:
 
 
 def _long_value(text: str | bytes) -> Any:
-    """Parse a long text with garbage collection disabled, because it would search all objects repeatedly."""
+    """Parse a long text without garbage collection, which would search all new objects repeatedly."""
     with _LONG_TEXTS:
         was_enabled = gc.isenabled()
         gc.disable()

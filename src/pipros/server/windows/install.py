@@ -1,6 +1,6 @@
 """Replace OpenCV's window functions in a node, if OpenCV was built without them.
 
-Every node calls this when it starts, so this module imports little.
+Every node calls `show_windows_on_page` when it starts, so this module imports little.
 """
 
 from __future__ import annotations

@@ -3,8 +3,9 @@
 Theory of operation. All rays advance together, as arrays. In each round, a ray either advances to the
 boundary of the next cell, which is exact (Amanatides and Woo, 1987), or, if walls are far away, jumps by the
 number of cells that are free around it according to `World.jumps`. A distance of t cells changes no
-coordinate by more than t, so a jump cannot pass a wall. Rays that have hit a wall are removed from the
-arrays. A scan of an ordinary room takes about 20 rounds, instead of one round per cell.
+coordinate by more than t, so a jump cannot pass a wall. Rays that have hit a wall, left the grid or reached
+their limit are removed from the arrays. A scan of an ordinary room takes about 20 rounds, instead of one per
+cell.
 """
 
 from __future__ import annotations

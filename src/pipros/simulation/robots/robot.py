@@ -21,7 +21,7 @@ class SimulatedRobot:
         settings: the settings of the robot.
         pose: the true pose in the map frame.
         odometry: the pose estimated from the wheels, (0, 0, 0) at the start.
-        velocity: the motion per second during the last step.
+        velocity: the motion per second during the last step, computed from the wheels.
         wheels: angles of the left and the right wheel, in radians.
         wheel_speeds: speeds of the two wheels during the last step, in rad/s.
         is_bumped: whether something blocked the last step.

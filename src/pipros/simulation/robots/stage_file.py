@@ -133,7 +133,7 @@ class _StageReader:
         numbers: list[float] = []
         while (word := _popped(tokens, file)) != "]":
             value = _number_or_word(word)
-            if isinstance(value, float):  # lists of names and of nested pairs are ignored
+            if isinstance(value, float):  # words in a list, such as names, are ignored
                 numbers.append(value)
         return numbers
 

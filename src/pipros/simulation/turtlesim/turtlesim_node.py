@@ -55,7 +55,7 @@ class TurtleEndpoints:
         self._commands = node.subscribe(f"{name}/cmd_vel", twist, self._command, queue_size=1)
 
     def publish(self, seen: TurtleColor) -> None:
-        """Publish the pose and the colour that the sensor measures."""
+        """Publish the pose and the colour that the sensor measures, if the topics have subscribers."""
         if self._pose.connection_count:
             pose = self._turtle.pose
             self._pose.publish(
@@ -209,7 +209,7 @@ class Turtlesim:
 
     @contextlib.contextmanager
     def _failures(self) -> Iterator[None]:
-        """In the block, if the world rejects a request, log the error and make the service call fail."""
+        """Log the error if the world rejects a request within the context, and make the service call fail."""
         try:
             yield
         except TurtleRejected as error:

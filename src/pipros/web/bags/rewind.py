@@ -85,10 +85,10 @@ class RecentMessages:
             return max(0.0, (now_ns - first_ns) / NS_PER_S), self._bytes
 
     def recording(self) -> Recording:
-        """Return the messages received so far. Messages are not copied.
+        """Return the messages that are kept now. Messages are not copied.
 
         Raises:
-            NoMessages: no messages have been received.
+            NoMessages: no messages are kept.
         """
         now_ns = time.time_ns()
         with self._lock:

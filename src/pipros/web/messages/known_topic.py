@@ -35,7 +35,7 @@ class KnownTopic:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[None]:
-        """Pass on messages within the context, starting with the newest one that any view has received."""
+        """Pass on messages within the context, beginning as `TopicWatch.listening` does for `from_newest`."""
         with self._watch.listening(self._add, from_newest=True):
             yield
 

@@ -193,7 +193,7 @@ class BagViews:
             recent.clear()
 
     async def bag_control(self, arguments: Mapping[str, Any]) -> Any:
-        """Control the playback of this browser's bag: play, pause, step, jump, or change the speed."""
+        """Control the playback of this browser's bag: play, pause, loop, step, jump, or change the speed."""
         playback = self._playback()
         if isinstance(arguments.get("play"), bool):
             playback.play(arguments["play"])
@@ -251,8 +251,8 @@ class BagViews:
             yield {"marks": piece["samples"], "lost": piece["lost"]}
 
     async def bag_events(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the `marks` of the bag that this browser has opened, in pieces, then its `notes` after each
-        change; see `BagMarks` and `BagNotes`.
+        """Yield the `marks` of the bag that this browser has opened, in pieces; then its `notes`, at once and
+        after each change. See `BagMarks` and `BagNotes`.
         """
         read, work = self._source(arguments), self._system.computations.run
         reader = await work(read)

@@ -168,7 +168,7 @@ class DiagnosticViews:
 
 
 def topics_of(observation: GraphObservation) -> Sequence[str]:
-    """Return the topics whose statuses are shown: the first of `TOPICS` that is published, otherwise both."""
+    """Return the topics whose statuses are shown: the first published one of `TOPICS`; both if none is."""
     return [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)
 
 

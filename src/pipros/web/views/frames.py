@@ -183,7 +183,7 @@ class FrameTree:
 
 
 class FrameViews:
-    """The view of the TF tab."""
+    """The views of the TF tab."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system

@@ -35,7 +35,7 @@ UNMATCHED_S = 2.0
 
 
 class ImageViews:
-    """The view of the Images tab."""
+    """The views of the Images tab."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system

@@ -80,7 +80,7 @@ class SceneViews:
         self._feedback: dict[str, Future[Publisher[Any] | GatedPublisher]] = {}
 
     async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the configuration, and again whenever a file is loaded."""
+        """Yield the configuration, now and whenever a file is loaded."""
         version = -1
         while True:
             if version != self._file.version:
