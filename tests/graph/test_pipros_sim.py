@@ -158,7 +158,10 @@ def test_simulated_time_is_on_the_clock_and_the_same_seed_repeats_the_scans(
     [
         ("_robots:=0", "robots must be a number from 1 to 100, or a list, got 0"),
         ("_robots:=[{size: 3}]", "each robot must be a mapping with name, x, y and yaw"),
-        ("_robots:=[{name: a b}]", r"a robot's name may contain only letters, digits and _, got 'a b'"),
+        (
+            "_robots:=[{name: a b}]",
+            r"a robot's name must begin with a letter and contain only letters, digits and _, got 'a b'",
+        ),
         ("_robots:=[]", "robots must be a list of 1 to 100 robots, got 0"),
         ("_laser:={rays: 0}", "laser/rays must be > 0, got 0|laser/rays must be 1 to 10000, got 0"),
         ("_obstacles:=5", r"obstacles must be a list of at most 100 mappings, got 5"),

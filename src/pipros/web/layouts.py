@@ -148,8 +148,8 @@ def _from_perspective(settings: Any, path: str) -> OpenedLayout:
     tabs = [PLUGIN_TABS[name] for name in plugins if name in PLUGIN_TABS]
     skipped = sorted({name for name in plugins if name not in PLUGIN_TABS})
     if not tabs:
-        what = f"only {', '.join(skipped)}" if skipped else "no plugin"
-        raise BadLayout(f"{path} has {what}, for which the page has no tab")
+        what = f"only {', '.join(skipped)}, for which the page has no tab" if skipped else "no plugin"
+        raise BadLayout(f"{path} has {what}")
     return OpenedLayout(_arranged(tabs), skipped)
 
 

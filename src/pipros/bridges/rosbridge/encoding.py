@@ -131,7 +131,7 @@ def fragment_frames(whole: WebSocketFrame, size: int) -> Sequence[WebSocketFrame
 
 
 class Encoder:
-    """Encodes topic messages for all clients. Each message is encoded at most once per encoding.
+    """Encodes topic messages for all clients. A message is encoded at most once per encoding and topic name.
 
     Methods may be called from any thread.
 

@@ -90,7 +90,7 @@ class OfferedServices:
     def _withdraw(self, offer: _Offer | None) -> None:
         if offer is None:
             return
-        if offer.fail("the client that offers it has disconnected"):
+        if offer.fail("the client no longer offers the service, or has disconnected"):
             threading.Event().wait(REPLIES_S)  # closing the service closes the callers' connections
         if offer.server is not None:
             self._node.endpoints.stop_serving(offer.server)

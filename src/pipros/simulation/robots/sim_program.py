@@ -140,7 +140,9 @@ def _robot_of(given: object, usual: RobotSettings) -> RobotSettings:
         raise InvalidSettings(f"each robot must be a mapping with name, x, y and yaw, got {given!r}")
     name = given.get("name", "")
     if not isinstance(name, str) or (name and not names.is_legal_base(name)):
-        raise InvalidSettings(f"a robot's name may contain only letters, digits and _, got {name!r}")
+        raise InvalidSettings(
+            f"a robot's name must begin with a letter and contain only letters, digits and _, got {name!r}"
+        )
     if "x" not in given and "y" not in given:
         return replace(usual, name=name)
     x, y, yaw = (number(given.get(key, 0.0), f"robots/{key}") for key in ("x", "y", "yaw"))
