@@ -78,7 +78,7 @@ class Session(Protocol):
 
 
 class Handler(Protocol):
-    """A protocol that a server offers."""
+    """The server's side of one protocol: opens a session for each client."""
 
     def open(self, client: BridgeClient) -> Session:
         """Start a session for a client. Called in the event loop."""

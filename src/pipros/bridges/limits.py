@@ -10,7 +10,8 @@ class BridgeLimits(NamedTuple):
 
     Attributes:
         bridge_clients: clients of a server, for rosbridge and Foxglove together.
-        bridge_topics: topics that all clients of a protocol receive together; also those that they publish.
+        bridge_topics: topics that all clients of one protocol receive together; also topics that all
+            rosbridge clients publish together.
         bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
         bridge_queue_bytes: the messages and responses queued for one client.
         bridge_message_bytes: a message from a client.

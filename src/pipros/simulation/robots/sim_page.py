@@ -46,7 +46,7 @@ class SimPage:
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the walls once, then the robots after each step."""
+        """Yield the walls once, then the robots, at most every `FRAME_S` and only after a step."""
         world = self._robots.simulation.world
         picture = await asyncio.to_thread(walls_picture, world)
         yield {

@@ -14,7 +14,7 @@ from pipros.web.bags.rewind import Recording
 
 BINS: Final = 240
 EXACT_CHUNKS: Final = 40
-"""Maximum number of chunks in a bag for which all chunk indexes are read. They contain all message times."""
+"""Maximum number of chunks in a bag whose chunk indexes are read. The indexes contain all message times."""
 
 _Span = tuple[int, int, Mapping[int, int]]
 """First and last time (ns) of some messages, and the number of messages by connection id."""
