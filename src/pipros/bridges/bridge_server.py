@@ -296,7 +296,7 @@ class BridgeServer:
             too_many = limit_text("bridge_clients", self._limits.of(BridgeLimits).bridge_clients)
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"too many clients; {too_many}")
             return
-        if connection.shares is None:  # closed while it was being admitted
+        if connection.shares is None:  # the connection was closed while it was being admitted
             return
         client = BridgeClient(
             *(connection, next(self._numbers), name or "rosbridge", self._limits, self._wakeups),

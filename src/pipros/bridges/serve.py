@@ -149,7 +149,7 @@ def _serve(
         )
         try:
             loop.run(_open(server, options, protocols, tls))
-            gc.freeze()  # these objects live until exit; searching them would delay clients
+            gc.freeze()  # these objects live until exit; collecting garbage among them would delay clients
             _announce(options, server.port, protocols.page, secret)
             over.wait()
         except OSError as error:

@@ -230,7 +230,7 @@ class SharedTopics:
         self._end_replaced(taken)
 
     def _unsubscribe(self, taken: Taken) -> None:
-        subscriber, taken.subscriber = taken.subscriber, None  # the subscriber refers to `taken`
+        subscriber, taken.subscriber = taken.subscriber, None  # break a reference cycle
         if subscriber is not None and not self._node.is_ending:
             subscriber.unregister()
         with self._lock:

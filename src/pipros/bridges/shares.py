@@ -41,7 +41,7 @@ class TopicShares:
         self._limit = limit
         self._topics = Budget(limit)
         self._budgets: dict[Hashable, Budget] = {}
-        self._users: dict[str, dict[Hashable, int]] = {}  # first the user for which the topic counts
+        self._users: dict[str, dict[Hashable, int]] = {}  # a topic's first user is charged for it
 
     def enter(self, topic: str, user: Hashable) -> None:
         """Count a topic for a user. A user may enter a topic repeatedly, and must leave it as often.

@@ -1,1 +1,1 @@
-"""Code shared by all servers for clients: secrets, origins, ports, TLS, and the pages of single nodes."""
+"""Code shared by the servers for browsers and other clients: secrets, origins, ports, TLS, nodes' pages."""

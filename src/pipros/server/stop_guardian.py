@@ -39,7 +39,7 @@ class StopGuardian:
         self._watched: dict[str, dict[str, Any]] = {}
         self._ready: set[str] = set()
         self._pending: dict[tuple[str, str], object] = {}
-        self._lost: list[tuple[str, str]] = []  # stops of a process that has ended
+        self._lost: list[tuple[str, str]] = []  # pending stops of a process that has ended
         self._is_closed = False
         self._changed = threading.Condition()
 

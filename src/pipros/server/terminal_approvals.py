@@ -88,7 +88,7 @@ def _read_verdict(
         prompt = f"{remaining_s:3.0f} s left. y: once, m: for a minute, n: refuse > "
         print(f"\r{prompt}", end="", flush=True)
         if select.select([sys.stdin], [], [], 1.0)[0]:
-            line = os.read(sys.stdin.fileno(), LINE_BYTES)  # a buffer could hold another line
+            line = os.read(sys.stdin.fileno(), LINE_BYTES)  # a buffer could already hold another line
             if not line:
                 return None
             if verdict := KEYS.get(line.decode("utf-8", "replace").strip().lower()):

@@ -112,7 +112,7 @@ def sample_of(
     """Return the time and the value of a sample.
 
     Raises:
-        ValueError: the axis shows stamps, and the message has none. See also `number_in`.
+        ValueError: the axis shows stamps, and the message has none. For other errors, see `number_in`.
     """
     return [time_of(message, field.topic, axis, received_s, ros_s), number_in(message, field)]
 

@@ -213,7 +213,7 @@ class FoxgloveSession:
 
     async def _handle(self, request: ClientRequest) -> None:
         capability = _CAPABILITIES.get(type(request))
-        if capability is not None and not isinstance(request, CallRequest):  # its response reports the error
+        if capability is not None and not isinstance(request, CallRequest):  # a call's response reports it
             self._check_offered(capability)
         match request:
             case PublishRequest():

@@ -52,7 +52,7 @@ class TopicStream:
         self._delivery = Delivery()
         self._taken: Taken | None = None
         self._newest: TopicMessage | None = None
-        self._waiting: deque[TopicMessage] | None = None  # even an empty one takes 600 bytes
+        self._waiting: deque[TopicMessage] | None = None  # even an empty deque takes 600 bytes
         self._due_s = 0.0
         self._is_waking = False
         self._is_closed = False

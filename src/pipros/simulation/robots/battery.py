@@ -14,7 +14,8 @@ class BatterySettings:
 
     Attributes:
         capacity_ah: charge of a full battery, in ampere hours.
-        full_v, empty_v: voltages of a full and of an empty battery. In between, the voltage is linear.
+        full_v, empty_v: voltages of a full and of an empty battery. In between, the voltage depends linearly
+            on the charge.
         idle_a: current while the robot does not move.
         drive_a: additional current at maximum speed; proportional to the speed.
         charge_a: current from the charger.

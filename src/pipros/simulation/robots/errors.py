@@ -10,4 +10,4 @@ class InvalidSettings(PiprosError, ValueError):
 
 
 class Rejected(PiprosError):
-    """A request cannot be performed. The error text is returned to the client."""
+    """A request cannot be performed. The error text is logged, or shown on the page that sent the request."""

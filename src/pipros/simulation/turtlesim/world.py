@@ -74,7 +74,7 @@ class TurtleWorld:
             raise TurtleRejected(f"too many turtles; the limit is {self._limit} (turtles in PIPROS_LIMITS)")
         name = name or self._new_name()
         if name in self.turtles:
-            raise TurtleRejected(f"A turtled named [{name}] already exists")  # the genuine text
+            raise TurtleRejected(f"A turtled named [{name}] already exists")  # as in genuine turtlesim
         turtle = Turtle(name, (x, y, theta), self._look(), self._log, self._namespace + name)
         self.turtles[name] = turtle
         self._log.info("Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]", name, x, y, theta)

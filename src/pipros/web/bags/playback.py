@@ -214,7 +214,7 @@ class BagPlayback:
             self._change()
 
     def play(self, is_playing: bool) -> None:
-        """Start or pause. At the end of the bag, start from the beginning."""
+        """Start or pause the playback. Start from the beginning if the end has been reached."""
         with self._changed:
             if is_playing and self._moment_ns >= self.end_ns:
                 self._jump(self.begin_ns)

@@ -34,12 +34,12 @@ class BagRedirection:
         self._names = names
 
     def views(self) -> Mapping[str, View]:
-        """Return all views. Those that show messages are replaced by views of the bag."""
+        """Return all views. The views in `names` show the calling browser's bag, if it has opened one."""
         live = self._live.views
         return {**live, **{name: self._view(name, live[name]) for name in self._names & live.keys()}}
 
     def actions(self) -> Mapping[str, Action]:
-        """Return all actions. Those that read messages are replaced by actions that read the bag."""
+        """Return all actions. The actions in `names` read the calling browser's bag, if it has opened one."""
         live = self._live.actions
         return {**live, **{name: self._action(name, live[name]) for name in self._names & live.keys()}}
 

@@ -1,1 +1,1 @@
-"""Images on the page: pixels for browsers, shapes over them, and pairs of two topics."""
+"""Images on the page: pixels for browsers, shapes over images, and pairs of images from two topics."""

@@ -1,1 +1,1 @@
-"""Messages on the page: well-known topics, layouts of types, small pictures, and values that change."""
+"""Messages on the page: well-known topics, layouts of types, small pictures, and messages to publish."""

@@ -39,7 +39,7 @@ class CallViews:
         self._system = system
 
     async def services(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all services with their nodes."""
+        """Yield each service with its node."""
         async for observation in self._system.observations():
             services = observation.state.services
             rows = ([name, *nodes[:1]] for name, nodes in sorted(services.items()))

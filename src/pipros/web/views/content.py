@@ -20,7 +20,7 @@ _NODES: Final = {"fleet": "/pipros_fleet_", "ros2": "/ros2_gateway_"}
 
 
 class ContentViews:
-    """The view of the tabs' content."""
+    """The view that lists the tabs without data."""
 
     def __init__(self, system: WatchedSystem, *, has_bags: bool) -> None:
         self._system = system

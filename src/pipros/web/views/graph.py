@@ -286,7 +286,7 @@ def _with_types(observation: GraphObservation, topics: Iterable[str]) -> list[li
 def _connection_values(
     observation: GraphObservation, connection: TopicConnection, traffic: Traffic | None
 ) -> list[Any]:
-    """Return the ends and the topic, rate, bandwidth, transport, and whether the connection is stale."""
+    """Return a connection's ends, topic, rate, bandwidth and transport, and whether it is stale."""
     rate, bandwidth, quiet_s, interval_s = traffic or (None, None, 0.0, None)
     transport = observation.transports.get(connection, "")
     return [*connection, rate, bandwidth, transport, is_stale(quiet_s, interval_s)]

@@ -52,7 +52,7 @@ class NoticeViews:
 class _CollectedNotices:
     """Notices from all sources, updated once per observation, however many browsers there are.
 
-    A source's topic is subscribed to once it is published.
+    Topics are subscribed to as soon as they are published.
     """
 
     def __init__(self, system: WatchedSystem, stack: contextlib.ExitStack) -> None:

@@ -98,7 +98,7 @@ class _Table:
 
 
 def _figures(process: _Process) -> Mapping[str, Any]:
-    """Return a process's usage, which is empty if the process has ended, even if its id has been reused."""
+    """Return a process's usage; empty if the process has ended, even if another process has its id now."""
     usage, now_s = usage_of(process.pid), time.monotonic()
     if usage is None or usage.start != process.usage.start:
         return {}
