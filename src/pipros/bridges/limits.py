@@ -23,8 +23,8 @@ class BridgeLimits(NamedTuple):
             size together.
         bridge_kept_bytes: the names and ids that a server stores for one client.
         bridge_client_bytes: everything that a server holds for one client: incomplete, parsed, queued and
-            latched messages, names and ids. The sum of `bridge_queue_bytes` and three messages applies
-            instead if it is larger.
+            latched messages, names and ids. The sum of `bridge_queue_bytes` and three times
+            `bridge_message_bytes` applies instead if it is larger.
         bridge_total_bytes: the same for all clients of a server together, besides 256 KiB per client. A
             client receives at most half of what the others leave.
         bridge_stall_s: the time after which a client that does not read from a full connection is

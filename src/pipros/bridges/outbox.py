@@ -228,7 +228,7 @@ class ClientOutbox:
         return True
 
     def _give_back_unused(self) -> None:
-        """Return room to the budget if the queue has become empty or much shorter."""
+        """Give room back to the budget if the queue has become empty or much shorter."""
         if self._granted_bytes <= UNCOUNTED_BYTES or self._budget is None:
             return
         unused = self._granted_bytes - max(self._bytes, UNCOUNTED_BYTES)

@@ -1,7 +1,7 @@
 """Divide a server's memory and topics among its clients. Performs no I/O.
 
 If all clients shared a limit, one client could use up everything. Here, each client has its own share, and
-receives at most half of what the other clients leave. `close` returns whatever a client still holds.
+receives at most half of what the other clients leave. `close` gives back whatever a client still holds.
 """
 
 from __future__ import annotations
@@ -209,5 +209,5 @@ class ClientShares:
         self.kept.give_back(size_bytes)
 
     def close(self) -> None:
-        """Return everything, because the client has left. May be called repeatedly."""
+        """Give everything back, because the client has left. May be called repeatedly."""
         self.memory.close()

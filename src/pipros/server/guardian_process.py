@@ -1,12 +1,13 @@
 """Process that stops robots if their clients' server cannot, because it was killed, hangs or is cut off.
 
 The server writes lines of JSON to the standard input: the message that stops each topic, and each act that
-starts a time limit. The process publishes the stop when the limit has passed, and all pending stops when the
-input ends, for whatever reason. This process measures the time, on the monotonic clock. A stop is repeated,
-because a command that the server sent before may still be on its way over another connection.
+starts a time limit. This process measures the time, on the monotonic clock. It publishes the stop when the
+limit has passed, and all pending stops when the input ends, for whatever reason. A stop is repeated, because
+a command that the server sent before may still be on its way over another connection.
 
-Values of `op` in the input: `watch` (adds a topic or a service with its stop; confirmed by a line with its
-key, for a topic once its known subscribers have connected), `arm`, `disarm`, `stop`.
+Each line has one of these values of `op`: `watch` adds a topic or a service with its stop, and is confirmed
+by a line with its key (for a topic, once its known subscribers have connected); `arm` starts or restarts a
+time limit; `disarm` cancels a time limit; `stop` makes a stop due at once.
 """
 
 from __future__ import annotations

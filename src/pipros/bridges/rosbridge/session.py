@@ -372,7 +372,7 @@ class RosbridgeSession:
         if gate.policy is None or service in QUESTION_NAMES:
             return nullcontext()
         if service == SET_PARAM and service_class._type == SET_PARAM_TYPE:
-            if not is_global(request.name):  # rosapi would resolve a relative name
+            if not is_global(request.name):  # rosapi would resolve it to a name that was not checked
                 raise PiprosError(f"with a policy, name must be a global name, got {printable(request.name)}")
             try:
                 value = json.loads(request.value)

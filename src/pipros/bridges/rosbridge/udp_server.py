@@ -160,7 +160,7 @@ class _UdpClient:
         self.datagrams: asyncio.Queue[bytes] = asyncio.Queue(WAITING_DATAGRAMS)
 
     def put(self, data: bytes) -> None:
-        """Queue a datagram, or drop it if too many are queued."""
+        """Queue a datagram, or drop it if too many are queued or the client's memory is used up."""
         if self.shares.input.take(len(data) + _DATAGRAM_BYTES):
             try:
                 self.datagrams.put_nowait(data)
