@@ -30,13 +30,15 @@ _VIEW_BYTES = 64 * 1024
 """Mean message size above which a chunk's messages are decoded without a copy."""
 
 _SLOW = {BZ2, ZSTD}
-"""Compressions for which threads save time. They do not for lz4, because allocating a chunk's memory takes
-longer than decompressing the chunk, and twice as long in a thread, whose heap returns the memory to the
-system: an image of 0.9 MB took 1,550 us of processor time instead of 700.
+"""Compressions whose chunks are decompressed in threads.
+
+For lz4, threads would not save time. Allocating a chunk's memory takes longer than decompressing the chunk,
+and twice as long in a thread, whose heap returns the memory to the system: reading a 0.9 MB image took
+1,550 us of processor time instead of 700.
 """
 
 _AHEAD_BYTES = 64 * 1024 * 1024
-"""Maximum total uncompressed size of the chunks that are read ahead."""
+"""Maximum total uncompressed size of the chunks that one call of `ChunkStore.get` starts to read ahead."""
 
 
 class Headers(Protocol):
@@ -97,7 +99,8 @@ def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
 class ChunkStore:
     """Cache of chunk contents, filled ahead of use by a thread pool that decompresses the upcoming chunks.
 
-    The size of the cache is at most `bag_cache_bytes`, plus the chunk in use.
+    The size of the cache is at most `bag_cache_bytes`, plus the chunk in use and the chunks that are read
+    ahead.
     """
 
     def __init__(self, source: Source, headers: Headers, limits: Limits) -> None:

@@ -45,7 +45,7 @@ class ChunkHeader:
     """The header of a chunk record.
 
     Attributes:
-        compression: `none`, `bz2` or `lz4`.
+        compression: `none`, `bz2` or `lz4`; in MCAP files, `none`, `lz4` or `zstd`.
         data_position, data_size: position and size of the compressed data in the file, in bytes.
         size: uncompressed size in bytes.
     """

@@ -1,8 +1,8 @@
 """Pure Python decoder for LZ4 frames, for machines without the `lz4` library. It decodes 20 to 35 MB/s.
 
 If the library (`pipros[lz4]`) is installed, it is used instead, and decodes several GB/s. The library
-has no wheels for musl or 32-bit ARM, where installing it requires a compiler. Checksums are verified. For the
-format, see https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md.
+has no wheels for musl or 32-bit ARM, where installing it requires a compiler. This decoder verifies
+checksums. For the format, see https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ def _is_known_call(call: ast.Call, methods: Mapping[str, ast.FunctionDef]) -> bo
 
 
 def is_text(node: ast.stmt) -> bool:
-    """Return whether a statement is a docstring."""
+    """Return whether a statement is a bare constant, such as a docstring."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 

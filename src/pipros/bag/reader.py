@@ -54,7 +54,8 @@ class BagReader:
     Args:
         file: a path, or a seekable binary file open for reading, which the caller must close.
         rebuild_index: whether to scan the whole file instead of reading its index, for bags that are
-            truncated, damaged or not indexed. All complete messages are found; `damage` describes the damage.
+            truncated, damaged or not indexed. In each chunk, all messages before the first damage are found;
+            `damage` describes the damage.
         progress: called with the byte position while the index is rebuilt.
         limits: defaults to the process-wide limits.
         name: the name to use in error messages; defaults to the file's name.

@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 BUFFER_BYTES = 8 * 1024
-"""Buffer of an MCAP file, which is lost if the recorder is killed. Python 3.14's default is 128 KiB."""
+"""Size of an MCAP file's buffer, whose content is lost if the recorder is killed.
+
+Python 3.14's default size is 128 KiB.
+"""
 
 
 @dataclass(frozen=True, slots=True)

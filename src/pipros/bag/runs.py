@@ -1,8 +1,8 @@
 """Order the messages in many chunks by time, with as few open chunks as possible. Performs no I/O.
 
-If a chunk's time range does not overlap that of another chunk, its messages are yielded as one run. The
-sorted entries of overlapping chunks are merged; a chunk is held in memory only from its first message to its
-last.
+If the time range of a chunk does not overlap the range of any other chunk, its messages are yielded as one
+run. The sorted entries of overlapping chunks are merged; a chunk is held in memory only from its first
+message to its last.
 
 Messages with equal timestamps are ordered by connection, then by position in the file.
 """

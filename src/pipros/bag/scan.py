@@ -1,7 +1,8 @@
 """Build the index of a damaged or unindexed bag in format 2.0 by scanning the file.
 
-Every complete message is found, even in a chunk that is incomplete because the writer was killed. After
-damage, the scan continues at the next chunk.
+In each chunk, all messages before the first damage are found, even if the chunk is incomplete because the
+writer was killed. A compressed chunk that cannot be decompressed is skipped. After damage, the scan continues
+at the next chunk.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ COMMANDS: dict[str, dict[str, str]] = {
 
 
 ROOMS_AFTER = "Inspect and control a running system"
-"""The headings of rooms follow this one."""
+"""The heading after which the headings of rooms are printed."""
 
 
 def installed_programs() -> set[str]:

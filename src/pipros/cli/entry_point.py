@@ -36,7 +36,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     """Make `main` a command that works with any standard streams and can be interrupted at any time.
 
     - Ctrl-C ends the command at any time (`pipros.basics.interrupts`), without a traceback, with code 130
-      unless the command has its own.
+      unless the command handles Ctrl-C itself and returns another code.
     - A closed stream (`>&-`) is replaced by `/dev/null`, which child processes inherit, as in Noetic.
       Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If output cannot be written, the command ends with one line on standard error and code 120.

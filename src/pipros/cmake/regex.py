@@ -117,7 +117,7 @@ def search(expression: str, text: str, variables: MutableMapping[str, str]) -> b
     """Return whether the expression matches anywhere; store the match and its groups in `CMAKE_MATCH_0`, ….
 
     Raises:
-        ValueError: the expression is invalid.
+        ValueError: the expression is invalid, or the match takes too long.
     """
     match = compiled(expression).search(text)
     if match is not None:
@@ -143,8 +143,8 @@ def replace(expression: str, replacement: str, text: str, limits: Limits) -> str
     """Return the text with every match replaced. `\\1` in the replacement is the first group.
 
     Raises:
-        ValueError: the expression is invalid or matches an empty string, the replacement refers to a group
-            without a match, or the result would be too long.
+        ValueError: the expression is invalid, takes too long or matches an empty string, the replacement
+            refers to a group without a match, or the result would be too long.
     """
     made = 0
 

@@ -44,7 +44,7 @@ AT_ONCE = 16
 """Maximum number of nodes queried concurrently."""
 
 _STAMP_SHARE = 1 / 6
-"""Share of a publisher's timeout after which its stamps are left out, if it has sent no message."""
+"""Share of the timeout during which to wait for a publisher's next message, to compare its stamp."""
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024
@@ -55,8 +55,8 @@ _LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too impre
 def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float = 3.0) -> SystemReport:
     """Return the current state of the system that uses a master.
 
-    If a topic is given, only its nodes are queried, and no service. Blocks up to `timeout_s` for each node
-    that does not answer; nodes are queried concurrently.
+    If a topic is given, only its nodes are queried, and only the services of nodelet managers and rooms. Blocks
+    up to `timeout_s` for each node that does not answer; nodes are queried concurrently.
 
     Raises:
         Unreachable: the master does not answer.

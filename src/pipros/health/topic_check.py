@@ -30,7 +30,7 @@ from pipros.health.system_report import SystemReport
 
 STOPPED_PERIODS: Final = 5.0
 STOPPED_S: Final = 1.0
-"""A topic has stopped if its last message is older than this time and than `STOPPED_PERIODS` periods."""
+"""A topic has stopped if its last message is older than both this time and `STOPPED_PERIODS` periods."""
 
 
 class CheckedMessage(NamedTuple):

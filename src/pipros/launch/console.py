@@ -43,7 +43,7 @@ class Console:
         self._log = LogFile(file)
 
     def relay_to(self, relay: Callable[[str, bool], None]) -> None:
-        """Pass all further output to `relay(text, is_error)` instead of printing it."""
+        """Pass the lines of `say`, `bold` and `error` to `relay(text, is_error)` instead of printing them."""
         self._relay = relay
 
     @property

@@ -70,7 +70,9 @@ class LoadContext(NamedTuple):
 
 
 def find_resource(index: PackageIndex, package: str, path: str) -> str:
-    """Resolve `$(find package)/path`: to a built program with that name, or else to a path in the package.
+    """Return the path to which `$(find package)/path` resolves.
+
+    This is a built program of the package, if one has this path, or else the path in the package's folder.
 
     Raises:
         NotFound: the package is unknown.

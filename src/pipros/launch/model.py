@@ -109,7 +109,9 @@ class Test(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A computer on which nodes are started, through ssh unless it is this computer and this user.
+    """A computer and a user for starting nodes.
+
+    Nodes are started through ssh, unless the machine is this computer and its user is this process's user.
 
     Attributes:
         env_loader: a script on that computer that sets up ROS and runs its arguments.

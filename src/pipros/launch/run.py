@@ -115,7 +115,7 @@ class LaunchRun:
         self._has_lost_required = False
 
     def set_parameters(self) -> None:
-        """Dump, delete and set parameters, in this order. Call it before starting any node.
+        """Run the dumps and deletions, then set the parameters. Call this before starting any node.
 
         Raises:
             Unreachable, LaunchError: the parameter server does not answer, or refuses a value.
@@ -154,7 +154,8 @@ class LaunchRun:
 
         Args:
             extra_arguments: words appended to the node's arguments.
-            output: the destination for the node's standard output; defaults to that of the options or node.
+            output: the destination for the node's standard output; by default, the destination in the
+                options or, failing that, in the node.
 
         Raises:
             CannotLaunch: the program does not exist, or cannot be started.
@@ -166,7 +167,7 @@ class LaunchRun:
     def start_managed(
         self, node: LaunchNode, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> ManagedNode:
-        """Like `start`, but return an object that tracks the node's restarts. It must not be modified."""
+        """Like `start`, but return an object that tracks the node's restarts and must not be modified."""
         with self._lock:
             self._guardian.start()
             number = next(self._numbers)

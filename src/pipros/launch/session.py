@@ -186,8 +186,8 @@ class LaunchSession:
         May be called repeatedly, and from a signal handler.
 
         Raises:
-            KeyboardInterrupt: called in the main thread while `start` reads files, which can be aborted at
-                any point.
+            KeyboardInterrupt: called in the main thread while `start` reads files; this part of `start` can
+                be aborted at any point.
         """
         self._is_stop_requested = True
         if self._run is not None:

@@ -84,7 +84,7 @@ class SessionMaster:
         Return an empty string if the master has none, and None if no master answers.
 
         Raises:
-            InvalidEnvironment: ROS_MASTER_URI is not the URI of a master.
+            InvalidEnvironment: ROS_MASTER_URI is not a valid URI for a master.
             LaunchError: the server at that address is not a master.
         """
         for uri in (self._requested_uri, self.uri):
@@ -160,7 +160,7 @@ class SessionMaster:
     def stop_rosout(self) -> None:
         """Stop the `/rosout` node of the session's own master, and announce that the master is shutting down.
 
-        Does nothing if the session uses another master.
+        Do nothing if the session uses another master.
         """
         if self._core is not None:
             self._console.say("[rosout-1] killing on exit")

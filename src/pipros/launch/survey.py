@@ -52,7 +52,7 @@ class Use(NamedTuple):
     """A use of a program, a nodelet or a package in a launch file.
 
     Attributes:
-        element: `node`, `test`, `find` (a package in `$(find …)`), or empty for a file that starts nothing.
+        element: `node`, `test`, `find` (a package in `$(find …)`), or empty for a file without any use.
         nodelet: for a node that runs `nodelet`, the plugin that it loads, or its command, such as `manager`;
             otherwise empty.
         language: `cpp`, `py`, or empty if unknown.
@@ -109,7 +109,7 @@ def read_csv(path: str) -> list[Use]:
 
 
 def read_trees(folders: Collection[str], on_error: Callable[[str], None]) -> list[Use]:
-    """Read the launch files below folders: `.launch`, `.test`, and `.xml` whose root is `<launch>`.
+    """Read the launch files below folders: `.launch`, `.test`, and `.xml` files whose root is `<launch>`.
 
     Args:
         on_error: receives the error of each file that cannot be read; the file is skipped.

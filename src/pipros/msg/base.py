@@ -99,7 +99,7 @@ class Message:
         """Write the message. If a value does not fit its field, nothing is written.
 
         Raises:
-            SerializationError: a value does not fit its field. The message names the field.
+            SerializationError: a value does not fit its field. The error text names the field.
         """
 
     def deserialize(self: AnyMessage, str: Buffer) -> AnyMessage:  # noqa: A002, ARG002 # genpy's name for it
@@ -121,7 +121,7 @@ class Message:
         """Return the serialized message as buffers. Large arrays are not copied.
 
         Raises:
-            SerializationError: a value does not fit its field. The message names the field.
+            SerializationError: a value does not fit its field. The error text names the field.
         """
         buffers = Buffers()
         self.serialize(buffers)

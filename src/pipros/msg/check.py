@@ -21,8 +21,8 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
     """Check that `field_val` fits `field_type`, a type as written in definitions.
 
     Raises:
-        SerializationError: the value does not fit. The message names the field, with `[]` for an element and
-            `.` for a member.
+        SerializationError: the value does not fit. The error text names the field, with `[]` for an element
+            and `.` for a member.
     """
     if field_type in INTEGERS:
         _check_integer(field_name, field_type, field_val)
@@ -50,7 +50,7 @@ def check_lengths(name: str, message: HasFields) -> None:
     """Check the lengths of all fixed arrays, including in embedded messages.
 
     Raises:
-        SerializationError: an array has the wrong length. The message names the field, prefixed by `name`.
+        SerializationError: an array has the wrong length. The error text names the field, prefixed by `name`.
     """
     for slot, slot_type in zip(message.__slots__, message._get_types(), strict=True):
         value, path = getattr(message, slot), f"{name}.{slot}"

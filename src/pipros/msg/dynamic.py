@@ -1,8 +1,8 @@
 """Message classes created at run time from the full definition in a connection header or a bag.
 
 Such a class does not belong to a module, so its pickled messages include the full definition. Unpickling
-recreates the class from it, even in a process in which the type is not installed. Unpickling in the same
-process reuses the existing class.
+recreates the class from this definition, even in a process in which the type is not installed. Unpickling in
+the same process reuses the existing class.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class StubFiles:
         self._written: dict[str, tuple[object, ...]] = {}
 
     def update(self) -> list[Path]:
-        """Write the stubs of packages whose definitions have changed. Return the paths of the stubs.
+        """Write the stubs of packages whose definitions have changed. Return the paths of these stubs.
 
         After an error, a package is not retried until its definitions have changed.
 

@@ -9,7 +9,7 @@ from pipros.graph.system_state import SystemState
 def is_publisher(topic: str, node: str, tool: str) -> bool:
     """Return True if `node` is registered as a publisher of `topic`.
 
-    `tool` is the caller's name without a namespace; names are resolved relative to it.
+    `tool` is the caller's node name without a namespace. `topic` and `node` are resolved as in that node.
 
     Raises:
         Unreachable: the master does not respond.

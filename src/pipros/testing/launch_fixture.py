@@ -74,7 +74,7 @@ class Launched:
         """Set the parameters and start the nodes.
 
         Raises:
-            NodesDidNotStart: some nodes failed to start. The message names them. Other nodes may be running.
+            NodesDidNotStart: some nodes, which the error text names, failed to start. Others may be running.
         """
         self._run.set_parameters()
         if failed := self._run.start_nodes():

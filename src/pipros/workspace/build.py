@@ -64,7 +64,7 @@ class BuildResult:
     Attributes:
         built: names of the packages that were built, in build order.
         unchanged: names of packages that were up to date.
-        errors: one message per problem, starting with the package or file.
+        errors: one error text per problem, starting with the package or file.
         skipped: packages that were skipped, each mapped to the failed package on which it depends. If such a
             package has compiled code, its other parts may have been built.
         projects: the parsed `CMakeLists.txt` of each package, by package name.

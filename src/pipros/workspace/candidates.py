@@ -14,7 +14,7 @@ from pipros.workspace.manifest import read_manifest
 def describe_candidates(index: PackageIndex, name: str) -> list[str]:
     """Return a line for each package called `name`: its folder, version and origin.
 
-    The package in the first line is used. It hides the others.
+    The package in the first line is used, and hides the others.
     """
     found = dict.fromkeys(index.candidates(name))
     return [

@@ -17,7 +17,7 @@ from pipros.workspace.layout import SourcePackage, WorkspaceFolders
 from pipros.workspace.shipped_packages import has_cmake, is_below, shipped_packages, write_configuration
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
-"""Where genuine ROS is installed, besides the prefixes in the environment."""
+"""Prefixes at which genuine ROS may be installed, in addition to those in the environment."""
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
 _PYTHON = "/usr/bin/python3"
 
@@ -87,7 +87,7 @@ def find_toplevel(
 ) -> Path | None:
     """Return the path of genuine catkin's `toplevel.cmake`, or None if catkin is not installed.
 
-    The top-level `CMakeLists.txt` of a workspace links to this file.
+    The top-level `CMakeLists.txt` of a workspace is a link to this file.
     """
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH", "")
     for prefix in (*filter(None, prefix_path.split(os.pathsep)), *prefixes):
@@ -108,7 +108,7 @@ def build(
     """Build packages into the devel space, and install them if `options.installs` is true.
 
     Return the packages that could not be built, each with the reason. The reason is empty if a dependency in
-    the result is to blame. All others are built. The tools use this process's standard output.
+    the result is to blame. All other packages are built. The tools use this process's standard output.
 
     Message packages shipped with pipros are also built if the local ROS installation lacks them. Python
     packages need no build. Blocks until the tools exit, without a time limit.

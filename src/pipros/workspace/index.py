@@ -125,7 +125,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def candidates(self, name: str) -> list[Package]:
-        """Return all packages called `name`. The first is the one that is used; it hides the others."""
+        """Return all packages called `name`. The first package is used, and hides the others."""
         return [Package(name, Path(folder)) for found, folder in self._found.occurrences() if found == name]
 
     def containing(self, path: Path) -> Package | None:

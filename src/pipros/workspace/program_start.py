@@ -45,7 +45,7 @@ def environment_of(program: Path, variables: Mapping[str, str]) -> dict[str, str
     """Return `program_environment` for one program.
 
     Compiled programs are linked with genuine roscpp, and need the plugin descriptions in Debian's packages.
-    If these are installed, their folder and the folders of packages installed by pip are added to
+    If such packages are installed, their folder and the folders of packages installed by pip are added to
     `ROS_PACKAGE_PATH`.
     """
     environment = program_environment(variables)
@@ -132,7 +132,7 @@ def has_windows_line_ends(program: Path) -> bool:
 
 
 def is_left_to_env(program: Path, variables: Mapping[str, str] = os.environ) -> bool:
-    """Return whether a script's first line runs Python through `env`, and `env` exists."""
+    """Return whether the operating system starts a script through `env`, which looks up Python in `PATH`."""
     chosen = _script_interpreter(program, variables)
     return chosen is not None and chosen.has_env
 

@@ -13,7 +13,7 @@ _SUSPICIOUS = re.compile(
     rb"|^[^\n#]*(?:<>|`)|^[ \t]*except\b[^\n:(]*,[^\n:]*:|^[ \t]*print[ \t]+\(|\b0[0-7]+\b",
     re.MULTILINE,
 )
-"""Text that is rare in Python 3. Only files that contain it are parsed; others only cost one search."""
+"""Text that is rare in Python 3. Only files that contain it, or that mix tabs and spaces, are parsed."""
 
 _MIXED = re.compile(rb"^(?: +\t|\t)", re.MULTILINE)
 _SPACES = re.compile(rb"^ ", re.MULTILINE)

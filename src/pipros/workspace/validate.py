@@ -53,7 +53,7 @@ def check_interfaces(
             the environment in which pip builds one package. Their types are then not checked.
 
     Raises:
-        DefinitionError: a file is malformed; the message names the file, line and column.
+        DefinitionError: a file is malformed; the error text names the file, line and column.
         UndefinedType: a field has a type that does not exist.
         CMakeError: a field has a type from a package that `generate_messages(DEPENDENCIES …)` does not list.
     """

@@ -15,7 +15,7 @@ from pipros.basics.graph_variables import master_uri_of
 _TIMEOUT_S = 0.5
 
 MANY_LINES = "\x1f"
-"""Precedes a multi-line candidate, which is offered alone."""
+"""Character before a multi-line candidate, which is offered alone."""
 
 
 def live_names(command: str, before: Sequence[str]) -> list[str]:

@@ -93,7 +93,7 @@ def _memory(code: str, value: Any) -> memoryview | None:
 
 
 def _converted(code: str, value: Any) -> memoryview | None:
-    """Convert a numpy array with another element type as a whole.
+    """Convert a whole numpy array whose elements have another type.
 
     Return None for other objects, and if the conversion could change values (except by rounding floats).
     """

@@ -29,7 +29,7 @@ class CompiledMessage(Message):
     __slots__ = ()
 
     def deserialize_numpy(self: AnyMessage, str: Buffer, numpy: Any) -> AnyMessage:  # noqa: A002
-        """Like `deserialize`, but create numpy arrays, which share the memory of `str`, for numbers.
+        """Like `deserialize`, but read arrays of numbers as numpy arrays, which share the memory of `str`.
 
         As in genpy, octets become `bytes` and booleans become a list.
 
@@ -47,13 +47,13 @@ class CompiledMessage(Message):
     def _deserialize_views(
         self: AnyMessage, data: Buffer, numpy: Any, *, has_numbers: bool = False
     ) -> AnyMessage:
-        """Like `deserialize`, but create numpy arrays for `uint8[]` and `char[]` fields.
+        """Like `deserialize`, but read `uint8[]` and `char[]` fields as numpy arrays.
 
         The arrays share the memory of `data`, and are read-only if `data` is.
 
         Args:
             numpy: the module numpy.
-            has_numbers: whether to create arrays for all arrays of numbers, as `deserialize_numpy` does.
+            has_numbers: whether to read all arrays of numbers as numpy arrays, as `deserialize_numpy` does.
 
         Raises:
             DeserializationError: there are too few bytes.

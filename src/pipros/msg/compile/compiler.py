@@ -82,8 +82,8 @@ def service_source(
 def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool, views_octets: bool = False) -> str:
     """Return the source of a module with a function `read(self, str, numpy)`.
 
-    The function is like `deserialize`, but replaces invalid UTF-8 in strings. It creates numpy arrays for
-    numbers if `is_numpy` is true, and for octets if `views_octets` is true.
+    The function is like `deserialize`, but replaces invalid UTF-8 in strings. It reads arrays of numbers as
+    numpy arrays if `is_numpy` is true, and `uint8[]` and `char[]` fields if `views_octets` is true.
     """
     names = Names()
     body = deserialize_body(

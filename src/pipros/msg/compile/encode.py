@@ -1,6 +1,6 @@
 """Generate the body of `serialize` for one message type.
 
-The plan, for `Header header; float64[9] a; uint8[] data; Point[] points`:
+How fields are packed, such as those of `Header header; float64[9] a; uint8[] data; Point[] points`:
 
 - consecutive scalars, times, fixed arrays and lengths become one `struct.pack`;
 - the pieces of a section are joined once; a variable array of numbers is a separate section, whose memory

@@ -28,8 +28,8 @@ class TypeLayout:
         spec: the definition of the type.
         members: the layouts of the fields' message types, by type name.
         has_octets: whether the type contains a variable array of octets at any depth.
-        takes_bytes: whether serialized messages have any bytes. If not, an array of such messages can have
-            any length.
+        takes_bytes: whether serialized messages have any bytes. If not, the serialized size of an array of
+            such messages does not depend on its length.
         is_one_unpack: whether a single `struct` call can read a message: all fields have fixed sizes, and
             arrays are short or contain octets.
         only_code: the `struct` code of all fields, if they are single numbers of one type; otherwise None.

@@ -18,7 +18,7 @@ from pipros.msg.language.type_names import is_full_type_name
 install()  # in case `pipros.pth` has not installed the hook
 
 _SOURCE_CHARACTERS = 10_000
-"""Generated modules contain the MD5 sum in their first lines."""
+"""Number of characters searched for the MD5 sum, which is in the first lines of a generated module."""
 
 
 def load_message_class(type_name: str) -> type[Message]:

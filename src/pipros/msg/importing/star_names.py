@@ -1,6 +1,6 @@
-"""Names that a star import from a message module binds in addition to types: the imports of genpy's modules.
+"""Names that a star import from a message module binds besides types: the imports of generated modules.
 
-After `from rosapi.srv import *`, scripts use `rosapi.srv.Topics`, `genpy.Time` and `struct.pack`.
+After `from rosapi.srv import *`, scripts can use `rosapi.srv.Topics`, `genpy.Time` and `struct.pack`.
 """
 
 from __future__ import annotations

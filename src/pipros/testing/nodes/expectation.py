@@ -116,7 +116,7 @@ def follow(node: Node, watch: Watch, find: Find, clock: Clock | None = None) -> 
     """Poll until all expectations are decided. Time is measured with `clock`; wall time by default.
 
     Raises:
-        AssertionError: an expectation was not met. The message names the first such expectation.
+        AssertionError: an expectation was not met. The error text names the first such expectation.
     """
     for elapsed_s in poll(node, watch.longest_s, clock):
         if watch.check(elapsed_s, find):

@@ -22,7 +22,7 @@ __unittest = True
 
 @dataclass(frozen=True, slots=True)
 class AllowedRate:
-    """The allowed rate, in hertz."""
+    """The expected rate and its tolerance, in hertz. A rate of 0 means that no message may arrive."""
 
     hz: float
     error: float

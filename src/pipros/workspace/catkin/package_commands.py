@@ -1,4 +1,4 @@
-"""CMake commands that declare a package, its dependencies and its exports; also `message()`."""
+"""CMake commands that declare a package, its dependencies and its exports, and the command `message()`."""
 
 from __future__ import annotations
 

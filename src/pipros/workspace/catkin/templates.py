@@ -61,7 +61,7 @@ def expanded(template: str, context: ReadContext, *, is_installed: bool = False)
 
 
 def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str:
-    """Return the expanded template. The Python code in `definitions` sets its variables."""
+    """Return the expanded template. The Python file `definitions` sets the template's variables."""
     command = [sys.executable, "-m", "em", "--raw-errors", "-F", definitions, template]
     try:
         ended = subprocess.run(  # noqa: S603
