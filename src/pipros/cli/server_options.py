@@ -1,4 +1,4 @@
-"""Parts of commands that serve the network: the address, the policy, and arguments without remappings."""
+"""Shared parts of commands that run network servers: parsing of addresses, policies and remappings."""
 
 from __future__ import annotations
 

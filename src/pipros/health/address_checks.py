@@ -12,7 +12,7 @@ EXAMPLE_PORTS = "11400-11420"
 
 
 def ports_and_advertised_address(machine: MachineReport) -> Findings:
-    """Check `PIPROS_PORTS` and `PIPROS_ADVERTISE`, and that nodes listen where connections arrive."""
+    """Check `PIPROS_PORTS` and `PIPROS_ADVERTISE`, and that nodes listen on a reachable address."""
     environment = Environment.from_os(machine.variables)
     try:
         ports = environment.port_range
@@ -66,7 +66,7 @@ def _advertised_address(
     if unmapped:
         yield warning(
             "unmapped-port",
-            f"PIPROS_ADVERTISE lists no port outside for {len(unmapped)} of PIPROS_PORTS [{ports}], the "
+            f"PIPROS_ADVERTISE maps no outer port to {len(unmapped)} ports in PIPROS_PORTS [{ports}]; the "
             f"first is {unmapped[0]}",
             "List and map all of them, or shorten PIPROS_PORTS.",
             "PIPROS_ADVERTISE",
@@ -77,7 +77,7 @@ def _advertised_address(
             "advertised-not-bound",
             f"PIPROS_ADVERTISE [{advertised.host}] is set, but nodes listen on {machine.bound_host} only: "
             "connections that a container or a router passes on do not arrive",
-            "export ROS_IP=ADDRESS, this machine's address inside, and start `roscore --bind 0.0.0.0`.",
+            "export ROS_IP=ADDRESS, this machine's inner address, and start `roscore --bind 0.0.0.0`.",
             "ROS_IP",
         )
 
@@ -91,7 +91,7 @@ def master_calls_back(machine: MachineReport) -> Findings:
     good = machine.address_towards_master
     mapping = (
         f"In a container or behind a router, map ports to it and export PIPROS_PORTS={EXAMPLE_PORTS} "
-        "PIPROS_ADVERTISE=ADDRESS, the address outside. Genuine nodes there cannot be reached: the container "
+        "PIPROS_ADVERTISE=ADDRESS, its outer address. Genuine nodes there cannot be reached: the container "
         "needs the host's network."
     )
     example = f", such as {good}" if good else ""

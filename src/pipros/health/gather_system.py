@@ -55,8 +55,8 @@ _LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too impre
 def gather_system(master_uri: str, *, topic: str | None = None, timeout_s: float = 3.0) -> SystemReport:
     """Return the current state of the system that uses a master.
 
-    If a topic is given, only its nodes are queried, and only the services of nodelet managers and rooms. Blocks
-    up to `timeout_s` for each node that does not answer; nodes are queried concurrently.
+    If a topic is given, only its nodes are queried, and only the services of nodelet managers and rooms.
+    Blocks up to `timeout_s` for each node that does not answer; nodes are queried concurrently.
 
     Raises:
         Unreachable: the master does not answer.

@@ -170,9 +170,9 @@ def _no_master(machine: MachineReport, uri: str, host: str, port: int) -> Findin
         if is_here and not is_loopback(host):
             cure += f", or, to let other machines connect, restart that master: roscore --bind {host}"
         elif machine.other_master == DEFAULT_MASTER_URI:
-            cure = f"ROS_MASTER_URI is probably outdated: {cure}, and look for it in ~/.bashrc."
+            cure = f"ROS_MASTER_URI is probably outdated: {cure}, and look for the old value in ~/.bashrc."
         else:
-            cure += " in each terminal; another roscore would be a second system."
+            cure += " in each terminal; another roscore would start a separate system."
         return error(
             "stale-master-uri",
             f"{summary}, but one answers at {machine.other_master}",

@@ -153,7 +153,7 @@ def _publisher(facts: TopicFacts) -> Finding | str:
         return error(
             "similar-topic",
             f"{summary}, but {_names(like)} {'is' if len(like) == 1 else 'are'} published",
-            f"If that is the one, use its name, or remap: {like[0]}:={topic} for its publisher.",
+            f"If this is the intended topic, use its name, or remap: {like[0]}:={topic} for its publisher.",
             facts.topic,
             *like,
         )
@@ -241,7 +241,7 @@ def _rate(facts: TopicFacts) -> Finding | str:
     if silence_s > max(STOPPED_PERIODS * period_s, STOPPED_S):
         return error(
             "stopped",
-            f"[{listed(facts.topic)}] came at {hz}, then stopped {silence_s:.1f} s ago",
+            f"[{listed(facts.topic)}] arrived at {hz}, but stopped {silence_s:.1f} s ago",
             f"Look at the log and the load of {_names({each.publisher for each in facts.received})}, and at "
             "its inputs.",
             facts.topic,

@@ -151,7 +151,7 @@ class ElementReader(NamedTuple):
             raise self.error(str(error)) from None
 
     def allow(self, *known: str) -> None:
-        """Warn about all attributes except the known ones, `if` and `unless`."""
+        """Warn about all attributes other than `known`, `if` and `unless`."""
         surplus = self.element.attributes.keys() - {*known, "if", "unless"}
         self.warn(*(f"[{self.place}] unknown <{self.tag}> attribute '{name}'" for name in sorted(surplus)))
 

@@ -79,7 +79,7 @@ class TVal:
         self.nsecs = nsecs
 
     def canon(self) -> None:
-        """Bring `nsecs` into its range, and carry the excess over to `secs`."""
+        """Normalize `nsecs` to 0 <= nsecs < 1e9, and carry the excess over to `secs`."""
         carry, self.nsecs = divmod(self.nsecs, NS_PER_S)
         self.secs += carry
 

@@ -40,7 +40,8 @@ class PubOptions:
         file: path of a file with YAML documents, one per message; None if not given.
         rate_hz: the rate; None if not given.
         once: whether to exit after one message.
-        latch: whether to keep the first message for later subscribers.
+        latch: whether later subscribers get the last message, even if there is a rate. Without a rate, only
+            the first message from a file or pipe is published.
         verbose: whether to print each message.
         substitute: whether to replace `now` and `auto` with each message's publishing time.
         ros_time: whether to take these times from ROS time, which may be simulated.
