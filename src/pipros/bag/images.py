@@ -1,6 +1,6 @@
 """Save `sensor_msgs` images as files.
 
-Raw images are saved as PNG files, which needs no image library. Compressed images are saved unchanged.
+Raw images are saved as PNG files, without an image library. Compressed images are saved unchanged.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ def _block(block: bytes, out: bytearray, begin: int, end: int) -> None:
                     break
         start = len(out) - distance
         if not distance or start < begin:
-            raise ValueError("a block must not copy from before the start")
+            raise ValueError("a block must not copy bytes from before the start of the data")
         if len(out) + length > end:
             raise ValueError("a block has more bytes than allowed")
         if distance >= length:

@@ -45,7 +45,7 @@ MAX_CONNECTIONS = 65_535
 
 @contextmanager
 def translated(name: str) -> Iterator[None]:
-    """Context manager that translates the library's errors about damaged files into `BagFormatError`."""
+    """Context manager that translates errors of `mcap` about damaged files into `BagFormatError`."""
     try:
         yield
     except BagError:

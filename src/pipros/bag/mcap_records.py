@@ -187,7 +187,7 @@ def read_chunk(source: Source, position: int) -> McapChunk:
     name = source.read(position, min(length, 8))
     if name not in _COMPRESSIONS or len(name) != length:
         raise BagFormatError(
-            f"{where}: compression must be lz4 or zstd, got [{name.decode('utf-8', 'replace')}]"
+            f"{where}: compression must be empty, lz4 or zstd, got [{name.decode('utf-8', 'replace')}]"
         )
     data_size = int.from_bytes(source.read(position + length, 8), "little")
     if data_size > size - _CHUNK_START.size - length - 8:

@@ -12,7 +12,7 @@ _MCAP = b"\x89MCAP0\r\n"
 
 
 def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
-    """Open a file with the reader for its format, which its first bytes determine.
+    """Open a bag or MCAP file. Its first bytes determine the format, and thus the reader.
 
     `rebuild_index` has no effect on MCAP files; see `BagReader`.
 

@@ -35,8 +35,8 @@ The arguments are the connection, a function to decode the message, and the time
 def replaced_file(path: Path) -> Iterator[Any]:
     """Context manager that opens a new binary file, which atomically replaces `path` at the end.
 
-    If the block raises, the new file is removed and `path` stays unchanged. If an OSError does not have a
-    file name (for example, if the disk is full), its file name is set to `path`.
+    If the block raises an exception, the new file is removed and `path` stays unchanged. If an OSError does
+    not have a file name (for example, if the disk is full), its file name is set to `path`.
     """
     unfinished = path.with_name(path.name + ".active")
     try:

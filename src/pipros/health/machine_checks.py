@@ -274,7 +274,7 @@ def _is_master_here(machine: MachineReport, environment: Environment) -> bool:
 
 
 def folders_to_write(machine: MachineReport) -> Findings:
-    """Check that the folders for logs, caches and test results are writable."""
+    """Check that the folders for caches, logs and test results are writable."""
     environment = Environment.from_os(machine.variables)
     folders = {
         "ROS_HOME": environment.ros_home,

@@ -34,7 +34,7 @@ class Guardian:
     """The launcher's side of the guardian. Does nothing on Windows, which lacks POSIX process groups.
 
     `started` and `ended` may be called from any thread. If the guardian itself is killed, the launcher
-    continues without its protection.
+    continues without this protection.
     """
 
     def __init__(self, tag: str = "") -> None:

@@ -31,7 +31,7 @@ def log_history(log_folder: Path, run_id: object, longest_text: int, longest_nam
     Args:
         run_id: the value of the parameter `/run_id`, which any node may set.
         longest_text: maximum number of characters of a string; longer strings are truncated.
-        longest_name: likewise, for the names of nodes, files and functions.
+        longest_name: the same for the names of nodes, files and functions.
     """
     if not is_run_id(run_id):
         return []

@@ -29,7 +29,7 @@ class Placement:
 def is_local(machine: Machine) -> bool:
     """Return whether a machine's nodes start without ssh.
 
-    They do if the machine is this computer and its user is this process's user.
+    This is the case if the machine is this computer and its user is this process's user.
     """
     if machine.user:
         import getpass

@@ -1,4 +1,4 @@
-"""`rosnode ping`: checks whether a node answers, and how fast."""
+"""`rosnode ping`: checks whether a node answers, and measures the time until it answers."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class FixedField:
     """A number or time, or a fixed array of them, at an offset in a run.
 
     Attributes:
-        base: its primitive type.
+        base: the primitive type.
         length: the length of a fixed array; None for a single value.
     """
 
