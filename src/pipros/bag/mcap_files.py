@@ -109,8 +109,8 @@ class McapReader(BagReader):
         path: a path, or a binary file open for reading. `close` closes the file.
 
     Raises:
-        NotIndexed: the file does not have a summary, because it is still being written or its writer was
-            killed.
+        NotIndexed: the file has no readable summary, for example because it is still being written or its
+            writer was killed.
         BagError: the library is missing, the file is damaged, or its messages are not ROS 1 messages.
     """
 

@@ -144,7 +144,8 @@ class RecordFiles:
         Return False, without adding the message, if the recording is complete.
 
         Raises:
-            OSError: the disk is full. The message may be lost; later calls may succeed.
+            OSError: the file cannot be written, for example because the disk is full. The message may be
+                lost; later calls may succeed.
         """
         if self._writer is None:  # the disk was full when the new file was opened
             self.open(message.time_ns)

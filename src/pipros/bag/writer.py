@@ -193,7 +193,7 @@ class BagWriter:
         """Write the open chunk.
 
         Raises:
-            BagError: the chunk is larger than the format allows.
+            BagError: the chunk is larger than the format allows, or the compression is not available.
             OSError: the chunk cannot be written completely. It is kept, and the next call tries again.
         """
         if self._chunk_start_ns is None:

@@ -182,7 +182,7 @@ def _check(layout: WorkspaceFolders) -> None:
     """Check that the folders exist and form a workspace. The error texts begin like Noetic's.
 
     Raises:
-        WorkspaceError: a folder does not exist, or is not a workspace.
+        WorkspaceError: a folder does not exist, or the base folder is a package.
     """
     if not layout.base.is_dir():
         raise WorkspaceError(f'The specified base path "{layout.base}" does not exist')

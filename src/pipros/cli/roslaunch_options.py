@@ -124,7 +124,7 @@ def session_options(options: Values) -> SessionOptions:
 
     Raises:
         InvalidEnvironment: `--ports` is not a range of ports.
-        LaunchError: the port is not between 0 and 65535, or a timeout is not positive.
+        LaunchError: the port is not between 0 and 65535, or the timeout of a stop signal is not positive.
     """
     from pipros.basics.ports import PORTS, PortRange
     from pipros.launch.model import LaunchError
@@ -157,7 +157,7 @@ def run_options(options: Values) -> RunOptions:
     """Convert the command-line options to options for running nodes.
 
     Raises:
-        LaunchError: a timeout is not positive.
+        LaunchError: the timeout of a stop signal is not positive.
     """
     from pipros.launch import output_prefix
     from pipros.launch.run import RunOptions

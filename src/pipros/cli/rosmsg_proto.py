@@ -116,7 +116,8 @@ def example(kind: str, name: str) -> Message:
         name: the type. If the name does not include a package, all packages are searched.
 
     Raises:
-        NoPrototype: no package, or more than one, defines the message or service.
+        NoPrototype: the kind or the type is invalid, the type cannot be loaded, or several packages define
+            a type of this name.
     """
     if kind not in ("msg", "srv"):
         raise NoPrototype(f"Invalid mode: .{kind}")

@@ -163,14 +163,14 @@ def _pattern(keyword: str, text: str) -> CopyPattern:
 
 
 def copy(item: Copy, base: Path, say: Say) -> Path:
-    """Copy a file or folder, and return the path of the copy. An optional source may be missing.
+    """Copy a file or folder, and return the path of the copy. A folder or an optional file may be missing.
 
     Args:
         base: the folder in which a relative `item.target` is resolved.
         say: called with a line of output for each file.
 
     Raises:
-        CannotCopy: the source does not exist.
+        CannotCopy: the source is a file that is not optional and does not exist.
         OSError: the source cannot be copied.
     """
     source, target = Path(item.source), base / item.target

@@ -19,7 +19,7 @@ WAIT_S = 0.8
 
 
 def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
-    """Return a URI that was registered with the master but that the master did not call within a second.
+    """Return a URI that was registered with the master but that the master did not call within `WAIT_S`.
 
     The result is empty if the master called the URI, or if the test is not possible because no port is free
     or the master does not answer. The test subscribes to a parameter and sets it briefly under another name,

@@ -90,8 +90,8 @@ def stable_system(
 ) -> SystemReport:
     """Return a report on the system, or on the nodes of a topic. See `examine`.
 
-    If nodes may still be connecting, they are queried a second time. For subscribers without a connection,
-    this process advertises the topic.
+    If nodes may still be connecting, they are queried a second time. For subscribers without a connection, or
+    for all subscribers if `both_ways` is true, this process advertises the topic.
 
     Raises:
         Unreachable: the master does not answer.

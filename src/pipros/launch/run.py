@@ -118,7 +118,8 @@ class LaunchRun:
         """Run the dumps and deletions, then set the parameters. Call this before starting any node.
 
         Raises:
-            Unreachable, LaunchError: the parameter server does not answer, or refuses a value.
+            Unreachable, LaunchError: the parameter server does not answer or refuses a value, or a dump
+                cannot be written.
         """
         apply_parameters(self._launch, self._master_uri)
 

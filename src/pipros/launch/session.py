@@ -47,7 +47,7 @@ class SessionOptions:
 
     Attributes:
         is_core: whether this is `roscore`, which reads no files and fails if a master is already running.
-        port: the master's port; by default taken from the environment.
+        port: the master's port; defaults to 11311 for `roscore`, otherwise to the port in `ROS_MASTER_URI`.
         master: other settings for a master that the session starts.
         run_id: id of the run; defaults to the running master's run id, or to a new id.
         has_summary: whether to print the summary.

@@ -104,7 +104,7 @@ class SessionMaster:
         Raises:
             LaunchError: a master is already running but a core was requested; ROS_MASTER_URI names another
                 computer; or the port is in use.
-            Unreachable: the master found earlier has exited.
+            Unreachable: the master found earlier no longer answers.
         """
         if self._is_running:
             if self._is_core:
@@ -189,6 +189,8 @@ class SessionMaster:
 
 def choose_run_id(requested: str | None, running: str | None, console: Console) -> str:
     """Return the id of the run that a launch joins: the requested id, the running master's id, or a new id.
+
+    If the master's id cannot name a log folder, a warning is printed, and the id is ignored.
 
     Args:
         requested: value of `--run_id`.

@@ -75,6 +75,7 @@ class Launched:
 
         Raises:
             NodesDidNotStart: some nodes, which the error text names, failed to start. Others may be running.
+            Unreachable, LaunchError: see `LaunchRun.set_parameters` and `LaunchRun.start_nodes`.
         """
         self._run.set_parameters()
         if failed := self._run.start_nodes():

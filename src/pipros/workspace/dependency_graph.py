@@ -58,6 +58,7 @@ class DependencyGraph:
 
         Raises:
             CircularDependency: packages depend on each other in a cycle.
+            NotFound, XmlError: see `direct`.
         """
         ordered: dict[str, None] = {}
         self._collect(name, ordered, ())

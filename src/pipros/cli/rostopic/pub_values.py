@@ -20,7 +20,7 @@ def message_class_of(type_name: str) -> type[Message]:
     """Load the class of a message type.
 
     Raises:
-        CommandError: the type does not exist.
+        CommandError: the type does not exist or is invalid.
     """
     try:
         return load_message_class(type_name)

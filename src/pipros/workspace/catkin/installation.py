@@ -70,7 +70,7 @@ def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: 
         settings: the CMake cache entries for the code or script.
 
     Raises:
-        CannotCopy: the file or folder does not exist.
+        CannotCopy: a file that is not optional does not exist.
         CMakeError: the code or script fails.
         OSError: the file or folder cannot be copied.
     """
