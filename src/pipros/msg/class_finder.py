@@ -37,7 +37,8 @@ class ClassFinder:
         """Return the class for the type with the given MD5 sum.
 
         Raises:
-            MissingDefinition: `definition` is empty, and no installed type has this name and MD5 sum.
+            MissingDefinition: `definition` is empty although the type has fields, and no installed type has
+                this name and MD5 sum.
             DefinitionError: the definition is invalid.
         """
         key = type_name, md5sum, definition

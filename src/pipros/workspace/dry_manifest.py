@@ -179,8 +179,8 @@ def read_into(manifest: DryManifest, text: str, file: str) -> None:
     """Fill a manifest with the content of a file.
 
     Raises:
-        MalformedManifest: the text is not a manifest.
-        KeyError: an element lacks a required attribute.
+        MalformedManifest: the text is not a manifest, or a `<depend>` does not name a package.
+        KeyError: another element lacks a required attribute.
         ValueError: a required attribute is empty.
     """
     try:
