@@ -89,12 +89,12 @@ BOUNDS = (
     ("end after", "unregistering at the master"),
     ("talker", "the interpreter and its modules"),
     ("rosrun talker: gone", "a genuine node sometimes misses Ctrl-C, and is killed after 20 s"),
-    ("master:", "reading and writing XML in Python"),
-    ("bag:", "Python for each message; compression, if any"),
-    ("serialize", "Python for each string, array and embedded message"),
+    ("master:", "reading and writing XML in Python; for start, end and memory, the interpreter and its modules"),
+    ("bag:", "Python for each message or, for open, for each chunk; compression, if any"),
+    ("serialize", "Python for each string, array and embedded message; copies, for images and clouds"),
     ("buffers", "Python for each string, array and embedded message"),
-    ("deserialize", "the creation of objects"),
-    ("from bytes", "the creation of objects"),
+    ("deserialize", "the creation of objects; copies, for images and clouds"),
+    ("from bytes", "the creation of objects; copies, for images and clouds"),
     ("Foxglove: images", "copies: into the server and out of it"),
     ("rosbridge: an image", "copies; base64 for JSON, compression for PNG"),
     ("rosbridge:", "encoding in Python or in the library"),
@@ -117,7 +117,7 @@ BOUNDS = (
 def bound(row):
     """Return the bottleneck for a row. For most commands, it is the interpreter's start-up."""
     return next(
-        (text for start, text in BOUNDS if row.label.startswith(start)), "the start of Python, imports"
+        (text for start, text in BOUNDS if row.label.startswith(start)), "the start of Python, and imports"
     )
 
 
