@@ -89,7 +89,7 @@ BOUNDS = (
     ("end after", "unregistering at the master"),
     ("talker", "the interpreter and its modules"),
     ("rosrun talker: gone", "a genuine node sometimes misses Ctrl-C, and is killed after 20 s"),
-    ("master:", "reading and writing XML in Python; for start, end and memory, the interpreter and its modules"),
+    ("master:", "XML in Python; the interpreter and its modules, for start, end and memory"),
     ("bag:", "Python for each message or, for open, for each chunk; compression, if any"),
     ("serialize", "Python for each string, array and embedded message; copies, for images and clouds"),
     ("buffers", "Python for each string, array and embedded message"),
