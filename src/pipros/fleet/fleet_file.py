@@ -202,7 +202,7 @@ def read_fleet_file(path: str | Path) -> FleetFile:
 
 
 def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
-    """Parse a fleet file; see the head of this module. Errors name it as `file`.
+    """Parse a fleet file; see the head of this module. Error messages call it `file`.
 
     Raises:
         BadFleetFile: the text is not YAML, or has an unknown key or an invalid value.
@@ -233,7 +233,7 @@ def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
 
 @dataclass(frozen=True, slots=True)
 class _FleetReader:
-    """Converts YAML values. Its errors name the file and the position in it."""
+    """Converts YAML values. Error messages contain the names of the file and the key."""
 
     file: str
     _keys: Mapping[str, tuple[str, Callable[[Any, str], Any]]] = field(init=False, repr=False)

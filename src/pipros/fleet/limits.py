@@ -7,7 +7,7 @@ _MIB = 1024 * 1024
 
 
 class FleetLimits(NamedTuple):
-    """The limits of fleets: `limits.of(FleetLimits)` for a `Limits`.
+    """The limits of fleets. `limits.of(FleetLimits)` returns those in a `Limits` object.
 
     Attributes:
         fleet_file_bytes: a fleet member's YAML file.

@@ -1,4 +1,4 @@
-"""The state of a member's link, and of what it receives from other members, as diagnostics."""
+"""Diagnostic statuses of a member's link, and of the messages received from other members."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The members present in a fleet, according to their liveliness tokens. No sockets."""
+"""The members present in a fleet, according to their liveliness tokens. Uses no sockets."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.fleet.keys import VERSION, read_live
 
 @dataclass(frozen=True, slots=True, order=True)
 class Token:
-    """Liveliness token of a running agent. `instance` begins with its start time; older agents sort first."""
+    """Liveliness token of a running agent. `instance` begins with the start time, so tokens sort by age."""
 
     member: str
     instance: str
@@ -19,7 +19,7 @@ class Token:
 
 
 TOKENS_PER_MEMBER: Final = 4
-"""Tokens kept for each name: of its running agent, of one that replaces it, and of those that just ended."""
+"""Maximum number of tokens per name: of the running agent, its replacement, and agents that just ended."""
 
 
 class Members:
@@ -28,7 +28,7 @@ class Members:
     Thread-safe: Zenoh's threads update the set, and the agent's thread reads it.
 
     Attributes:
-        crowded: names that have had more tokens.
+        crowded: names that have had more tokens at a time.
     """
 
     def __init__(self, limit: int) -> None:

@@ -118,9 +118,10 @@ class ReceivedMessage:
     _replayed: set[int] = field(default_factory=set, repr=False)
 
     def is_new(self, attachment: MessageAttachment, size: int, *, is_replay: bool = False) -> bool:
-        """Count a message. Return False if it was received before.
+        """Count a message and return True. If it was received before, return False without counting it.
 
-        A replay is a latched message sent on request. It may be older than the last message.
+        A replay is a latched message sent on request, which may be older than the last message. Replays
+        beyond `_REPLAYS` also return False.
         """
         if attachment.instance != self._instance:
             self._instance, self._last = attachment.instance, 0

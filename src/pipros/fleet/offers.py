@@ -20,7 +20,7 @@ from pipros.node import Node
 
 
 class Offers:
-    """Sends the shared topics that other members want, publishes accepted topics, and updates the directory.
+    """Sends the topics that other members request, publishes accepted topics, and updates the directory.
 
     All methods are called by one thread, except the callbacks of the link.
 

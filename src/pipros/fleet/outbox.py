@@ -30,7 +30,7 @@ class _QueuedTopic(Generic[Item]):
 class FleetOutbox(Generic[Item]):
     """Queue that selects the next message to send, and drops messages beyond its limits.
 
-    A topic with a rate keeps only its newest message until the next one is due, so the last message of a
+    A topic with a rate limit queues only its newest message until the topic is due, so the last message of a
     burst is always sent. Topics that are due take turns, those with the highest priority first. Messages with
     high priority consume bandwidth but do not wait for it.
 

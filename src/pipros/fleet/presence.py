@@ -1,4 +1,4 @@
-"""Detect members that join or leave, from their tokens and the state of the link. No clock, no sockets."""
+"""Detect members that join or leave, from tokens and the link's state. Uses no clock and no sockets."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ _ENDING_S: Final = 0.3
 _MAX_PUBLISHERS: Final = 100
 """Maximum number of publishers per topic that are recorded separately."""
 _MAX_REQUESTS: Final = 32
-"""Maximum number of requests for files that are being answered or queued."""
+"""Maximum number of file requests that are queued or being answered."""
 _LATCHED_BYTES: Final = FILE_BYTES // 4
 """Maximum size of a member's latched messages, so that the files have room for other messages."""
 _HEADER_BYTES: Final = 256
@@ -58,7 +58,7 @@ class _RecordedTopic:
     """A recorded topic of one agent instance."""
 
     def __init__(self, member: str, entry: DirectoryEntry, instance: str, latched: dict[int, int]) -> None:
-        """Create a topic. `latched`: size of each publisher's latched message, including past instances."""
+        """Create a topic. `latched`: size of each publisher's latched message, from all instances."""
         self.member = member
         self.entry = entry
         self.instance = instance

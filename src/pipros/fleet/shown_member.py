@@ -113,7 +113,10 @@ class ShownMember:
             self._received.pop(name).undeclare()
 
     def wanted(self) -> frozenset[str]:
-        """Return the topics that local nodes subscribe to, plus the feedback and results of their actions."""
+        """Return the topics to which local nodes subscribe.
+
+        For the status topic of an action, the feedback and result topics are added.
+        """
         return frozenset(self._received)
 
     def close(self) -> None:

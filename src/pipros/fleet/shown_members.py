@@ -110,7 +110,10 @@ class ShownMembers:
             shown.replay()
 
     def send_again(self) -> None:
-        """After a lost link, request all latched messages again, and send every subscription again."""
+        """Request all latched messages again after a link failure.
+
+        The next call of `publish_requests` sends all requests again.
+        """
         for shown in self.members.values():
             shown.replay()
         self._requests_sent.clear()
@@ -139,7 +142,7 @@ class ShownMembers:
                 self._link.put(keys.wanted(self._me, member), requests_to_json(requests), waits=True)
 
     def answer_requests(self, question: ZenohQuestion) -> None:
-        """Answer which topics are requested from another member. Called from a Zenoh thread."""
+        """Reply with the topics that this member requests from another. Called from a Zenoh thread."""
         other = question.key.rpartition("/")[2]
         question.answer(
             requests_to_json(self._requests_sent.get(other, TopicRequests(self._sender.instance)))

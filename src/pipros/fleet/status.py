@@ -89,7 +89,7 @@ def history_file(link: SessionLink, member: str, name: str) -> bytes | None:
     """Return the content of a recorded file, or None if no router has it, for example because it was deleted.
 
     Raises:
-        LinkFailed: a router refuses the request, for example because it has too many.
+        LinkFailed: a router refuses the request, for example because it has too many requests.
     """
     answers = link.get(keys.history(member, name), timeout_s=HISTORY_S)
     return answers[-1].payload if answers else None

@@ -28,7 +28,7 @@ class Frames(TransformListener):
     def find(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose | None:
         """Return the pose of `source` in `target` at a time, or else the latest pose, or None.
 
-        Wait up to `timeout_s` of the node's time. Warn if the pose at this time is not available.
+        Wait up to `timeout_s` on the node's clock. Warn if the pose at this time is not available.
         """
         try:
             return self.at(target, source, stamp_ns, timeout_s)
@@ -45,7 +45,7 @@ class Frames(TransformListener):
     def awaited(self, target: str, source: str, stamp_ns: int, timeout_s: float) -> Pose | None:
         """Return the pose of `source` in `target` at a time. If it is not available, warn and return None.
 
-        Wait up to `timeout_s` of the node's time, but not if later transforms have already arrived.
+        Wait up to `timeout_s` on the node's clock, but not if later transforms have already arrived.
         """
 
         def reason() -> str | None:

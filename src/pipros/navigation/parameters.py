@@ -52,7 +52,9 @@ class PrivateParameters:
         return math.floor(value + 0.5)
 
     def read(self, kind: type[_Kind], **known: Any) -> _Kind:
-        """Create a dataclass. Fields that are not in `known` are read from parameters of the same names."""
+        """Create an instance of a dataclass. Fields that are not in `known` are read from parameters of the
+        same names.
+        """
         readers: Any = {bool: self.boolean, int: self.integer, float: self.number, str: self.text}
         for each in fields(kind):  # type: ignore[arg-type]
             if each.name not in known and type(each.default) in readers:

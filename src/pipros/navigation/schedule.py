@@ -49,7 +49,7 @@ class Schedule:
             self._service: Any = load_service_class("pipros_sim/Advance")
 
     def every(self, period_s: float, do: Callable[[], object]) -> Callable[[float], None]:
-        """Call `do` once per period of the node's time. Return a function that changes the period.
+        """Call `do` once per period on the node's clock. Return a function that changes the period.
 
         In lockstep, missed calls are skipped.
         """
@@ -70,7 +70,7 @@ class Schedule:
         return start
 
     def start(self) -> None:
-        """If in lockstep, offer the service for the simulator. All subscriptions must exist before."""
+        """Offer the simulator's service if in lockstep. Create all subscriptions before this call."""
         if self.in_lockstep:
             self._node.serve("~advance", self._service, self._advance)
 
@@ -92,7 +92,7 @@ class Schedule:
         )
 
     def _run(self, now_ns: int) -> int:
-        """Run the work that is due. Return when work is due next, but at most a second from now."""
+        """Run the work that is due. Return the time of the next work, but at most a second from now."""
         for work in self._work:
             work.due_ns = work.due_ns or now_ns + work.period_ns
             if now_ns >= work.due_ns:

@@ -21,7 +21,7 @@ from pipros.basics.input_file import read_file
 from pipros.packages import cache_folder
 
 SOURCES = "sources"
-"""Key under which the imported modules are stored beside the declarations."""
+"""Key of the imported modules in a cached entry, beside the keys of the declarations."""
 
 _CODE = ("cache.py", "cfg_file.py", "generator.py")
 

@@ -174,7 +174,10 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
 
 
 def _end_daemons(variable: str) -> None:
-    """Kill processes that left the process group. On Linux, an environment variable identifies them."""
+    """On Linux, kill the processes that left the process group, identified by an environment variable.
+
+    Do nothing on other systems.
+    """
     if sys.platform != "linux":
         return
     wanted = os.fsencode(variable)
@@ -185,7 +188,7 @@ def _end_daemons(variable: str) -> None:
 
 
 def checked_declarations(content: bytes) -> dict[str, Any]:
-    """Parse and check declarations. Any program may have written them.
+    """Parse and check declarations, which any program may have written.
 
     Raises:
         ValueError: the declarations are malformed.

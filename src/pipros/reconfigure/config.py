@@ -94,8 +94,8 @@ def values(message: Any) -> Config:
 def decode_config(msg: Any, description: Any = None) -> Config:
     """Decode the configuration in a message.
 
-    If the decoded `description` is given, the result contains the tree of groups under the key `groups`,
-    and each group contains the values of its parameters.
+    If the message contains groups and the decoded `description` is given, the result contains the tree of
+    groups under the key `groups`, and each group contains the values of its parameters.
     """
     config = values(msg)
     if msg.groups and description is not None:
@@ -205,7 +205,7 @@ def converted(described: Any, value: Any) -> Any:
 def change_fields(
     description: Any, changes: Mapping[str, Any], states: Mapping[str, bool] | None = None
 ) -> dict[str, list[dict[str, Any]]]:
-    """Return the fields of the `dynamic_reconfigure/Config` that requests changes.
+    """Return the fields of a `dynamic_reconfigure/Config` message that requests the given changes.
 
     Args:
         description: the result of `decode_description`.

@@ -79,8 +79,8 @@ class _Ros1Goal:
 class ActionToRos1:
     """Offers a ROS 1 action in ROS 2, so that ROS 2 nodes can send goals to it. Thread-safe.
 
-    If several ROS 2 types correspond to the action, it is offered with each of them. All share one service
-    for cancellations and one topic for statuses, because the types of these are the same for all actions.
+    If several ROS 2 types correspond to the action, it is offered with each of them. The types share one
+    cancellation service and one status topic, whose types are the same for all actions.
 
     Attributes:
         counts: the goals received from ROS 2, and the failures (goals that did not reach the server, and

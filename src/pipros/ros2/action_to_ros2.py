@@ -52,7 +52,7 @@ _LOG = logging.getLogger("pipros.ros2")
 
 @dataclass(slots=True)
 class _Ros2Goal:
-    """A ROS 1 goal.
+    """A goal from a ROS 1 node.
 
     Attributes:
         key: its ID in ROS 2.
@@ -274,7 +274,7 @@ class ActionToRos2:
         return None
 
     def _end(self, goal: _Ros2Goal, status: Status, result: Any, text: str) -> None:
-        """End a goal and publish its result, unless it has ended."""
+        """End a goal and publish its result, unless the goal has already ended."""
         message = self.pair.result(
             status=self._status_of(goal.id, goal.stamp, status, text),
             result=result or self.pair.empty_result(),

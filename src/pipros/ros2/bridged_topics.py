@@ -165,7 +165,7 @@ class TopicToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # nodes that were never listed may be new
+        self._forget(self._publishing - now)  # a node that was not listed before may be new
         self._publishing = now
         is_wanted = self._is_latched or any(each.subscriber_count for each in list(self._publishers.values()))
         if is_wanted and self._subscriber is None:
@@ -198,7 +198,11 @@ class TopicToRos2:
             self.counts.passed += 1
 
     def _publisher_for(self, caller: str) -> Ros2Publisher:
-        """Return the ROS 2 publisher for a node. Each node has its own if messages are latched."""
+        """Return the ROS 2 publisher for a node.
+
+        If messages are latched, each node has its own publisher, up to `_KEPT`. Merged static transforms have
+        a single publisher.
+        """
         with self._lock:
             first = self._publishers[""]
             if not self._is_latched or self._merge is not None or self._first in ("", caller):

@@ -50,7 +50,10 @@ Open = TopicToRos1 | TopicToRos2 | ServiceToRos1 | ServiceToRos2 | ActionToRos1 
 Key = tuple[RuleKind, Direction, str]
 """Identifies a topic, service or action. The name is the one on the publishing or offering side."""
 _Wanted = tuple[object, Callable[[], Open]]
-"""A version, and a function that opens the topic, service or action. A new version is opened again."""
+"""A version, and a function that opens the topic, service or action.
+
+If the version changes, the topic, service or action is closed and opened again.
+"""
 
 
 def new_identity(node: Node) -> str:

@@ -27,8 +27,8 @@ class Row:
         active: whether the gateway subscribes to the topic; always true for services and actions.
         count: number of messages, calls or goals.
         rate: messages, calls or goals per second.
-        dropped: number of messages, calls or goals that failed.
-        reason: why a message, call or goal last failed, or empty.
+        dropped: number of messages, calls or goals that failed or were dropped.
+        reason: why a message, call or goal last failed or was dropped, or empty.
     """
 
     kind: str

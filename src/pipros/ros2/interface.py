@@ -99,7 +99,7 @@ class Sample:
 
 
 GATEWAY_NODE = "ros1_gateway_"
-"""Prefix of a gateway's node name, followed by the gateway's identity."""
+"""Prefix of the node names of gateways; the gateway's identity follows."""
 
 
 def gateway_of_node(node: str) -> str:

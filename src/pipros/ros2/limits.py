@@ -6,7 +6,7 @@ _MIB = 1024 * 1024
 
 
 class Ros2Limits(NamedTuple):
-    """The limits of gateways to ROS 2: `limits.of(Ros2Limits)` for a `Limits`.
+    """The limits of gateways to ROS 2. `limits.of(Ros2Limits)` returns those in a `Limits` object.
 
     Attributes:
         ros2_topics: topics, services and actions that a gateway bridges.

@@ -19,7 +19,8 @@ _LOG = logging.getLogger("pipros.ros2")
 class NodeQueries:
     """Runs queries, and keeps the last result for each key. Thread-safe.
 
-    A node that does not respond delays only its own key.
+    A node that does not respond delays only queries with the same key, as long as fewer than `_AT_ONCE`
+    queries are waiting for a response.
     """
 
     def __init__(self, name: str, *, retry_s: float = RETRY_S) -> None:

@@ -44,7 +44,7 @@ from pipros.node.service_link import ServiceFailed
 NO_SCAN_S: Final = 15.0
 MAP_REQUEST_S: Final = 0.5
 TRANSFORM_S: Final = 2.0
-"""Longest wait for the transform of a scan, in the node's time."""
+"""Longest wait for the transform of a scan, on the node's clock."""
 INITIAL_POSE_S: Final = 0.5
 """Longest wait for the motion since the timestamp of an initial pose."""
 

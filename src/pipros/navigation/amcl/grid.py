@@ -35,7 +35,7 @@ class GridMap:
         return rows, columns
 
     def cells(self, x: Array, y: Array) -> tuple[Cells, Cells]:
-        """Return the rows and columns of points. They may lie outside the map."""
+        """Return the rows and columns of points. Points may lie outside the map."""
         scale, (left, bottom) = 1.0 / self.resolution, self.origin
         columns = np.floor((x - left) * scale + 0.5).astype(np.int64)
         return np.floor((y - bottom) * scale + 0.5).astype(np.int64), columns
@@ -44,8 +44,8 @@ class GridMap:
         """Return the values at points, from a table with a border of one cell for points outside the map."""
         rows, columns = padded.shape
         scale, (left, bottom) = 1.0 / self.resolution, self.origin
-        # Adding 1.5 to the rounded-down position skips the border. Clipping before the conversion keeps the
-        # numbers positive, so the conversion rounds down.
+        # Adding 1.5 instead of 0.5 before rounding down skips the border. Clipping before the conversion
+        # keeps the numbers positive, so the conversion rounds down.
         column = np.clip((x - left) * scale + 1.5, 0, columns - 1).astype(np.int64)
         row = np.clip((y - bottom) * scale + 1.5, 0, rows - 1).astype(np.int64)
         row *= columns

@@ -68,9 +68,10 @@ class Localizer:
         self._is_forced = True
 
     def scan(self, laser: str, odometry: Triple, beams: Beams) -> ScanOutcome:
-        """Update the particles with a scan if it is the first, or if the robot has moved far enough.
+        """Update the particles with a scan, if an update is due.
 
-        After each of these motions, one scan of every laser is used.
+        An update is due at the first scan, after a motion by `update_min_d` or `update_min_a`, and after
+        `force_update`. For each update, one scan of every laser is used.
 
         Args:
             laser: name of the laser.

@@ -17,7 +17,7 @@ import numpy as np
 from pipros.navigation.plane import Poses, Triple
 
 SHORTEST_M: Final = 0.01
-"""The direction of a shorter motion is not known: it counts as no turn before the motion."""
+"""The direction of a shorter motion is unknown, so the model assumes no turn before it."""
 
 
 def moved(

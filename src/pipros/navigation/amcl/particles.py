@@ -60,7 +60,10 @@ class ParticleFilter:
         self.spread(mean + drawn @ axes.T)
 
     def weigh(self, factors: Array) -> None:
-        """Multiply the weights by the likelihoods of a measurement."""
+        """Multiply the weights by the likelihoods of a measurement, and normalize them.
+
+        If all products are 0, the weights become equal.
+        """
         weights = self.weights * factors
         total = float(weights.sum())
         if not total > 0.0:

@@ -60,7 +60,7 @@ class Publications:
         self.publish_transform(stamp_ns)
 
     def publish_transform(self, stamp_ns: int) -> None:
-        """Publish the last correction as a transform, with the time plus `transform_tolerance`."""
+        """Publish the last correction as a transform, dated `transform_tolerance` after `stamp_ns`."""
         settings = self.settings
         if self.correction is not None and settings.tf_broadcast:
             valid_ns = stamp_ns + round(settings.transform_tolerance * NS_PER_S)

@@ -104,7 +104,10 @@ def read_settings(parameters: PrivateParameters) -> AmclSettings:
 
 
 def checked(settings: AmclSettings) -> AmclSettings:
-    """Return valid settings: replace unknown models, and remove leading slashes from frame IDs.
+    """Return valid settings.
+
+    Unknown models and some numbers that are too small are replaced, and leading slashes are removed from
+    frame IDs.
 
     Raises:
         InvalidParameter: the limits of the number of particles are invalid, or a number is not finite.

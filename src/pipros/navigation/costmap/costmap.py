@@ -162,7 +162,7 @@ class Costmap(CostmapCore):
         self._output.publish_if_due(self.node.clock.now_ns())
 
     def update(self) -> bool:
-        """Compute the costs at the robot's pose. Return False if the pose is unknown."""
+        """Compute the costs at the robot's pose. Return False if the pose is unknown or too old."""
         robot = self.robot_pose()
         if robot is None:
             return False

@@ -55,7 +55,7 @@ def padded(corners: Points, padding: float) -> Points:
 
 
 def inscribed_radius(corners: Points) -> float:
-    """Return the inscribed radius around the robot's centre, or infinity with fewer than three corners."""
+    """Return the distance from the robot's centre to the nearest edge, or infinity without three corners."""
     if len(corners) <= 2:
         return math.inf
     starts = np.array(corners, float)

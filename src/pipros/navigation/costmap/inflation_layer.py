@@ -9,7 +9,7 @@ from pipros.navigation.costmap.grid import FREE, INSCRIBED, LETHAL, UNKNOWN, Cos
 from pipros.navigation.costmap.layered import Bounds, CellRectangle, Layer, LayeredCostmap, Pose2D
 
 _ROUNDING = 1e-4
-"""Tolerance for distances of 32 bits, in cells."""
+"""Tolerance for distances computed as 32-bit floats, in cells."""
 
 
 class InflationLayer(Layer):

@@ -92,7 +92,7 @@ class ObservationSource:
         return list(self._kept)
 
     def is_current(self, now_ns: int) -> bool:
-        """Return whether the newest observation arrived in time."""
+        """Return whether an observation arrived within `expected_update_rate` seconds; 0 disables the check."""
         limit_ns = round(self.settings.expected_update_rate * 1e9)
         return not limit_ns or self._updated_ns is None or now_ns - self._updated_ns <= limit_ns
 

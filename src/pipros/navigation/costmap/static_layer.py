@@ -28,7 +28,7 @@ class StaticSettings:
 
 
 class StaticLayer(CellLayer):
-    """Costs of an occupancy grid. The first map sets the costmap's size unless it is rolling."""
+    """Costs of an occupancy grid. Unless the costmap is rolling, each map sets its size and position."""
 
     def __init__(
         self,

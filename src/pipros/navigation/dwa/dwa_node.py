@@ -23,7 +23,7 @@ from pipros.node import Node
 from pipros.node.clock import stamp
 
 _NEAR_M: Final = 1.0
-"""With `prune_plan`, poses at the beginning of the plan that are farther from the robot are dropped."""
+"""With `prune_plan`, poses before the first pose closer to the robot than this are dropped."""
 _CLOUD: Final = "sensor_msgs/PointCloud2"
 _RENAMED: Final = {
     "max_trans_vel": "max_vel_trans", "min_trans_vel": "min_vel_trans", "max_rot_vel": "max_vel_theta",
@@ -82,7 +82,7 @@ class DwaLocalPlanner:
     # -- called by move_base -----------------------------------------------------
 
     def set_plan(self, frame: str, poses: Poses) -> bool:
-        """Follow another plan of shape (n, 3). Return False if it cannot be followed."""
+        """Follow another plan, shape (n, 3). Always return True."""
         self._plan_frame, self._plan = frame, poses
         self._planner.start_plan()
         self._rotation.start_plan()
@@ -140,7 +140,10 @@ class DwaLocalPlanner:
         return x, y, yaw
 
     def _local(self, pose: Triple) -> Poses | None:
-        """Return the part of the plan within the costmap, up to the first pose outside."""
+        """Return the first part of the plan within half the costmap's longer side, and the next pose.
+
+        Return None if the transform to the costmap's frame is unknown.
+        """
         frame = self._frame()
         if frame is None:
             return None

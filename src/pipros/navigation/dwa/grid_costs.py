@@ -52,8 +52,8 @@ def waves(grid: CostGrid, targets: Sequence[Cells]) -> NDArray[np.int64]:
     """Return the distance from each cell to each set of targets, in cells; shape (sets, rows, columns).
 
     A wave over 4-neighbours counts cells from the targets outwards. Obstacles (inscribed, lethal and unknown
-    cells) stop it. Their value is rows * columns, and the value of unreached cells is one more. All waves
-    advance together, in one array with a border around each map.
+    cells) stop it. Obstacles that it reaches get the value rows * columns, and unreached cells one more. All
+    waves advance together, in one array with a border around each map.
     """
     rows, columns = grid.costs.shape
     is_blocked = np.ones((len(targets), rows + 2, columns + 2), bool)

@@ -15,7 +15,7 @@ from pipros.navigation.dwa.trajectories import Array, Trajectories, simulated, w
 from pipros.navigation.plane import Triple
 
 FORBIDDEN, HITS, OFF_MAP, BLOCKED, UNREACHED = -5.0, -6.0, -4.0, -3.0, -2.0
-"""Scores of trajectories that oscillate, collide, leave the grid, enter an obstacle, or leave the plan."""
+"""Scores of trajectories that oscillate, collide, leave the grid, or enter blocked or unreached cells."""
 
 
 class Oscillation:
@@ -149,7 +149,8 @@ class DwaPlanner:
     def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
         """Return the distance at the end of each trajectory, or at a point `ahead` metres ahead of the end.
 
-        Trajectories that leave the grid are discarded. If `ahead` is 0, so are those through obstacles.
+        Trajectories that leave the grid are discarded. If `ahead` is 0, so are those through obstacles or
+        unreached cells.
         """
         x, y = tried.x, tried.y
         if ahead:

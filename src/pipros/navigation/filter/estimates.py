@@ -36,7 +36,9 @@ class Estimates:
         self._published_s = None
 
     def publish(self, time_s: float, kalman: ExtendedKalmanFilter, angular: Array, interval_s: float) -> bool:
-        """Publish the estimate, unless one with the same time was published. Return whether it was published.
+        """Publish the estimate. Return False if it is not finite, or not newer than the last published one.
+
+        With `permit_corrected_publication`, it need not be newer.
 
         `angular` is the angular acceleration, computed as a difference over `interval_s`.
         """

@@ -179,7 +179,10 @@ class FilterNode:
             self._add(self._readings.acceleration(sensor, frame, stamp_ns, force, square, attitude))
 
     def _posed(self, position: Any, orientation: Any) -> Pose:
-        """Return a pose with a normalized quaternion. Warn if the norm differs from 1."""
+        """Return a pose with the orientation normalized. Warn if its norm differs from 1 by more than 0.01.
+
+        A zero quaternion becomes the identity, without a warning.
+        """
         x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
         norm = float(np.sqrt(x * x + y * y + z * z + w * w))
         place = (0.0, 0.0, 0.0) if position is None else vector_of(position)

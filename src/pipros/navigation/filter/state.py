@@ -28,7 +28,7 @@ TWIST: Final = slice(6, 12)
 ACCELERATION: Final = slice(12, 15)
 
 OUT_OF_PLANE: Final = np.array([2, 3, 4, 8, 9, 10, 14])
-"""The variables that are 0 for a robot in the plane: z, roll, pitch, and what changes them."""
+"""The variables that are 0 for a robot in the plane: z, roll, pitch, their velocities, and z acceleration."""
 
 _LEAST_VARIANCE: Final = 1e-9
 

@@ -15,9 +15,9 @@ from pipros.navigation.filter.kalman import ExtendedKalmanFilter
 from pipros.navigation.filter.state import Array, Measurement, VelocityCommand
 
 GAP_S: Final = 100_000.0
-"""A longer time between two measurements is taken for a change of clocks: the prediction is for 0.01 s."""
+"""A longer time between two measurements is treated as a clock change, and replaced by 0.01 s."""
 QUEUED: Final = 100_000
-"""Maximum number of measurements that wait for their time; the latest are dropped."""
+"""Maximum number of measurements that wait for their time; further ones are dropped."""
 KEPT: Final = 100_000
 """Maximum number of measurements and states in the history; the oldest are dropped."""
 

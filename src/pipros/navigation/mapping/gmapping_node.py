@@ -30,9 +30,9 @@ from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed
 
 TRANSFORM_S: Final = 2.0
-"""Longest wait for the transform of a scan, in the node's time."""
+"""Longest wait for the transform of a scan, on the node's clock."""
 USUAL_SPEED: Final = 0.4
-"""Speed of a robot in m/s, with which the node judges whether it will work in real time."""
+"""Assumed speed of the robot in m/s, used to judge whether the node is fast enough for real time."""
 _FLAT: Final = 0.001
 
 

@@ -2,8 +2,9 @@
 
 The score of a pose is the sum of exp(-d² / sigma) over the beams (the likelihood of the paper's section
 III-B, with end points). d is the distance in metres from the end of a beam to the nearest mean of ends in a
-cell of the map. Only cells within `kernelSize` of the end are considered. They must have been hit, and the
-adjacent cell in the direction of the laser must not, so that beams are not matched to the back of a wall.
+cell of the map. Only cells within `kernelSize` of the end are considered. These cells must have been hit, and
+the adjacent cell in the direction of the laser must not have been hit, so that beams are not matched to the
+back of a wall.
 
 This score hardly depends on distances smaller than a cell. It is highest if beams end beside earlier ends,
 so it favours rotations by multiples of the angle between beams. Therefore, the best poses are then refined by
@@ -35,7 +36,7 @@ _ALIGNMENTS: Final = 12
 _DAMPING: Final = 1.0
 """Damping of the least squares, which keeps the pose in directions that walls do not constrain."""
 _NEIGHBOURS_M: Final = 0.5
-"""Maximum distance between neighbouring ends on the same wall. `_OFF_LINE_M` is that from a straight line."""
+"""Maximum distance between neighbouring ends on a wall; `_OFF_LINE_M` is that from a straight line."""
 _OFF_LINE_M: Final = 0.03
 _MOVES: Final = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 

@@ -9,7 +9,7 @@ from typing import Final
 from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 
 LONGEST_M: Final = 1000.0
-"""Longer ranges than this are ignored, whatever the laser says."""
+"""Longer ranges are ignored, whatever maximum range the laser reports."""
 
 
 @dataclass(frozen=True, slots=True)

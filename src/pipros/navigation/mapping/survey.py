@@ -86,7 +86,7 @@ class Survey:
         passed_columns, passed_rows = line_cells(column, row, columns, rows)
         self._count(self._visits, passed_rows, passed_columns, sign)
         is_end = reach < settings.maxUrange
-        self._count(self._visits, rows[~is_end], columns[~is_end], -sign)  # a long beam is cut off here
+        self._count(self._visits, rows[~is_end], columns[~is_end], -sign)  # a cut-off beam does not end here
         self._count(self._hits, rows[is_end], columns[is_end], sign)
 
     @staticmethod

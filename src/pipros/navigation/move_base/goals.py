@@ -23,7 +23,7 @@ from pipros.node import Node
 from pipros.node.clock import stamp
 
 REPLACED: Final = "This goal was canceled because another goal was recieved by the simple action server"
-"""The text of actionlib in C++; that in Python spells the word right."""
+"""The text of actionlib in C++, including its misspelling, which actionlib in Python does not have."""
 _ACCEPTED: Final = "This goal has been accepted by the simple action server"
 _KEPT_NS: Final = 5_000_000_000
 _STATUS_S: Final = 0.2

@@ -112,7 +112,7 @@ class GoalMachine:
         self._base.drive(STILL)
 
     def planned(self, plan: Poses | None, now_s: float) -> None:
-        """Record the planner's result (None if it found no plan). Ignored if `wants_plan` is false."""
+        """Record the planner's result (None if it found no plan). Do nothing if `wants_plan` is false."""
         if not self.wants_plan:
             return
         if plan is not None:
@@ -131,7 +131,7 @@ class GoalMachine:
         self._base.drive(STILL)
 
     def cycle(self, now_s: float) -> End | None:
-        """Perform the next step. Return the end of the goal once the goal has ended."""
+        """Perform the next step. Return an `End` if this step ended the goal, otherwise None."""
         if self.is_recovering:
             self._continue_recovery(now_s)
             return None

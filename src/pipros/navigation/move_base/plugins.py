@@ -17,7 +17,7 @@ BEHAVIOURS: Final[dict[str, Callable[[Tools, str], Behaviour]]] = {
 }
 _CLEAR, _ROTATE = BEHAVIOURS
 _FACTOR: Final = 4.0
-"""Side of the square in which the last behaviour keeps obstacles, in circumscribed radii."""
+"""Side of the square in which `aggressive_reset` keeps obstacles, in circumscribed radii."""
 
 
 def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, is_strict: bool) -> None:

@@ -133,7 +133,7 @@ class NavfnPlanner:
         return plan
 
     def stamped_plan(self, start: Any, goal: Any) -> list[Any]:
-        """Plan between two `geometry_msgs/PoseStamped`. Return a list of them, empty if there is no path."""
+        """Return the path between two `geometry_msgs/PoseStamped` as a list of such poses, possibly empty."""
         poses = self.make_plan(*(Pose2D(*plane.flat_message(each.pose)) for each in (start, goal)))
         if poses is None:
             return []

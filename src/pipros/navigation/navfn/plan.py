@@ -77,7 +77,7 @@ class Descent:
         )
 
     def _gradient(self, column: int, row: int) -> Point:
-        """Return the unit vector of steepest descent. In cells without a potential, it points out of them."""
+        """Return the unit vector of steepest descent. In a cell without a potential, it points outwards."""
         found = self._gradients.get((column, row))
         if found is None:
             found = self._gradients[column, row] = self._compute_gradient(column, row)

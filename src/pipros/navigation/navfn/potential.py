@@ -36,7 +36,7 @@ _BLOCKED: Final = 254.0
 _FIRST_THRESHOLD: Final = 254.0
 _NEVER: Final = 1e20
 _LEAST_GAIN: Final = math.sqrt(0.5)
-"""A neighbour is recomputed if its potential exceeds that of a cell by more than this share of its cost."""
+"""A neighbour is recomputed if its potential exceeds a cell's by this share of the neighbour's cost."""
 
 
 def crossing_costs(costs: Costs, *, allow_unknown: bool) -> Potential:

@@ -84,7 +84,7 @@ class Alignment:
         self.attitude = (0.0, 0.0, 0.0, *from_roll_pitch_yaw(*turned))
 
     def align(self, antenna: Pose | None) -> bool:
-        """Compute the transform, if the start, the odometry and the orientation are known.
+        """Compute the transform. Return False if the start, the odometry or the orientation is unknown.
 
         Args:
             antenna: pose of the antenna on the robot; None if `start` is the robot's position.

@@ -233,7 +233,7 @@ class NavsatNode:
                 self._filtered.publish(filtered_fix(self._base_frame, stamp_ns, place, covariance))
 
     def _use_transform(self) -> None:
-        """Unsubscribe from the orientation, and send the transform if requested."""
+        """Unsubscribe from the IMU, and send the transform if `broadcast_cartesian_transform` is set."""
         if self._imu is not None and not self._has_datum:
             self._imu.unregister()
             self._imu = None

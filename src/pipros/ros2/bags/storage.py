@@ -44,7 +44,7 @@ class StorageReader(Protocol):
 
     @property
     def range_ns(self) -> tuple[int, int] | None:
-        """The times of the first and the last message in ns; None if the bag is empty."""
+        """The times of the first and the last message in ns; None if the file has no messages."""
 
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
         """Yield the topic ID, time in ns and CDR data of the messages in a time range, in time order.

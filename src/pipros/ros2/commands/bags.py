@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_reading_options(parser: OptionParser) -> None:
-    """Add the option `--msgs`, which names folders with ROS 2 definitions."""
+    """Add the option `--msgs` for folders with ROS 2 definitions."""
     parser.add_option(
         "--msgs",
         dest="msgs",

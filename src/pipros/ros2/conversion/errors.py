@@ -9,7 +9,7 @@ _TEXT_LIMIT = 2_000
 
 
 class ConversionError(PiprosError):
-    """A message cannot be converted: its bytes do not fit its type.
+    """A message cannot be converted, for example because its bytes do not fit its type.
 
     The text is made printable, because it may quote a peer or a file.
     """

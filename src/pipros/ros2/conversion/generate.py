@@ -10,8 +10,8 @@ Theory of operation:
   `data`.
 - Only arrays of other elements become loops.
 - A slice that exceeds the data is detected by the next `unpack_from`, or by the check at the end.
-- If corresponding fields are in a different order in the two definitions, a first pass over the message finds
-  their offsets.
+- If corresponding fields are in a different order in the two definitions, an additional first pass over the
+  message finds their offsets.
 
 The generated source contains no text from definitions; it refers to tables by numbered names.
 """
@@ -323,7 +323,10 @@ class _Converter(RunEmitter):
         return self._smallest[name]
 
     def _flat_element(self, source: Value, target: Value) -> tuple[int, int] | None:
-        """Return an element's size and alignment if its bytes are the same on both sides, without padding."""
+        """Return an element's size and alignment, or None unless its bytes are the same on both sides.
+
+        The bytes must not include padding.
+        """
         if source.kind in (ValueKind.INTEGER, ValueKind.FLOAT):
             return source.size, source.size
         if not self._may_be_flat(_one(source)):

@@ -4,7 +4,8 @@ The rules are those of ros1_bridge, and its YAML files can be used unchanged
 (https://github.com/ros2/ros1_bridge/blob/master/doc/index.rst):
 
 - a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, and other packages to those of the same name;
-- types correspond to types of the same name, and fields to fields of the same name, ignoring case;
+- types correspond to types of the same name, and fields to fields of the same name; the case of field names
+  is ignored;
 - rules declare further corresponding packages, types or fields. A rule that lists fields must list
   all of them.
 
@@ -85,7 +86,7 @@ class MappingRules:
         return next((each for each in self.actions if _fits(each, ros1, ros2)), None)
 
     def actions_in_ros2(self, ros1: str, *, is_builtin: bool) -> list[str]:
-        """Return the ROS 2 actions for a ROS 1 action, according to the built-in or to the user's rules."""
+        """Return the ROS 2 actions for a ROS 1 action, according to the built-in or the user's rules."""
         # by identity, because a user's rule may equal a built-in one
         builtin = {id(each) for each in BUILTIN_RULES.actions}
         rules = [each for each in self.actions if (id(each) in builtin) is is_builtin]

@@ -16,7 +16,7 @@ from pipros.ros2.interfaces.catalog import Catalog
 from pipros.ros2.interfaces.spec import NO_FIELDS, Ros2Field, Ros2Message, Ros2Type
 
 _STATUS = "_status"
-"""A field name that definitions cannot have."""
+"""Name of the status field in result pairs. Field names in definitions cannot begin with `_`."""
 
 Path = tuple[str, ...]
 """The name of a field, or the names that lead to a field of an embedded message."""

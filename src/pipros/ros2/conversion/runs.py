@@ -166,7 +166,7 @@ TESTS = {
     Check.LEVEL_TO_ROS2: (0, "> 0"),
     Check.LEVEL_TO_ROS1: (0, "> 0"),
 }
-"""For each check, the offset of a byte in the item, and the condition on it for correcting the item."""
+"""For each check: the offset of a byte in the item, and the condition under which the item is corrected."""
 
 
 def check_count(count: int, smallest: int, left: int, max_empty: int) -> None:

@@ -126,7 +126,10 @@ def write_key(name: Parameter, guid: bytes) -> bytes:
 
 
 class _ParameterValues:
-    """Decodes the first value of each parameter. Missing and malformed values yield None or a default."""
+    """Decodes parameter values. Missing and malformed values yield None or a default.
+
+    Only the first value of a repeated parameter is used, except for addresses.
+    """
 
     def __init__(self, parameters: Parameters, is_little: bool) -> None:
         self._parameters = parameters
@@ -235,7 +238,7 @@ def read_endpoint(payload: bytes | memoryview) -> EndpointData | None:
 
 
 def read_key(payload: bytes | memoryview, name: Parameter) -> bytes | None:
-    """Return the GUID from a payload that announces an end, or None if the payload contains no GUID."""
+    """Return the GUID in an announcement by `write_key`, or None if the payload contains no GUID."""
     values = _values(payload)
     return None if values is None else values.guid(name)
 

@@ -12,7 +12,7 @@ from pipros.basics.graph_variables import InvalidEnvironment
 
 MULTICAST_GROUP: Final = "239.255.0.1"
 MAX_DOMAIN: Final = 101
-"""The highest domain: ports of higher ones are in the range that Linux assigns to other programs."""
+"""The highest supported domain. The ports of higher domains are in Linux's ephemeral port range."""
 PROBED_PARTICIPANTS: Final = 33
 """Number of participants to look for on a host without multicast, as in ROS 2."""
 

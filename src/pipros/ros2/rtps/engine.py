@@ -199,7 +199,7 @@ class RtpsEngine:
     def close(self) -> None:
         self._participant.close()
 
-    # Used by the endpoints of this module.
+    # Called by the endpoints in this module.
 
     def forget(self, owner: _Own) -> None:
         """Remove a closed endpoint from the node."""
@@ -255,7 +255,7 @@ class RtpsEngine:
                 )
 
     def _warn_of_mismatches(self) -> None:
-        """Log each remote endpoint that matches no local one, once.
+        """Log, once, each remote endpoint that matches no local endpoint of its topic.
 
         The warnings are delayed, because an action may be offered with several types, one after another.
         """

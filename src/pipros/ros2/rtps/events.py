@@ -46,7 +46,10 @@ class Matched(NamedTuple):
 
 
 class Mismatched(NamedTuple):
-    """A remote endpoint has the same topic, but another type (`policy` is None) or an incompatible policy."""
+    """A remote endpoint has the topic of a local endpoint, but does not match it.
+
+    `policy` is the incompatible policy, or None if the types differ.
+    """
 
     entity: bytes
     remote: EndpointData

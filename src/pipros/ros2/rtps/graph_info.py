@@ -183,14 +183,17 @@ class GraphInfo:
         return next(iter(self._sizes)) if len(self._sizes) == 1 else None
 
     def on_message(self, payload: bytes, sender_prefix: bytes) -> None:
-        """Handle another participant's message. Ignore it unless exactly one size of GIDs fits it."""
+        """Handle a message from another participant.
+
+        Ignore the message unless exactly one GID size fits it, and it describes the sender's nodes.
+        """
         fitting = {size: info for size in GidBytes if (info := read_info(payload, size))}
         if len(fitting) != 1:
             return
         ((size, info),) = fitting.items()
         if info.guid[:12] != sender_prefix:
             return
-        self.forget(sender_prefix)  # replaces an entry under another GUID: a participant has only one
+        self.forget(sender_prefix)  # a participant has only one entry, so remove one with another GUID
         self.others[info.guid] = info
         if size not in self._sizes:
             self._sizes.add(size)

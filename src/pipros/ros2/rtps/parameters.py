@@ -9,7 +9,7 @@ from struct import Struct, error
 from typing import Final, NamedTuple, TypeAlias
 
 Parameters: TypeAlias = "dict[int, list[bytes]]"
-"""Values by parameter, in their order, still encoded."""
+"""The encoded values of each parameter, in order, by parameter ID."""
 
 _REQUIRED: Final = 0x4000
 _HEADS = Struct(">HH"), Struct("<HH")
@@ -53,7 +53,7 @@ class Parameter(IntEnum):
 
 _MAX_VALUES: Final = 16
 _MAX_PARAMETERS: Final = 512
-"""Maximum number of parameters of a list, some 30 in ROS 2. The rest of the list is ignored."""
+"""Maximum number of parameters read from a list; further ones are ignored. ROS 2 sends about 30."""
 
 
 class Address(NamedTuple):

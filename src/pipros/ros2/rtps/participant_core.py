@@ -193,7 +193,7 @@ class ParticipantCore:
         related: SampleIdentity | None = None,
         recipients: frozenset[bytes] | None = None,
     ) -> int:
-        """Send a sample, to all matched readers or to some; return its sequence number.
+        """Send a sample to all matched readers, or only to `recipients`; return its sequence number.
 
         Raises:
             LimitExceeded: see `Writer.write`.

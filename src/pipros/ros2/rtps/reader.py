@@ -299,7 +299,7 @@ class Reader:
             if end <= writer.expected:
                 continue
             writer.has_progressed = True
-            # beyond the limit, the writer repeats the GAP when its samples are requested
+            # ranges beyond the limit are ignored; the writer repeats the GAP when their samples are requested
             if start <= writer.expected or len(writer.skipped) < MAX_GAPS:
                 writer.skipped.append((start, end))
                 skipped.append((start, end))

@@ -42,8 +42,8 @@ from pipros.ros2.rtps.topics import cost_bytes
 
 SERVICE_QOS: Final = Qos(depth=10)
 _WRITER_QOS: Final = Qos(depth=0)
-"""Keeps requests and replies until they are acknowledged. With a depth, replies for other clients would
-displace one for a client whose reader has not yet answered the first heartbeat.
+"""Keeps requests and replies until they are acknowledged. With a limited depth, replies for other clients
+would displace one for a client whose reader has not yet answered the first heartbeat.
 """
 _LOG = logging.getLogger("pipros.ros2")
 _REPLY_READER_S: Final = 0.1

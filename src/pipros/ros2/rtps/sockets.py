@@ -148,7 +148,8 @@ class SocketBacklog:
         self._bytes = 0
         self._bytes_of: dict[tuple[str, int], int] = {}
         self._read_at = -math.inf
-        self._times: deque[list[float]] = deque()  # times of reading, and how many datagrams of each are left
+        # for each call of `read`: its time, and the number of its datagrams that `next` has not returned
+        self._times: deque[list[float]] = deque()
         self._turns: Turns[tuple[str, int], tuple[bytes, list[float]]] = Turns()
 
     def __bool__(self) -> bool:
@@ -156,7 +157,7 @@ class SocketBacklog:
 
     @property
     def handled_until(self) -> float:
-        """Time before which all datagrams that were read have been returned by `next`."""
+        """A time; all datagrams that were read before it have been returned by `next`."""
         while self._times and not self._times[0][1]:
             self._times.popleft()
         return self._times[0][0] if self._times else self._read_at

@@ -27,7 +27,7 @@ NACK_FRAG, HEARTBEAT_FRAG, DATA, DATA_FRAG = 0x12, 0x13, 0x15, 0x16
 LITTLE, INLINE_QOS, HAS_DATA, HAS_KEY = 0x01, 0x02, 0x04, 0x08
 FINAL: Final = 0x02
 _MAX_SEQUENCE: Final = 1 << 62
-"""Larger numbers, which no writer reaches, would overflow when one is added to them."""
+"""No writer reaches larger numbers, and adding 1 to them could cause an overflow."""
 
 
 def _both(layout: str) -> tuple[Struct, Struct]:
@@ -85,7 +85,7 @@ class DataFrag(NamedTuple):
 class Heartbeat(NamedTuple):
     """The sequence numbers that a writer has; `last` is `first - 1` if it has none.
 
-    `number` counts the writer's heartbeats. In other classes, it counts that kind of submessage.
+    `number` counts the writer's heartbeats. In other classes, `number` counts the submessages of that kind.
     """
 
     reader: bytes
@@ -158,8 +158,8 @@ class Datagram(NamedTuple):
 def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
     """Return the submessages for a participant, or None if the datagram is not RTPS 2.
 
-    INFO_SRC, which only relays send, attributes the submessages after it to another participant. They are
-    left out.
+    INFO_SRC, which only relays send, attributes the submessages after it to another participant. These
+    submessages are left out.
     """
     if len(datagram) < HEADER_BYTES or datagram[:4] != MAGIC or datagram[4] != PROTOCOL_VERSION[0]:
         return None

@@ -31,7 +31,7 @@ SLOWEST_HEARTBEAT_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
 """Maximum heartbeat interval for readers that never answered, so that a flood of them causes little work."""
 ENOUGH_QUESTIONS: Final = 3
-"""A reader that has asked for a heartbeat this often has seen one, even if it sends no final ACKNACK."""
+"""A reader that has asked for a heartbeat this often has received one, even if it sends no final ACKNACK."""
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
 """Fits an Ethernet frame, as in Cyclone DDS: a larger datagram is lost if one of its IP fragments is."""
