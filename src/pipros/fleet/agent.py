@@ -204,7 +204,10 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Queue a directory or topic requests. `kind` keeps a reply from replacing a newer document."""
+        """Queue a directory or topic requests for the agent's thread.
+
+        Replies have another `kind`, so that a reply does not replace a newer document in the queue.
+        """
         del attachment
         match keys.parts(key):
             case (member, "directory", []):

@@ -1,4 +1,4 @@
-"""The directory of a member: a JSON document, limited in size, that lists what it shares and accepts."""
+"""The directory of a member: a JSON document, limited in size, that lists what the member offers."""
 
 from __future__ import annotations
 

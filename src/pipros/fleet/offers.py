@@ -67,7 +67,7 @@ class Offers:
         self._requests: dict[str, TopicRequests] = {}
 
     def take_requests(self, member: str, payload: bytes) -> None:
-        """Update the topics that a member wants. Malformed and outdated requests are ignored."""
+        """Update the topics that a member requests. Malformed and outdated requests are ignored."""
         token, before = self._present().get(member), self._requests.get(member)
         requests = requests_from_json(payload, self._node.limits.of(FleetLimits).fleet_directory_bytes)
         if requests is None or token is None or requests.instance != token.instance or member == self._member:

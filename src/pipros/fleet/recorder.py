@@ -70,7 +70,10 @@ class _RecordedTopic:
         self.connections: dict[tuple[int, bool], Connection] = {}
 
     def connection(self, source: int, *, is_latched: bool) -> Connection:
-        """Return the connection that represents a publisher in the files. Surplus publishers share one."""
+        """Return the connection that represents a publisher in the files.
+
+        Publishers beyond `_MAX_PUBLISHERS` share a connection.
+        """
         if len(self.connections) >= _MAX_PUBLISHERS and (source, is_latched) not in self.connections:
             source, is_latched = _MAX_PUBLISHERS, False
         if (source, is_latched) not in self.connections:

@@ -267,7 +267,7 @@ def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
 
 
 def _is_encodable(text: str) -> bool:
-    """Return whether a string can be encoded as UTF-8. Lone surrogates, which JSON permits, cannot."""
+    """Return False if a string contains lone surrogates, which JSON permits and UTF-8 does not."""
     try:
         text.encode()
     except UnicodeEncodeError:

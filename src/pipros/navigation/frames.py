@@ -20,7 +20,7 @@ class Frames(TransformListener):
     """Transform lookups for navigation. Warns about missing transforms, at most every two seconds."""
 
     def __init__(self, node: Node, log: logging.Logger) -> None:
-        """Subscribe. Blocks until the master answers."""
+        """Subscribe to transforms. Blocks until the master answers."""
         self._log = Throttle(log, 2.0)
         super().__init__(node)
         self.problems = partial(self._log.warning, "%s")

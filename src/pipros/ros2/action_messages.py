@@ -154,7 +154,7 @@ def cancel_reply(code: CancelCode, goals: Sequence[GoalInfo]) -> bytes:
 
 
 def status_array(goals: Sequence[tuple[GoalInfo, Ros2Status]]) -> bytes:
-    """Return a status message."""
+    """Return an `action_msgs/msg/GoalStatusArray`."""
     parts = [_HEADER, _COUNT.pack(len(goals))]
     padding = b""
     for info, status in goals:

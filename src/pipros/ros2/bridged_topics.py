@@ -64,7 +64,8 @@ class RateLimit:
 class StaticTransforms:
     """Merges `/tf_static` messages into one that contains the newest transform of each child frame.
 
-    A latched topic keeps one message per publisher, and the gateway is a single publisher.
+    This is necessary because a latched topic keeps one message per publisher, and the gateway is a single
+    publisher.
     """
 
     def __init__(self, limit_bytes: int) -> None:
@@ -165,7 +166,7 @@ class TopicToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # a node that was not listed before may be new
+        self._forget(self._publishing - now)  # not nodes that were never listed: they may be new
         self._publishing = now
         is_wanted = self._is_latched or any(each.subscriber_count for each in list(self._publishers.values()))
         if is_wanted and self._subscriber is None:

@@ -31,7 +31,7 @@ class Durability(Enum):
 
 @dataclass(frozen=True, slots=True)
 class TopicQos:
-    """The QoS policies that gateways set. All others have the ROS 2 defaults.
+    """The QoS policies that gateways set. All other policies have the ROS 2 defaults.
 
     Attributes:
         depth: number of messages that are kept; 0 keeps all, within the limits of the engine.

@@ -24,7 +24,8 @@ _RESTART_S = 5.0
 """How long an action remains after its server has gone.
 
 If the gateway closed and opened its topics while the server restarts, a rospy server that is just connecting
-to them could lose one: it ignores an update about a publisher whose last connection it has not yet removed.
+to them could lose one of the connections: it ignores an update about a publisher whose last connection it has
+not yet removed.
 """
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (empty for services) and nodes of a topic or service."""
@@ -100,7 +101,7 @@ class Ros1Poller:
             if providers:
                 key = name, "", tuple(providers)
                 services[key] = name
-                if self._queries.answer(key) is None:  # these servers cannot change their type
+                if self._queries.answer(key) is None:  # the same servers keep their type
                     self._queries.ask(key, partial(self._service_type, name))
         self._queries.wait(_ANSWERS_S)
         self._queries.forget_all_but({*topics, *services})

@@ -124,7 +124,7 @@ class TypePairs:
         return self.of_ros1(Definition(rule.ros1_type, found._md5sum, found._full_text))
 
     def check_hash(self, ros2_type: str, expected: Collection[str], announced: str) -> None:
-        """Check that the hash that a ROS 2 node announces is one of a type's hashes. Empty hashes match any.
+        """Check that the hash that a ROS 2 node announces is one of a type's hashes. Empty hashes match all.
 
         Raises:
             WrongHash: the announced hash differs from all expected hashes.

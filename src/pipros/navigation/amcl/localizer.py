@@ -70,8 +70,8 @@ class Localizer:
     def scan(self, laser: str, odometry: Triple, beams: Beams) -> ScanOutcome:
         """Update the particles with a scan, if an update is due.
 
-        An update is due at the first scan, after a motion by `update_min_d` or `update_min_a`, and after
-        `force_update`. For each update, one scan of every laser is used.
+        An update is due at the first scan, after a motion of more than `update_min_d` or `update_min_a`, and
+        after `force_update`. For each update, one scan of every laser is used.
 
         Args:
             laser: name of the laser.

@@ -176,7 +176,7 @@ class Costmap(CostmapCore):
         return True
 
     def start(self) -> None:
-        """Subscribe to the sensors again, and continue the updates."""
+        """Use the messages of the sensors again, and continue the updates."""
         self._set_active(is_active=True)
 
     def stop(self) -> None:

@@ -26,7 +26,7 @@ def from_parameter(value: Any, name: str) -> Points:
     """Return the corners in a list of `[x, y]`, or in a string that contains such a list.
 
     Raises:
-        InvalidParameter: the value has another form, or fewer than 3 corners.
+        InvalidParameter: the value has another form, or fewer than 3 or more than 1000 corners.
     """
     corners = value
     if isinstance(value, str):
@@ -55,7 +55,7 @@ def padded(corners: Points, padding: float) -> Points:
 
 
 def inscribed_radius(corners: Points) -> float:
-    """Return the distance from the robot's centre to the nearest edge, or infinity without three corners."""
+    """Return the distance from the robot's centre to the outline; infinity with fewer than three corners."""
     if len(corners) <= 2:
         return math.inf
     starts = np.array(corners, float)

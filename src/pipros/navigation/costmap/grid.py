@@ -64,7 +64,10 @@ class CostGrid:
         return (int(column), int(row)) if column < self.width and row < self.height else None
 
     def world_to_cells(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """Return columns and rows of positions, and a mask of those inside. Others get column and row 0."""
+        """Return columns and rows of positions, and a mask of those inside.
+
+        Positions outside the grid get column 0 and row 0.
+        """
         columns: Numbers = (x - self.origin_x) / self.resolution
         rows: Numbers = (y - self.origin_y) / self.resolution
         inside = (columns >= 0) & (rows >= 0) & (columns < self.width) & (rows < self.height)

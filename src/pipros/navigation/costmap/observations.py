@@ -56,7 +56,7 @@ class ObservationSource:
     def add(
         self, points: Points3D, cloud: Pose, sensor: Pose, stamp_ns: int, now_ns: int, limit: int
     ) -> None:
-        """Add an observation. Drop old observations if they have more than `limit` points in total.
+        """Add an observation. Drop the oldest ones while all together have more than `limit` points.
 
         `cloud` and `sensor` are the poses of the points' frame and of the sensor. Points that are not finite
         or outside the source's range of heights are dropped.
@@ -92,7 +92,7 @@ class ObservationSource:
         return list(self._kept)
 
     def is_current(self, now_ns: int) -> bool:
-        """Return whether an observation arrived within `expected_update_rate` seconds; 0 disables the check."""
+        """Return whether an observation arrived within `expected_update_rate`; 0 disables the check."""
         limit_ns = round(self.settings.expected_update_rate * 1e9)
         return not limit_ns or self._updated_ns is None or now_ns - self._updated_ns <= limit_ns
 

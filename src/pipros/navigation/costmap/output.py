@@ -19,7 +19,7 @@ class CostmapOutput:
     """Publishes a costmap: `costmap`, `costmap_updates` and `footprint`.
 
     Every new subscriber receives the whole map. Afterwards, only the area that was recomputed since the last
-    publication is sent, unless the map's size or position changes.
+    publication is sent, unless `always_full` is true, or the map's size or position changes.
     """
 
     def __init__(self, costmap: CostmapCore, *, always_full: bool) -> None:

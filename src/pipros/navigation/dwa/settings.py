@@ -10,7 +10,7 @@ from typing import Any, Final
 from pipros.navigation.parameters import InvalidParameter, settings_of, tunable
 
 MAX_POSES: Final = 2_000_000
-"""Maximum number of poses of all trajectories in a cycle: some 200 MB."""
+"""Maximum number of poses of all trajectories in a cycle: about 200 MB."""
 
 
 @dataclass(frozen=True, slots=True)

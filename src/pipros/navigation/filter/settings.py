@@ -52,7 +52,7 @@ class InputTopic:
 
 @dataclass(frozen=True, slots=True)
 class FilterSettings:
-    """The node's parameters by their ROS names, without those of the filter. Times are in seconds."""
+    """The node's parameters by their ROS names, except those of the filter. Times are in seconds."""
 
     frequency: float = 30.0
     map_frame: str = "map"

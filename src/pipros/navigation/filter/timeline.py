@@ -71,7 +71,10 @@ class Timeline:
             heapq.heappush(self._queue, (measurement.time_s, next(self._counter), measurement))
 
     def clear(self, time_s: float | None) -> None:
-        """Discard all measurements and the history, and continue at this time."""
+        """Discard all measurements and the history, and continue at `time_s`.
+
+        If `time_s` is None, the next measurement becomes the initial estimate.
+        """
         self._queue.clear()
         self._applied.clear()
         self._snapshots.clear()

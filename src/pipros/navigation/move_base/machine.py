@@ -50,7 +50,7 @@ class Base(Protocol):
     """Interface through which the state machine controls the robot."""
 
     def pose(self) -> Triple | None:
-        """Return the pose in the global frame."""
+        """Return the pose in the global frame, or None if it is unknown."""
 
     def can_see(self) -> bool:
         """Return whether the sensor data of the local costmap is recent."""

@@ -27,7 +27,7 @@ class McapStorage:
 
     Raises:
         NotIndexed: the file has no summary.
-        BagError: the library is missing, or the file is damaged.
+        BagError: the library `mcap` is missing, or the file is damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -90,7 +90,7 @@ def has_cdr(path: Path) -> bool:
     Return False if its summary is unreadable.
 
     Raises:
-        BagError: the library is missing.
+        BagError: the library `mcap` is missing.
     """
     try:
         storage = McapStorage(path)
@@ -107,7 +107,7 @@ class McapStorageWriter:
         compression: `none`, `lz4` or `zstd`.
 
     Raises:
-        BagError: the library is missing, or does not support the compression.
+        BagError: the library `mcap` is missing, or does not support the compression.
     """
 
     def __init__(self, path: Path, distribution: Distribution, compression: str) -> None:

@@ -104,7 +104,7 @@ class Ros2BagWriter:
         return NewTopic(name, plan.ros2_type, "\n".join(parts), type_hash, is_latched)
 
     def _plans_of(self, connection: Connection) -> Plans:
-        """Return plans that use the definitions in the connection's header before the installed ones."""
+        """Return plans that prefer the definitions in the connection's header to the installed ones."""
         key = connection.type, connection.md5sum
         if key not in self._plans:
             installed = installed_definitions()

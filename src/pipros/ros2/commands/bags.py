@@ -76,14 +76,14 @@ def add_writing_options(parser: OptionParser) -> None:
 
 
 def is_chosen(parser: OptionParser, options: Any) -> bool:
-    """Return whether `--ros2` was given. Without it, the other options are errors."""
+    """Return whether `--ros2` was given. Exit with an error if only options that require it were given."""
     if not options.ros2 and (options.storage or options.rules):
         parser.error("--storage and --rules need --ros2.")
     return bool(options.ros2)
 
 
 def target_name(source: Path) -> str:
-    """Return the name of the folder for an input."""
+    """Return the name of the output folder for an input bag."""
     return source.stem
 
 

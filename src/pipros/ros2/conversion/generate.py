@@ -323,9 +323,9 @@ class _Converter(RunEmitter):
         return self._smallest[name]
 
     def _flat_element(self, source: Value, target: Value) -> tuple[int, int] | None:
-        """Return an element's size and alignment, or None unless its bytes are the same on both sides.
+        """Return an element's size and alignment.
 
-        The bytes must not include padding.
+        Return None unless the element's bytes are the same on both sides, without padding.
         """
         if source.kind in (ValueKind.INTEGER, ValueKind.FLOAT):
             return source.size, source.size

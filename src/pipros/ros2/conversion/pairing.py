@@ -136,7 +136,7 @@ class Pairing:
         names = self._rules.actions_in_ros2(ros1, is_builtin=False) or [
             each
             for each in self._rules.actions_in_ros2(ros1, is_builtin=True)
-            if self.catalog.has_action(each)  # some distributions lack a package
+            if self.catalog.has_action(each)  # some distributions lack the package
         ]
         return names or [self.ros2_action(ros1)]
 

@@ -175,7 +175,7 @@ class Catalog:
         return name in same or (self._derive and not self._is_carried_package(name))
 
     def _is_carried_package(self, name: str) -> bool:
-        """Return whether the type's package is bundled. Types that it lacks are not derived."""
+        """Return whether the type's package is bundled. Types missing from such a package are not derived."""
         package = name.partition("/")[0] + "/"
         known = self._carried.same_messages | self._carried.same_services | self._carried.texts.keys()
         return any(each.startswith(package) for each in known)

@@ -238,7 +238,7 @@ def read_endpoint(payload: bytes | memoryview) -> EndpointData | None:
 
 
 def read_key(payload: bytes | memoryview, name: Parameter) -> bytes | None:
-    """Return the GUID in an announcement by `write_key`, or None if the payload contains no GUID."""
+    """Return the GUID of the removed participant or endpoint, or None if the payload contains no GUID."""
     values = _values(payload)
     return None if values is None else values.guid(name)
 

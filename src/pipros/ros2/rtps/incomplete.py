@@ -10,7 +10,9 @@ from pipros.ros2.rtps.parameters import Parameters
 from pipros.ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
 
 PIECE_OVERHEAD_BYTES: Final = 150
-"""Memory of a piece in addition to its payload. Without it, tiny fragments could use 100 times the budget."""
+"""Memory of a piece in addition to its payload. If it did not count, tiny fragments could use 100 times the
+budget.
+"""
 
 
 _STEP_BYTES: Final = 64 * 1024

@@ -24,7 +24,7 @@ from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.topics import RtpsTopicWriter
 
 MAX_INFO_BYTES: Final = 256 * 1024
-"""Maximum size of a participant's list of nodes: some 10,000 endpoints."""
+"""Maximum size of a participant's list of nodes: about 10,000 endpoints."""
 
 
 class Nodes:

@@ -131,7 +131,7 @@ class Peers:
         return peer.choose(data.discovery) is not None
 
     def add(self, data: ParticipantData, payload: bytes | memoryview, host: str, now: float) -> Peer | None:
-        """Add and return a peer; return None if the limit is reached, or it announces no usable address."""
+        """Add and return a peer; return None if the limit is reached or `data` contains no usable address."""
         kept = Budget(self._limits.of(Ros2Limits).ros2_peer_bytes, self._kept, part=_PART)
         incomplete = Budget(self._limits.of(Ros2Limits).ros2_incomplete_bytes, self._incomplete, part=_PART)
         peer = Peer(data, host, now, now, kept, incomplete, hosts=self._hosts)

@@ -32,7 +32,7 @@ SLOWEST_GREETING_S: Final = 10.0
 ARRIVING_S: Final = 0.004
 """Fragments are not requested if another fragment of the sample has arrived within this time."""
 REQUEST_BYTES: Final = 128_000
-"""Number of bytes that fit a receive buffer of 208 KiB, the usual size."""
+"""Number of bytes that fit into a receive buffer of the usual size, 208 KiB."""
 MAX_REQUESTS: Final = 12
 MAX_GAPS: Final = 32
 MAX_ASSEMBLIES: Final = 256

@@ -34,7 +34,7 @@ ENOUGH_QUESTIONS: Final = 3
 """A reader that has asked for a heartbeat this often has received one, even if it sends no final ACKNACK."""
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
-"""Fits an Ethernet frame, as in Cyclone DDS: a larger datagram is lost if one of its IP fragments is."""
+"""Fits an Ethernet frame, as in Cyclone DDS: a larger datagram is lost if one of its IP fragments is lost."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +112,7 @@ class Writer:
 
     Attributes:
         dropped: number of samples that were displaced before all reliable readers had acknowledged them.
-            Most have arrived.
+            Most of these have arrived.
         lost: number of samples that were displaced before they were sent completely, or that a reader has
             requested in vain.
     """
