@@ -17,7 +17,7 @@ _SUFFIX = "Config"
 
 
 def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
-    """Return the spec of a module below `<package>.cfg`, or None if the package has no `.cfg` file for it."""
+    """Return the spec of `<package>.cfg` or of a module in it, or None if no `.cfg` file defines it."""
     package, _, rest = name.partition(".")
     _, _, module = rest.partition(".")
     found = find_package(package)

@@ -159,7 +159,9 @@ class TopicToRos2:
         return self._subscriber is not None
 
     def update(self, publishers: Iterable[str]) -> None:
-        """Count dropped messages, and subscribe or unsubscribe in ROS 1. May block until the master answers.
+        """Count dropped messages, forget absent publishers, and subscribe or unsubscribe in ROS 1.
+
+        May block until the master answers.
 
         Args:
             publishers: the nodes that publish the topic.

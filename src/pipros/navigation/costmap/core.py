@@ -64,7 +64,7 @@ class CostmapCore:
 
     @property
     def is_current(self) -> bool:
-        """Whether the data of all layers is recent enough for driving."""
+        """Whether the data of all enabled layers is recent enough for driving."""
         return self.layered.is_current
 
     def wait_until(self, condition: Callable[[], bool], what: str) -> None:

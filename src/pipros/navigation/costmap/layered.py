@@ -135,7 +135,7 @@ class LayeredCostmap:
 
     @property
     def is_current(self) -> bool:
-        """Whether the data of all layers is recent enough."""
+        """Whether the data of all enabled layers is recent enough for driving."""
         return all(layer.is_current for layer in self.layers if layer.is_enabled)
 
     def update(self, robot: Pose2D) -> None:

@@ -96,7 +96,10 @@ class DwaLocalPlanner:
         return self._rotation.has_reached(pose, self._velocity, goal)
 
     def command(self) -> Triple | None:
-        """Return the next velocity to command, or None if no velocity is legal."""
+        """Return the next velocity to command.
+
+        Return None if no velocity is legal, the pose or the goal is unknown, or no pose of the plan is near.
+        """
         pose, goal = self._costmap.robot_pose(), self._goal()
         local = None if pose is None else self._local(pose)
         if pose is None or goal is None or local is None or not len(local):

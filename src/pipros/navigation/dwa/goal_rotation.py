@@ -45,7 +45,10 @@ class GoalRotation:
     def command(
         self, pose: Triple, velocity: Triple, goal: Triple, is_legal: Callable[[Triple], bool]
     ) -> Triple | None:
-        """Return the velocity to brake, or to turn to the goal's direction; None if it is not legal."""
+        """Return the velocity for braking, or for turning to the goal's direction; None if it is not legal.
+
+        The velocity is 0 if the robot already has the goal's direction.
+        """
         settings, period_s = self.settings, self.settings.sim_period
         turn = _difference(pose, goal)
         if abs(turn) <= settings.yaw_goal_tolerance:

@@ -118,7 +118,7 @@ class DwaPlanner:
         return Choice((x, y, turn), tried.way(best), tried, scores)
 
     def is_legal(self, pose: Triple, velocity: Triple, command: Triple) -> bool:
-        """Return whether the trajectory with the velocity `command` is legal. End all oscillation bans first."""
+        """End all oscillation bans, and return whether the trajectory with velocity `command` is legal."""
         self._oscillation.reset()
         tried = simulated(self.settings, pose, velocity, np.array([command]))
         return not len(tried) or bool(self.scores(tried)[0] >= 0)

@@ -76,7 +76,7 @@ class DwaSettings:
         """Return the settings with these values.
 
         Raises:
-            InvalidParameter: a divisor is 0, or a cycle would need too much memory.
+            InvalidParameter: a divisor is not positive and finite, or a cycle would need too much memory.
         """
         settings = cls(**values, **fixed)
         for name in ("sim_time", "sim_granularity", "angular_sim_granularity"):

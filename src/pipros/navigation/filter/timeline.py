@@ -86,7 +86,10 @@ class Timeline:
         self.kalman.state, self.kalman.covariance = (part.copy() for part in self._first)
 
     def advance(self, now_s: float) -> None:
-        """Apply the queued measurements up to now. If none are queued, predict after the sensor timeout."""
+        """Apply the queued measurements up to now. If none are queued, predict after the sensor timeout.
+
+        With `predicts_always`, predict to the current time in any case.
+        """
         predicts = self._predicts_always
         if self._queue:
             restored = self._rewind(self._queue[0][0])

@@ -251,7 +251,10 @@ class NavsatNode:
         self._static.publish(message)
 
     def _publish_position(self) -> None:
-        """Publish the robot's position in the world frame, computed from the antenna's position."""
+        """Publish the robot's position in the world frame, computed from the antenna's position.
+
+        If the pose of the antenna or of the robot is unknown, warn and publish the origin.
+        """
         alignment = self._alignment
         if self._fix is None or alignment.to_world is None:
             return

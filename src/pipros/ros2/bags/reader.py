@@ -41,7 +41,7 @@ _OPTIONS = "use --msgs to give the folders with ROS 2 definitions"
 class Ros2BagReader(BagReader):
     """A ROS 2 bag, with the methods of `BagReader`.
 
-    A topic is left out if its type cannot be converted.
+    A topic is left out if its type cannot be converted, or its messages are not encoded as CDR.
 
     Args:
         path: a bag folder, or one of its files.

@@ -83,7 +83,8 @@ class Catalog:
         ros1: the ROS 1 definitions.
         folders: folders that contain packages with `.msg`, `.srv` and `.action` files, such as ROS 2's
             `share` folder or a workspace's `src` folder.
-        derive: whether to derive from ROS 1 the types that are found nowhere else.
+        derive: whether to derive from ROS 1 the types that are found nowhere else, except those of bundled
+            packages.
     """
 
     def __init__(

@@ -39,7 +39,7 @@ _LENGTH_LIMIT = 1 << 26
 
 
 def is_full_name(name: str) -> bool:
-    """Return whether a name has the form `package/msg/Name`."""
+    """Return whether a name has the form `package/msg/Name`, or `srv` or `action` in place of `msg`."""
     return _FULL_NAME.fullmatch(name) is not None
 
 

@@ -1,14 +1,14 @@
 """RTPS writers, which keep a history of samples and the state of each matched reader.
 
-Theory of operation. `write` sends a sample immediately to each reader, followed by a heartbeat that need not
-be answered. However, a reliable reader gets new samples only after it has answered a heartbeat that announces
-no samples. Until then, it may not have discovered the writer, and Cyclone DDS begins with the sample after
-those that the first heartbeat announces. While a reliable reader has not acknowledged all samples, further
-heartbeats, which must be answered, are sent at doubling intervals. The reader requests missing samples, and
-gets them again, or a GAP if they are no longer kept. If a reader's participant had considered the writer's
-participant lost, the reader starts again: samples that it requests count as unacknowledged, even if it had
-acknowledged them. A service reply is addressed to a single reader. The other readers get a GAP for its
-sequence number before their next sample.
+Theory of operation. `write` sends a sample to each reader, immediately or, if it must be fragmented, in
+bursts. A heartbeat that need not be answered follows. However, a reliable reader gets new samples only after
+it has answered a heartbeat that announces no samples. Until then, it may not have discovered the writer, and
+Cyclone DDS begins with the sample after those that the first heartbeat announces. While a reliable reader has
+not acknowledged all samples, further heartbeats, which must be answered, are sent at doubling intervals. The
+reader requests missing samples, and gets them again, or a GAP if they are no longer kept. If a reader's
+participant had considered the writer's participant lost, the reader starts again: samples that it requests
+count as unacknowledged, even if it had acknowledged them. A service reply is addressed to a single reader.
+The other readers get a GAP for its sequence number before their next sample.
 """
 
 from __future__ import annotations
