@@ -77,7 +77,7 @@ def graph_of(
     define: TopicDefinition,
     header: ServiceHeader,
 ) -> LocalGraph:
-    """Return what a member offers. `define` and `header` may block.
+    """Return the topics and services that a member offers. `define` and `header` may block.
 
     Args:
         types: the type of each topic.

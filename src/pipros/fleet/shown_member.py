@@ -34,7 +34,7 @@ class ShownMember:
     """Another member's topics and services on the local master. Not thread-safe.
 
     Attributes:
-        directory: what the member offers. After replacing it, call `update`.
+        directory: the member's directory. Call `update` after replacing it.
         sinks: the topics that the member shares, by their names on its master.
         inputs: the topics that the member accepts, by their names on its master.
         services: the member's services, by their names on its master.
@@ -54,8 +54,8 @@ class ShownMember:
         """Store the settings.
 
         Args:
-            definition_bytes: maximum size of all members' definitions; each member gets at most half of what
-                the others leave.
+            definition_bytes: maximum size of all members' definitions; each member gets at most half of the
+                memory that the others leave.
             wake: called from any thread if `update` has something to do.
         """
         self.directory = directory

@@ -77,7 +77,8 @@ class Group:
             raise ValueError(f"type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
         if not re.fullmatch("[a-zA-Z][a-zA-Z0-9_]*", name):
             raise ValueError(
-                f"a parameter name may contain only letters, digits and underscores, got {name!r}"
+                "a parameter name must begin with a letter and contain only letters, digits and underscores, "
+                f"got {name!r}"
             )
         if paramtype in ("str", "bool") and (min is not None or max is not None):
             raise ValueError(f"{name} must not have min or max, because its type is {paramtype}")

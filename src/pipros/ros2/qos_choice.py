@@ -65,7 +65,8 @@ def requested_qos(
     """Return the subscribers that together receive from all publishers of a ROS 2 topic.
 
     There is one subscriber for each durability, because a transient_local subscriber does not match volatile
-    publishers. Each has the strongest policies that match all its publishers: reliable if all of them are.
+    publishers. Each subscriber has the strongest policies that match all its publishers: it is reliable if
+    all its publishers are reliable.
     """
     latched = [each for each in publishers if each.qos.durability is Durability.TRANSIENT_LOCAL]
     volatile = [each for each in publishers if each.qos.durability is Durability.VOLATILE]

@@ -23,7 +23,7 @@ STILL: Triple = (0.0, 0.0, 0.0)
 
 
 class DrivingState(Enum):
-    """What the robot is doing."""
+    """Phase of a drive to a goal."""
 
     PLANNING = "planning"
     CONTROLLING = "controlling"
@@ -78,7 +78,7 @@ class GoalMachine:
     """The state of the current goal. Not thread-safe.
 
     Attributes:
-        state: what the robot is doing.
+        state: the current phase.
         wants_plan: whether the planner should run; call `planned` with its result.
         settings: the parameters, which may be replaced.
     """

@@ -152,14 +152,14 @@ def _from_ups(is_north: bool, x: float, y: float) -> tuple[float, float]:
 
 
 def _conformal(tangent: float) -> float:
-    """Convert the tangent of a latitude to that of the conformal latitude (Karney's equations 7 to 9)."""
+    """Convert tan(latitude) to tan(conformal latitude) (Karney's equations 7 to 9)."""
     root = math.hypot(1.0, tangent)
     sigma = math.sinh(_E * math.atanh(_E * tangent / root))
     return tangent * math.hypot(1.0, sigma) - sigma * root
 
 
 def _geodetic(conformal: float) -> float:
-    """Convert the tangent of a conformal latitude to that of the latitude, by Newton's method."""
+    """Convert tan(conformal latitude) to tan(latitude) by Newton's method."""
     tangent = conformal / (1 - _E2)
     for _ in range(6):
         image = _conformal(tangent)

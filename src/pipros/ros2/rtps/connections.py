@@ -1,7 +1,7 @@
 """The local endpoints of a participant, and their connections with remote ones.
 
 A local and a remote endpoint with the same topic and type, and compatible quality of service, match: the
-local one then keeps a proxy of the remote one.
+local endpoint then keeps a proxy of the remote endpoint.
 """
 
 from __future__ import annotations

@@ -143,7 +143,8 @@ class SocketBacklog:
     """
 
     def __init__(self, limit_bytes: int) -> None:
-        """Create an empty backlog. A sender may use half of what the others leave of `limit_bytes`."""
+        """Create an empty backlog. A sender may use half of the part of `limit_bytes` that the others leave.
+        """
         self._limit_bytes = limit_bytes
         self._bytes = 0
         self._bytes_of: dict[tuple[str, int], int] = {}
