@@ -83,7 +83,7 @@ class Group:
         if paramtype in ("str", "bool") and (min is not None or max is not None):
             raise ValueError(f"{name} must not have min or max, because its type is {paramtype}")
         values = zip(("default", "min", "max"), (default, min, max), _BOUNDS[paramtype], strict=True)
-        # the level is a bit mask; drop a fraction, as C++ does
+        # the level is a bit mask; a fraction is dropped, as in C++
         parameter = {"name": name, "type": paramtype, "level": int(level), "description": description}
         for field, value, standard in values:
             parameter[field] = standard if value is None else checked(name, paramtype, field, value)

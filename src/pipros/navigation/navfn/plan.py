@@ -28,7 +28,7 @@ class Descent:
         self._gradients: dict[Cell, Point] = {}
 
     def follow(self, first: Cell, last: Cell, limit: int) -> list[Point]:
-        """Return the points of the path, at most `limit`; an empty list if there is none.
+        """Return the points of the path, or an empty list if there is no path of at most `limit` points.
 
         If a neighbouring cell has no potential, or the path oscillates, it continues at the neighbour with
         the lowest potential.
@@ -125,9 +125,9 @@ class PotentialField:
         return float(self.values[y, x]) if 0 <= x < width and 0 <= y < height else UNREACHED
 
     def path_to(self, goal: Cell, limit: int) -> list[Point]:
-        """Return the path from the start to a cell, at most `limit` points; empty if there is none.
+        """Return the path from the start to a cell, or an empty list if it has more than `limit` points.
 
-        Points are columns and rows of the map, at most half a cell apart.
+        The list is also empty if there is no path. Points are columns and rows of the map.
         """
         x0, y0 = self.window.x0, self.window.y0
         first, last = (goal[0] - x0, goal[1] - y0), (self.start[0] - x0, self.start[1] - y0)

@@ -143,7 +143,9 @@ class SocketBacklog:
     """
 
     def __init__(self, limit_bytes: int) -> None:
-        """Create an empty backlog. A sender may use half of the part of `limit_bytes` that the others leave.
+        """Create an empty backlog.
+
+        A sender may use half of the part of `limit_bytes` that the others leave.
         """
         self._limit_bytes = limit_bytes
         self._bytes = 0
