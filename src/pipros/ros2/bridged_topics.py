@@ -122,8 +122,9 @@ def route_of(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> R
 
 
 class TopicToRos2:
-    """Passes a ROS 1 topic to ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or
-    always if they are latched.
+    """Passes a ROS 1 topic to ROS 2.
+
+    Latched messages are always received in ROS 1, and others only while ROS 2 has subscribers.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, route: Route, *, is_latched: bool) -> None:
@@ -240,8 +241,9 @@ class Known(Protocol):
 
 
 class TopicToRos1:
-    """Passes a ROS 2 topic to ROS 1. Messages are received in ROS 2 only while ROS 1 has subscribers, or
-    always if they are latched.
+    """Passes a ROS 2 topic to ROS 1.
+
+    Latched messages are always received in ROS 2, and others only while ROS 1 has subscribers.
     """
 
     def __init__(

@@ -48,7 +48,7 @@ class Direction(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Decision whether a name passes, with the reason for users if it does not."""
+    """Decision on whether a name passes, and the reason to show to users if it does not."""
 
     passes: bool
     reason: str = ""

@@ -96,7 +96,7 @@ class AmclSettings:
 
 
 def read_settings(parameters: PrivateParameters) -> AmclSettings:
-    """Read the node's parameters. Values of the wrong type are ignored."""
+    """Read the node's parameters. Ignore values of the wrong type. Raises the same errors as `checked`."""
     settings = parameters.read(AmclSettings)
     old = "beam_skip_error_threshold_"  # an older spelling
     share = parameters.number(old, settings.beam_skip_error_threshold)

@@ -143,9 +143,9 @@ class DwaLocalPlanner:
         return x, y, yaw
 
     def _local(self, pose: Triple) -> Poses | None:
-        """Return the first part of the plan within half the costmap's longer side, and the next pose.
+        """Return the first part of the plan that is within half the costmap's longer side of the robot.
 
-        Return None if the transform to the costmap's frame is unknown.
+        The next pose of the plan is included. Return None if the transform to the costmap's frame is unknown.
         """
         frame = self._frame()
         if frame is None:

@@ -197,7 +197,7 @@ def _way_outside(start: Cell, goal: Cell, window: CellRectangle, whole: CellRect
 
 
 def _carried(cell: int, offset: float) -> tuple[int, float]:
-    """Carry an offset of more than one cell over to the cell. Return the cell and the offset."""
+    """Return the cell and the offset, after carrying over one cell if the offset exceeds one cell."""
     if offset > 1:
         return cell + 1, offset - 1
     if offset < -1:

@@ -97,7 +97,7 @@ def layout(items: Sequence[RunItem], phase: int, *, to_cdr: bool) -> Layout:
 
 
 class _RunFormat:
-    """A format of the `struct` module under construction."""
+    """A format string for the `struct` module, which is being built."""
 
     def __init__(self) -> None:
         self.parts: list[tuple[int, str]] = []

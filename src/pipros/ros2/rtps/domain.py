@@ -100,7 +100,9 @@ def multicast_port(domain: int) -> int:
 
 
 def discovery_port(domain: int, participant: int) -> int:
-    """Return the port for announcements to a participant. The participants on a host are numbered from 0.
+    """Return the port at which a participant receives announcements.
+
+    The participants on a host are numbered from 0.
 
     >>> discovery_port(1, 3)
     7666
@@ -109,5 +111,5 @@ def discovery_port(domain: int, participant: int) -> int:
 
 
 def data_port(domain: int, participant: int) -> int:
-    """Return the port for samples to a participant."""
+    """Return the port at which a participant receives samples."""
     return discovery_port(domain, participant) + _DATA_OFFSET - _DISCOVERY_OFFSET

@@ -43,7 +43,7 @@ class Intake:
 
     @property
     def handled_until(self) -> float:
-        """A time; all datagrams that were read before it have been handled."""
+        """A time such that all datagrams that were read before it have been handled."""
         return self._backlog.handled_until if self._current is None else self._handled_until
 
     def read(self, now: float) -> None:

@@ -160,7 +160,7 @@ class SocketBacklog:
 
     @property
     def handled_until(self) -> float:
-        """A time; all datagrams that were read before it have been returned by `next`."""
+        """A time such that all datagrams that were read before it have been returned by `next`."""
         while self._times and not self._times[0][1]:
             self._times.popleft()
         return self._times[0][0] if self._times else self._read_at
