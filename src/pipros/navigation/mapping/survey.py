@@ -28,7 +28,7 @@ class TrajectoryStep:
 
 
 class Survey:
-    """Counts, per cell, visits (beams that passed through it or ended in it) and hits (beams that ended in it).
+    """Counts, per cell, visits (beams that passed through or ended in it) and hits (beams that ended in it).
 
     Counts are sums over scans. To switch to another trajectory, only the scans that differ are removed and
     added. Not thread-safe.
