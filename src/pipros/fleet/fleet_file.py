@@ -25,8 +25,8 @@
       parameters: []
 
 The first rule with a matching name applies; a name without a matching rule is neither shared nor accepted.
-`*` matches any characters except slashes, `**` any characters. Without a file, a member shares all topics and
-accepts nothing.
+`*` matches any characters except slashes, and `**` matches any characters. Without a file, a member shares
+all topics and accepts nothing.
 """
 
 from __future__ import annotations

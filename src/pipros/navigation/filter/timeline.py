@@ -1,6 +1,6 @@
 """Order measurements, including late ones, by time, and apply them to a filter.
 
-Times are floating-point seconds, as in robot_localization, so that timestamps are the same.
+Times are floating-point seconds, as in robot_localization, so that both publish the same timestamps.
 """
 
 from __future__ import annotations
