@@ -1,7 +1,7 @@
 """Record members' messages at a router, so that operators who join late can see what happened.
 
-The recorder joins the fleet as the member `router`, which offers nothing. It records the messages that pass
-through the router in any case, and messages on the topics that it requests itself.
+The recorder joins the fleet as the member `router`, which offers nothing. It records the messages that
+members send to each other through the router, and messages on the topics that it requests itself.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ def layout(items: Sequence[RunItem], phase: int, *, to_cdr: bool) -> Layout:
 
 
 class _RunFormat:
-    """A format string for the `struct` module, which is being built."""
+    """A partially built format string for the `struct` module."""
 
     def __init__(self) -> None:
         self.parts: list[tuple[int, str]] = []
