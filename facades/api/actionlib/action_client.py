@@ -68,8 +68,8 @@ GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-de
 class CommStateMachine:
     """Client-side state of one goal, and its callbacks.
 
-    Transition callbacks run one at a time, in the order of the states. No lock is held, so callbacks may call
-    any method. Transitions that occur during a callback are reported after the callback returns.
+    Transition callbacks run one at a time, in the order of the transitions. No lock is held, so callbacks may
+    call any method. Transitions that occur during a callback are reported after the callback returns.
     """
 
     def __init__(
@@ -206,7 +206,8 @@ class ClientGoalHandle:
     def get_terminal_state(self) -> int:
         """Return the final state, a constant of TerminalState.
 
-        If the goal is not DONE, log an error, and return the last status if it is final, or LOST.
+        If the goal is not DONE, or its last status is not final, log an error. In this case, return the last
+        status if it is final, otherwise LOST.
         """
         with self.comm_state_machine.mutex:
             status = self.comm_state_machine.latest_goal_status.status

@@ -206,8 +206,8 @@ class ActionServer:
     def _accept_new(self, goal: Any) -> ServerGoalHandle | None:
         """Return a handle for a new goal.
 
-        Return None if the goal is a duplicate, is already cancelled or was rejected, or if the server is not
-        started.
+        Return None if the goal is a duplicate, was cancelled before it arrived or is rejected, or if the
+        server is not started.
         """
         with self.lock:
             if not self.started:
@@ -236,7 +236,10 @@ class ActionServer:
         return next((each for each in self.status_list if each.status.goal_id.id == goal_id), None)
 
     def _add(self, tracker: StatusTracker) -> bool:
-        """Add a goal to the list. Return False if the list is full or the goal's ID is too long."""
+        """Add a goal to the list. If the list is full, replace the oldest ended goal.
+
+        Return False if the list is full and no goal has ended, or if the goal's ID is too long.
+        """
         limits = process_limits()
         if len(tracker.status.goal_id.id) > limits.name_characters:
             return False

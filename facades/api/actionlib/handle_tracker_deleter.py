@@ -8,9 +8,10 @@ import rospy
 
 
 class HandleTrackerDeleter:
-    """Callback for the deletion of a goal's last handle.
+    """Callable that records the current time as the time when a goal's last handle was deleted.
 
-    The server then removes the goal from its status list after `status_list_timeout`.
+    The server removes the goal from its status list `status_list_timeout` after the recorded time. pipros
+    creates instances, which programs find in `StatusTracker.handle_tracker`, but never calls them.
     """
 
     def __init__(self, action_server: Any, status_tracker: Any) -> None:

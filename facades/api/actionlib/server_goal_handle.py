@@ -84,7 +84,10 @@ class ServerGoalHandle:
             return status
 
     def set_cancel_requested(self) -> bool:
-        """Record a cancellation request. Return False if one is already recorded or the goal has ended."""
+        """Record a cancellation request.
+
+        Return False if a request is already recorded, if the goal has ended, or if the handle has no goal.
+        """
         if not self.goal:
             return False
         with self.action_server.lock:

@@ -98,7 +98,7 @@ class SimpleActionClient:
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
         """Wait until the goal has ended. If `timeout` is zero, wait indefinitely.
 
-        Return whether the goal has ended.
+        Return whether the goal has ended. If there is no goal, log an error and return False immediately.
         """
         if self.gh is None:
             rospy.logerr("wait_for_result was called without a goal")

@@ -209,7 +209,7 @@ class SimpleActionServer:
         self.execute_thread.join(_GRACE_S)
 
     def _execute(self, goal: Any) -> None:
-        assert self.execute_callback is not None  # noqa: S101 # the thread runs only with one
+        assert self.execute_callback is not None  # noqa: S101 # without execute_cb, there is no thread
         executed = self.current_goal
         try:
             self.execute_callback(goal)

@@ -150,7 +150,7 @@ def _send(client: Client, notice: str = "") -> int:
 
 
 def _do(client: Client, word: str, rest: str) -> None:
-    """Execute a user command. Raises ValueError if its text is not a valid goal."""
+    """Execute a user command. Raises ValueError if the new goal is invalid, or the editor fails."""
     if word == "send":
         _send(client, "Cancelling the goal …\n")
     elif word == "cancel":

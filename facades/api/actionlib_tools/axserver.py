@@ -19,7 +19,10 @@ COMMANDS = "Commands: feedback YAML, succeed YAML, abort YAML, preempt YAML, qui
 
 
 class Server:
-    """Action server whose user decides how goals end. If `answer` is given, all goals succeed with it."""
+    """Action server whose user decides how goals end.
+
+    If `answer` is given, all goals succeed with this result instead.
+    """
 
     def __init__(self, name: str, action: DynamicAction, answer: Any = None) -> None:
         self.action = action

@@ -43,7 +43,7 @@ class CameraInfoManager:
     Args:
         cname: camera name; may contain letters, digits and underscores.
         url: URL of the calibration file; empty for the default.
-        namespace: namespace of the service; empty for the node's own.
+        namespace: namespace of the service; empty for the node's namespace.
     """
 
     def __init__(self, cname: str = "camera", url: str = "", namespace: str = "") -> None:
@@ -55,7 +55,7 @@ class CameraInfoManager:
         self.svc = rospy.Service(name, SetCameraInfo, self.setCameraInfo)
 
     def getCameraInfo(self) -> CameraInfo:
-        """Return the calibration. All values are zero if the file does not exist or cannot be read.
+        """Return the calibration. All values are zero if it could not be loaded.
 
         Raises:
             CameraInfoMissingError: the calibration was not loaded.
@@ -120,7 +120,7 @@ class CameraInfoManager:
 
 
 def genCameraName(from_string: str) -> str:
-    """Return a valid camera name, with characters other than letters, digits and underscores replaced."""
+    """Return a valid camera name: underscores replace all characters other than letters and digits."""
     return re.sub(r"[^A-Za-z0-9_]", "_", from_string)
 
 

@@ -62,7 +62,10 @@ class LogExporter:
         shutil.rmtree(self.output_dir, ignore_errors=True)
 
     def get_filename(self, name: str) -> str | None:
-        """Return the path of the file for a status name, or None if the bag does not contain that name."""
+        """Return the path of the file for a status name.
+
+        Return None if the bag does not contain the name, or `process_log` has not been called.
+        """
         return str(self._path(name)) if name in self._files else None
 
     def _path(self, name: str) -> Path:

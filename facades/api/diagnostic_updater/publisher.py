@@ -27,14 +27,14 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
 
 
 class TopicDiagnostic(HeaderlessTopicDiagnostic):
-    """Task that also reports the age of message timestamps."""
+    """Task that reports the frequency of messages and the age of their timestamps."""
 
     def __init__(self, name: str, diag: Any, freq: Any, stamp: Any) -> None:
         super().__init__(name, diag, freq)
         self.stamp = TimeStampStatus(stamp)
         self.addTask(self.stamp)
 
-    def tick(self, stamp: Any) -> None:  # type: ignore[override] # as Noetic has it
+    def tick(self, stamp: Any) -> None:  # type: ignore[override] # Noetic's signature
         """Count a message with its timestamp."""
         self.stamp.tick(stamp)
         super().tick()

@@ -26,7 +26,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.summary(0, "")
 
     def mergeSummary(self, *args: Any) -> None:
-        """Merge in a level and a message. The worse level wins.
+        """Merge in a level and a message, given as for `summary`. The worse level wins.
 
         If both levels are OK or neither is, the messages are joined. Otherwise, the message with the worse
         level wins.

@@ -139,7 +139,7 @@ class TimeStampStatus(DiagnosticTask):
         self._delays = StampDelays()
 
     def tick(self, stamp: Any) -> None:
-        """Count a timestamp: a `rospy.Time` or seconds."""
+        """Record the age of a timestamp, which is a `rospy.Time` or a number of seconds."""
         seconds = stamp if isinstance(stamp, int | float) else stamp.to_sec()
         with self.lock:
             self._delays.add(seconds, rospy.get_time())

@@ -1,4 +1,4 @@
-"""`Updater`: runs tasks and publishes their reports."""
+"""`Updater`, which runs tasks and publishes their reports."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class Updater(DiagnosticTaskVector):
         self.publish(found)
 
     def publish(self, msg: Any) -> None:
-        """Publish a status or a list of statuses. The node's name is prepended to their names."""
+        """Publish a status or a list of statuses. Prepend the node's name to the name of each status."""
         found = msg if isinstance(msg, list) else [msg]
         for status in found:
             status.name = f"{rospy.get_name()[1:]}: {status.name}"

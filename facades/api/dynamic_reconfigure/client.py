@@ -1,4 +1,4 @@
-"""`Client`: read and change the parameters of another node."""
+"""`Client`, which reads and changes the parameters of another node."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Client:
             raise DynamicReconfigureParameterException(str(error)) from error
 
     def update_groups(self, changes: Any) -> Any:
-        """Return the tree of groups with the given states, which are keyed by group name."""
+        """Set the states of groups, given by group name, in the local tree of groups, and return the tree."""
         tree = self.get_group_descriptions()
 
         def change(group: Any) -> None:

@@ -53,7 +53,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def mapping_of(text: str, where: str) -> dict[str, Any]:
-    """Parse a YAML mapping. Raise ValueError for anything else."""
+    """Parse a YAML mapping, and omit the key `groups`. Raise ValueError if the text is not a mapping."""
     try:
         value = load(text)
     except PiprosError as error:
@@ -68,6 +68,7 @@ def changes_of(options: Any) -> dict[str, Any]:
 
     Raises:
         ValueError: the changes are invalid.
+        OSError: the file cannot be read.
     """
     if options.command == "load":
         return mapping_of(Path(options.file).read_text(encoding="utf-8"), options.file)

@@ -90,7 +90,7 @@ class InteractiveMarkerServer:
             return self._markers.set_pose(name, pose, header)
 
     def erase(self, name: str) -> bool:
-        """Remove a marker. Return False if it does not exist."""
+        """Remove a marker. Return False if the marker does not exist."""
         with self.mutex:
             return self._markers.erase(name)
 
@@ -145,7 +145,8 @@ class InteractiveMarkerServer:
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
         """Handle viewer feedback: store a new pose as a pending change, and call the marker's callback.
 
-        Feedback is ignored if another viewer has just sent feedback for the marker.
+        Feedback is ignored if the marker has not been published, or if another viewer sent feedback for it
+        less than a second ago.
         """
         with self.mutex:
             is_move = feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE

@@ -89,7 +89,7 @@ class JointStatePublisher:
                 rate.sleep()
 
     def update(self, delta: float) -> None:
-        """Move each joint by `delta` (radians or metres) within its range."""
+        """Move each free joint by `delta` (radians or metres), back and forth within its range."""
         self._values.sweep(delta)
 
 

@@ -84,8 +84,8 @@ class TimeSynchronizer(SimpleFilter):
 class ApproximateTimeSynchronizer(TimeSynchronizer):
     """Filter that outputs sets of messages, one from each input, whose timestamps differ by less than `slop`.
 
-    Callbacks run as in `TimeSynchronizer`. If the clock jumps back, all waiting messages and the new message
-    are dropped.
+    Callbacks run as in `TimeSynchronizer`. If the clock, real or simulated, has jumped back since the
+    previous message, all waiting messages and the new message are dropped.
 
     Args:
         fs: the input filters.

@@ -33,7 +33,8 @@ class RobotStatePublisher:
     """Publisher of the frames of `robot`, computed from the messages on `joint_states`.
 
     Args:
-        frequency: maximum rate in Hz. If `use_tf_static` is false, also the rate for fixed joints.
+        frequency: maximum rate in Hz; values below 1 are treated as 1. If `use_tf_static` is false, fixed
+            joints are published at this rate.
         use_tf_static: whether to publish fixed joints on `/tf_static`.
         ignore_timestamp: whether to publish frames for every message, instead of limiting the rate by
             timestamp.

@@ -98,7 +98,7 @@ class BagContents(ABC):
             return None
 
     def _repr_html_(self) -> str:
-        """Return the topics, for notebooks."""
+        """Return a table of the topics as HTML, for notebooks."""
         return _info.info_html(self._info())
 
     def _info(self) -> _info.BagInfo:

@@ -18,8 +18,8 @@ from rospy.session import session
 class RosbridgeProtocol(Protocol):
     """The protocol of one client: rosbridge's operations, and the operations that capabilities register.
 
-    rospy's node performs rosbridge's operations. The server passes received text to `incoming`, and assigns a
-    function to `outgoing`.
+    The process's rospy node performs rosbridge's operations. The server passes received text to `incoming`,
+    and assigns a function to `outgoing`.
     """
 
     def __init__(self, client_id: Any, parameters: Any = None) -> None:

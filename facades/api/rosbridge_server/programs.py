@@ -93,7 +93,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
 
     Raises:
         WrongParameter: a parameter has an invalid value.
-        PiprosError: BSON is requested, and pymongo is not installed.
+        PiprosError: BSON is requested and pymongo is not installed, or the policy file is invalid.
     """
     arguments = _command_line()
     is_bson = bool(_parameter("bson_only_mode", False))

@@ -14,7 +14,7 @@ import typing as _typing
 import xml.etree.ElementTree as _ElementTree  # noqa: F401
 import xml.parsers.expat as _expat  # noqa: F401
 
-import pipros.startup as _startup  # noqa: F401 # the import hook, if pipros.pth did not run
+import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from rospy import client as client

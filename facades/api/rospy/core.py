@@ -87,7 +87,10 @@ def set_initialized(initialized: bool) -> None:
 
 
 def is_shutdown() -> bool:
-    """Return True once the node has started to shut down, except in its shutdown hooks."""
+    """Return True once the node has started to shut down.
+
+    The client and preshutdown hooks can still publish, so the result is still False in these hooks.
+    """
     return session.is_shutdown
 
 
@@ -174,7 +177,7 @@ def set_node_uri(uri: str) -> None:
 
 
 def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> str | None:
-    """Return the environment variable `ROS_ROOT`, or None. ROS 1 no longer needs it.
+    """Return the environment variable `ROS_ROOT`, or None. ROS 1 no longer needs the variable.
 
     Raises:
         ROSException: the variable is `required` but not set.

@@ -48,7 +48,7 @@ class LoggerLevelServiceCaller:
             return _loggers.nodes_with_loggers(graph.master)
 
     def send_logger_change_message(self, node: str, logger: str, level: str) -> bool:
-        """Set a level.
+        """Set the level of a logger.
 
         Return False if the logger already has this level. Call `get_loggers` for the node first.
 

@@ -56,11 +56,11 @@ class TopicManager:
 
     @property
     def topics(self) -> set[str]:
-        """The names of all topics."""
+        """The names of all topics that the node publishes or subscribes to."""
         return {*self.pubs, *self.subs}
 
     def get_topics(self) -> set[str]:
-        """Return the names of all topics."""
+        """Return the names of all topics that the node publishes or subscribes to."""
         return self.topics
 
     def get_pub_sub_info(self) -> list[list[Any]]:

@@ -88,7 +88,7 @@ def deserialize_messages(
 ) -> None:
     """Move the complete messages from a buffer to the end of a list.
 
-    An incomplete message remains in the buffer, at the offset `start`. Bytes before it are not changed.
+    An incomplete message remains in the buffer, at the offset `start`. Bytes before `start` are not changed.
 
     Args:
         b: messages in the format of `serialize_message`, up to the buffer's position.
@@ -99,7 +99,7 @@ def deserialize_messages(
 
     Raises:
         genpy.DeserializationError: the bytes are not a message of class `data_class`. The messages
-            before it have been added.
+            before the invalid one have been added to the list.
     """
     try:
         end = b.tell()

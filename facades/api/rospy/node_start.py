@@ -56,7 +56,7 @@ def start_node(
 
 
 def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
-    """Return True if the caller must start the node, or False if it was started with the same arguments.
+    """Return True if the caller must start a node, or False if one was started with the same arguments.
 
     Raises:
         ROSException: the node was started with different arguments, and the program is not in a notebook.

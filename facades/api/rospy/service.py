@@ -270,7 +270,7 @@ class ServiceProxy(Generic[Request, Response]):
 
     @property
     def transport(self) -> object | None:
-        """The open connection of a persistent proxy; None before its first call."""
+        """The connection of a persistent proxy; None before the first call and after `close`."""
         return self._client.kept
 
     def close(self) -> None:

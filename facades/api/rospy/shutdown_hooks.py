@@ -1,4 +1,4 @@
-"""The node's shutdown hooks, and the threads and waits that end when the node shuts down."""
+"""The node's shutdown hooks, the threads that its shutdown waits for, and the waits that it ends."""
 
 from __future__ import annotations
 

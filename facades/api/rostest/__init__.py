@@ -32,7 +32,7 @@ _TOOL = "script"
 def rosrun(
     package: str, test_name: str, test: script_runner.Tests, sysargs: Sequence[str] | None = None
 ) -> None:
-    """Run tests of nodes and topics. `test_name` is the name of the result file.
+    """Run tests of nodes and topics. `test_name` determines the name of the result file.
 
     Afterwards, shut down the node created by the tests, and exit with code 1 if the tests did not pass.
     """

@@ -58,7 +58,10 @@ class TestTimeoutException(Exception):
 
 
 class BareTestCase(unittest.TestCase):
-    """Test case that runs a program. It passes if the program exits and has written its results.
+    """Test case that runs a program.
+
+    The case passes if the program exits within the time limit and has written its results, even if these
+    contain failures. In text mode, no results are required.
 
     Attributes:
         args: the program's command line.

@@ -35,7 +35,7 @@ class Transformer:
         return self._buffer._allFramesAsDot(current_time or None)
 
     def _repr_html_(self) -> str:
-        """Return the frame tree for notebooks."""
+        """Return the frame tree as HTML, for notebooks."""
         return self._buffer._repr_html_()
 
     def allFramesAsString(self) -> str:
@@ -69,7 +69,7 @@ class Transformer:
         """Block until `lookupTransform` would succeed.
 
         Raises:
-            tf.Exception: `timeout` expired, or no listener fills the buffer (`setUsingDedicatedThread`).
+            tf.Exception: `timeout` expired, or `setUsingDedicatedThread(True)` was not called.
         """
         self._require_listener()
         target, source = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
@@ -89,7 +89,7 @@ class Transformer:
         """Block until `lookupTransformFull` would succeed.
 
         Raises:
-            tf.Exception: `timeout` expired, or no listener fills the buffer (`setUsingDedicatedThread`).
+            tf.Exception: `timeout` expired, or `setUsingDedicatedThread(True)` was not called.
         """
         self._require_listener()
         arguments = _without_slashes(target_frame, target_time, source_frame, source_time, fixed_frame)
@@ -120,7 +120,7 @@ class Transformer:
         return self._buffer.get_latest_common_time(source, target)
 
     def lookupTransform(self, target_frame: str, source_frame: str, time: Any) -> PositionAndRotation:
-        """Return the source's position (x, y, z) and quaternion (x, y, z, w) in the target frame.
+        """Return the position (x, y, z) and quaternion (x, y, z, w) of the source frame in the target frame.
 
         If `time` is zero, use the latest common time. Does not block.
 

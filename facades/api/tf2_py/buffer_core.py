@@ -32,7 +32,7 @@ class BufferCore:
         self._buffer = TransformBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
 
     def _repr_html_(self) -> str:
-        """Return the frame tree for notebooks."""
+        """Return the frame tree as HTML, for notebooks."""
         return self._buffer._repr_html_()
 
     def set_transform(self, transform: Any, authority: str) -> None:
@@ -40,7 +40,7 @@ class BufferCore:
         self._insert(transform, authority, False)
 
     def set_transform_static(self, transform: Any, authority: str) -> None:
-        """Add a TransformStamped that never changes."""
+        """Add a static transform, given as a TransformStamped."""
         self._insert(transform, authority, True)
 
     def _insert(self, transform: Any, authority: str, is_static: bool) -> None:

@@ -195,7 +195,7 @@ class ConvertRegistration:
 
 
 def convert(a: Any, b_type: type[Any]) -> Any:
-    """Convert an object to `b_type`, directly if such a conversion is registered, otherwise via a message.
+    """Convert an object to `b_type`, by a direct conversion if one is registered, otherwise via a message.
 
     If `a` already has this type and no conversion is registered, return a deep copy.
 

@@ -10,7 +10,7 @@ _WARN_AFTER = rospy.Duration(5)
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Base class that calls `subscribe` for the first subscriber, and `unsubscribe` after the last has left.
+    """Base class that calls `subscribe` for the first subscriber, and `unsubscribe` when none are left.
 
     Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called, and
     `_post_init` subscribes immediately. As in Noetic on Python 3, `_post_init` is not called automatically.

@@ -98,7 +98,7 @@ def main() -> int:
     except PiprosError as error:
         rospy.logfatal("%s", error)
         return 1
-    # OpenCV may block for seconds to wait for an image. In the main thread, this would delay signal handlers.
+    # OpenCV may wait several seconds for an image. In the main thread, this would delay signal handlers.
     threading.Thread(target=camera.run, name="camera", daemon=True).start()
     rospy.spin()
     return 0

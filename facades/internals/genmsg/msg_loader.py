@@ -1,4 +1,4 @@
-"""`genmsg.msg_loader`: definitions from files on a search path, `{package: [folders]}`."""
+"""`genmsg.msg_loader`: loads definitions from files on a search path, `{package: [folders]}`."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class MsgContext:
         return bare_msg_type(full_msg_type) in self._registered
 
     def get_registered(self, full_msg_type: str) -> MsgSpec:
-        """Return the definition of a type. Raises KeyError if it is not registered."""
+        """Return the definition of a type. Raises KeyError if the type is not registered."""
         return self._registered[bare_msg_type(full_msg_type)]
 
     def set_file(self, full_msg_type: str, file_path: str) -> None:

@@ -24,7 +24,7 @@ def is_legal_resource_base_name(name: str | None) -> bool:
 
 
 def package_resource_name(name: str) -> tuple[str, str]:
-    """Split a name into a package and a base name. The package is empty if the name does not contain it.
+    """Split a name into a package and a base name. The package is empty if the name does not contain one.
 
     Raises:
         ValueError: the name contains more than one separator.

@@ -64,5 +64,5 @@ def _get_check_dirs() -> list[tuple[str, str]]:
 
 
 def _sort_file_by_oldest(d: str) -> list[str]:
-    """Return the names in a folder, sorted by modification time."""
+    """Return the names in a folder, sorted by modification time, oldest first."""
     return [path.name for path in _logs.oldest_first(_folder(d))]

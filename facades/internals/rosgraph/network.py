@@ -124,7 +124,7 @@ def get_bind_address(address: str | None = None) -> str:
 
 
 def use_ipv6() -> bool:
-    """Return whether `ROS_IPV6=on`."""
+    """Return whether the environment variable `ROS_IPV6` is set to `on`."""
     return os.environ.get(ROS_IPV6) == "on"
 
 

@@ -81,7 +81,7 @@ def calculate_env_loader(env: Mapping[str, str] | None = None) -> str:
 class ROSLaunchConfig:
     """Nodes, tests, parameters and machines from launch files. The local machine's name is "".
 
-    `to_launch` converts it to the corresponding pipros object.
+    `to_launch` converts a configuration to the corresponding pipros object.
     """
 
     def __init__(self) -> None:

@@ -112,7 +112,7 @@ class ROSLaunchRunner:
     """Runner that executes a configuration.
 
     It ensures that a master is running, sets parameters, and starts and monitors nodes. `launch` starts
-    everything; `stop` stops everything. `ROSLaunchParent.runner` is one.
+    everything; `stop` stops everything. The attribute `runner` of a `ROSLaunchParent` is an instance.
 
     Attributes:
         pm: the monitor for the nodes' processes.
@@ -170,7 +170,7 @@ class ROSLaunchRunner:
 
     @property
     def session(self) -> LaunchSession:
-        """The session that the runner starts, or for which it was created."""
+        """The session passed to `of_session`; otherwise, a session that is created on first use."""
         if self._session is None:
             self._session = self._make_session()
         return self._session

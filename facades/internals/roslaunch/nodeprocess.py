@@ -35,11 +35,11 @@ DEFAULT_TIMEOUT_SIGTERM = SIGTERM_TIMEOUT_S
 NUM_WORKERS = 3
 
 process_numbers = itertools.count(1)
-"""Numbers of the launched processes. They are unique across all launches, and part of the log file names."""
+"""Numbers of the launched processes. They are unique in this Python process, and part of log file names."""
 
 
 class LocalProcess(Process):
-    """A node in a launch. As in Noetic, a restarted node keeps its object.
+    """The process of a node in a launch. As in Noetic, a restarted node has the same object.
 
     Attributes:
         log_output: whether the node's output is written to the run's log files instead of the terminal.
@@ -100,7 +100,7 @@ class LocalProcess(Process):
 
 
 class RunProcesses:
-    """The nodes of a launch, with the interface that `ProcessMonitor` requires."""
+    """The node processes of a launch, with the interface that `ProcessMonitor` requires."""
 
     def __init__(self, run: LaunchRun, run_id: str, stop: Callable[[], None]) -> None:
         """Store the arguments. `stop` is the function that stops all nodes."""

@@ -138,8 +138,8 @@ class ROSLaunchParent:
         except BaseException:
             self.shutdown()
             raise
-        assert self.config is not None  # noqa: S101  # the session has loaded it
-        assert self.pm is not None  # noqa: S101  # made with the session
+        assert self.config is not None  # noqa: S101  # set when the session called _load
+        assert self.pm is not None  # noqa: S101  # set by _make_session
         self.runner = ROSLaunchRunner.of_session(session, self.run_id, self.config, self.pm)
         self.server = session.server
         if auto_terminate and not session.owns_master:
@@ -204,5 +204,5 @@ class ROSLaunchParent:
     def _load(self) -> Launch:
         if self.config is None:
             self._load_config()
-        assert self.config is not None  # noqa: S101  # just loaded
+        assert self.config is not None  # noqa: S101  # set by _load_config
         return self.config.to_launch()

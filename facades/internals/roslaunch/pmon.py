@@ -295,6 +295,6 @@ def rl_signal(sig: int, stackframe: FrameType | None) -> None:
 def _init_signal_handlers() -> None:
     """Enable Ctrl-C, which shells disable in background jobs of scripts.
 
-    Some scripts replace this function so that they can launch from other threads. In pipros, they need not.
+    Some scripts replace this function so that they can launch from other threads. pipros does not need this.
     """
     accept_ctrl_c()

@@ -85,6 +85,8 @@ def check_log_disk_usage() -> None:
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
     """Return the errors in a launch file, one per line, or None if there are none.
 
+    Missing package dependencies are also printed to standard error.
+
     Args:
         use_test_depends: whether `test_depend` counts as a declared dependency.
         ignore_unset_args: whether arguments without a value are allowed.

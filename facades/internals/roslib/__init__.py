@@ -1,6 +1,6 @@
 """Drop-in replacement for Noetic's roslib: `load_manifest`, and modules for packages and names."""
 
-import pipros.startup as _startup  # noqa: F401 # the import hook, if pipros.pth did not run
+import pipros.startup as _startup  # noqa: F401 # installs the import hook, in case pipros.pth did not
 from pipros.basics.lazy_names import star_names as _star_names
 from roslib.launcher import load_manifest as load_manifest
 

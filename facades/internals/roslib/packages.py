@@ -139,7 +139,7 @@ def get_dir_pkg(d: str) -> tuple[str, str] | tuple[None, None]:
 def find_node(pkg: str, node_type: str, rospack: RosPack | None = None) -> list[str]:
     """Return the programs with the given name in a package, built programs first.
 
-    `rospack` locates the package.
+    If `rospack` is given, it locates the package.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
@@ -155,7 +155,7 @@ def find_resource(
 ) -> list[str]:
     """Return all files with the given name in a package and among its built programs.
 
-    Only files for which `filter_fn` returns True are included. `rospack` locates the package.
+    Only files for which `filter_fn` returns True are included. If `rospack` is given, it locates the package.
 
     Raises:
         rospkg.ResourceNotFound: the package does not exist.
@@ -196,7 +196,10 @@ def list_pkgs_by_path(
     cache: dict[str, str] | None = None,
     env: Mapping[str, str] | None = None,
 ) -> list[str]:
-    """Return the packages below a folder. Append them to `packages`, and add their folders to `cache`."""
+    """Append the packages below a folder to the list `packages`, by default a new list, and return the list.
+
+    Add the folders of the appended packages to `cache`.
+    """
     del env
     found = packages if packages is not None else []
     for package in PackageIndex([Path(path)]):

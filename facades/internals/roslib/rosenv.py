@@ -67,12 +67,12 @@ def get_ros_home(env: Mapping[str, str] | None = None) -> str:
 
 
 def get_log_dir(env: Mapping[str, str] | None = None) -> str:
-    """Return the folder of log files."""
+    """Return the folder for log files."""
     return str(Environment.from_os(env).log_dir)
 
 
 def get_test_results_dir(env: Mapping[str, str] | None = None) -> str:
-    """Return the folder of test results."""
+    """Return the folder for test results."""
     return str(Environment.from_os(env).test_results_dir)
 
 

@@ -133,7 +133,7 @@ def rosnode_ping(
     verbose: bool = False,
     skip_cache: bool = False,  # noqa: ARG001
 ) -> bool:
-    """Ping a node once per second, `max_count` times; None for no limit. Return False if a ping fails."""
+    """Ping a node once per second, `max_count` times (None or 0: endlessly). Return False if a ping fails."""
     with _graph() as graph:
         return _pinging.ping(graph.master, node_name, count=max_count, say=print if verbose else None)
 

@@ -74,7 +74,7 @@ class CallbackEcho:
             offset_time: whether to print times as offsets from the current time.
             count: number of messages to print; None for no limit.
             field_filter_fn: function that returns the names of the fields to print, given a message.
-            fixed_numeric_width: width of numbers.
+            fixed_numeric_width: width to which integers are padded and floats are truncated.
             value_transform_fn: function that transforms messages before they are printed.
         """
         self.topic = topic

@@ -32,7 +32,7 @@ class ROSTopicHz:
 
     Attributes:
         times: intervals between messages; `msg_t0` and `msg_tn` are the times of the first and last arrival.
-        last_printed_tn: time of the last arrival that was printed.
+        last_printed_tn: time of the last arrival that `get_hz` or `print_hz` reported.
         lock: protects these attributes.
     """
 

@@ -116,12 +116,14 @@ def stdin_publish(
 ) -> None:
     """Publish a message for each YAML document in a file or on standard input.
 
+    Before the first message, wait up to `SUBSCRIBER_TIMEOUT` for a subscriber.
+
     If `once` is true, publish only the first message. If `rate` is set and a file contains a single document,
     that message is published repeatedly. If `rate` is not set, the first message is latched until the node is
     shut down.
 
     Raises:
-        ROSTopicException: the file does not exist, or values do not match the type.
+        ROSTopicException: the file does not exist, the YAML is invalid, or values do not match the type.
     """
     documents = file_yaml_arg(filename) if filename else stdin_yaml_arg
     if filename is not None and rate is not None and len(list(islice(documents(), 2))) == 1:
@@ -153,6 +155,7 @@ def param_publish(
     """Publish the current value of a parameter at a rate in Hz, until the node is shut down.
 
     Raises:
+        rosgraph.MasterError: the parameter is not set.
         ROSTopicException: the values do not match the type.
     """
     for _ in _ticks(rate):
@@ -177,7 +180,7 @@ def file_yaml_arg(filename: str) -> Documents:
     """Return a generator function for the YAML documents in a file, each as a message's values.
 
     Raises:
-        ROSTopicException: the file does not exist.
+        ROSTopicException: the file does not exist. The generator raises this error for invalid YAML.
     """
     if not Path(filename).is_file():
         raise ROSTopicException(f"file does not exist: {filename}")

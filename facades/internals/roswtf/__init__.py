@@ -78,7 +78,8 @@ def roswtf_main() -> None:
 def yaml_results(ctx: WtfContext) -> None:
     """Print the errors and warnings in a context as YAML.
 
-    The YAML maps each rule's text to the value that its function returned.
+    The keys `warnings` and `errors` contain mappings from rule texts to the return values of the rules'
+    functions.
     """
     import yaml
 

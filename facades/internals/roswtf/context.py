@@ -31,9 +31,9 @@ class WtfContext:
         pkgs: the package and its dependencies.
         env, ros_root, ros_package_path, pythonpath, ros_master_uri: the environment.
         launch_files, launch: the launch files to check, and their contents.
-        roslaunch_uris: the addresses of running launchers.
+        roslaunch_uris: the URIs of running launchers.
         system_state, nodes, topics, services, service_providers: the registrations with the master.
-        uri_node_map: mapping from addresses to nodes.
+        uri_node_map: mapping from slave API URIs to nodes.
         use_sim_time: the value of the parameter `/use_sim_time`.
         expected_edges, actual_edges: connections as (publisher, subscriber, topic), as registered with the
             master and as reported by the nodes.

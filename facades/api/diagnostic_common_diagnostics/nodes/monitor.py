@@ -21,7 +21,10 @@ def hostname() -> str:
 
 
 def init(program: str) -> str:
-    """Start a node called `<program>_<machine>`. Return the machine's name."""
+    """Start a node called `<program>_<machine>`. Return the machine's name.
+
+    In the node's name, underscores replace all characters other than ASCII letters and digits.
+    """
     host = hostname()
     clean = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in host)
     rospy.init_node(f"{program}_{clean}")
@@ -86,7 +89,7 @@ def run_updater(name: str, hardware_id: str, read: Callable[[], Report], hz: flo
 
 
 def publish_all(reports: Callable[[], list[tuple[str, Report]]], hardware_id: str, period_s: float) -> int:
-    """Publish statuses until the node is shut down. Return the exit code.
+    """Publish statuses every `period_s` until the node is shut down. Return the exit code.
 
     In contrast to `run_updater`, the node's name is not prepended to the names of the statuses.
     """

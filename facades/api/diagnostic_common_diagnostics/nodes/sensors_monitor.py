@@ -15,7 +15,7 @@ HWMON = Path("/sys/class/hwmon")
 
 
 def readings(source: Any) -> Iterator[Sensor]:
-    """Yield the sensors that psutil supports on this system, if any."""
+    """Yield the temperature and fan sensors that psutil supports on this system, if any."""
     for chip, found in getattr(source, "sensors_temperatures", dict)().items():
         for item in found:
             yield Sensor(item.label or chip, "Temperature", item.current, item.high, item.critical)
@@ -27,8 +27,8 @@ def readings(source: Any) -> Iterator[Sensor]:
 def voltages(folder: Path = HWMON) -> Iterator[Sensor]:
     """Yield the voltages in V from the Linux kernel's hardware monitoring drivers.
 
-    Yield nothing on other systems. The drivers' files contain millivolts (the kernel's
-    `hwmon/sysfs-interface`).
+    Yield nothing on other systems. The drivers' files contain millivolts (see
+    `hwmon/sysfs-interface` in the kernel's documentation).
     """
     for path in sorted(folder.glob("hwmon*/in*_input")):
         number = path.name.removesuffix("_input")

@@ -82,7 +82,7 @@ class ParamServerCache:
                 self.notifier(key, value)
 
     def delete(self, key: str) -> None:
-        """Remove a parameter or a namespace.
+        """Remove a parameter or a namespace, and parent namespaces that become empty.
 
         Raises:
             KeyError: the parameter is not set, or is the root.

@@ -22,11 +22,11 @@ _star_names(__name__, "rospy xmlrpc.client:ServerProxy socket threading time")
 
 
 class TCPROSPub(TCPROSTransportProtocol):
-    """The publishing side of a topic."""
+    """The publishing side of a topic in genuine rospy."""
 
 
 class TCPROSSub(TCPROSTransportProtocol):
-    """The receiving side of a topic."""
+    """The receiving side of a topic in genuine rospy."""
 
 
 class QueuedConnection(InternalOfRospy):

@@ -35,11 +35,11 @@ ServiceImpl = Service
 
 
 class TCPService(TCPROSTransportProtocol):
-    """The server side of a service."""
+    """The server side of a service in genuine rospy."""
 
 
 class TCPROSServiceClient(TCPROSTransportProtocol):
-    """The client side of a service."""
+    """The client side of a service in genuine rospy."""
 
 
 def service_connection_handler(sock: object, client_addr: object, header: object) -> str:

@@ -16,7 +16,7 @@ def resolved(topic: str) -> str:
 
 
 def selection_of(tool: str, topics: Iterable[str]) -> Selection:
-    """Select the first topic on a command line. Raises SystemExit if a topic is refused."""
+    """Return a selection of which the first topic is selected. Raises SystemExit if a topic is refused."""
     selection = Selection([], tool)
     try:
         for topic in dict.fromkeys(map(rospy.resolve_name, topics)):
@@ -67,5 +67,5 @@ class Services:
         )
 
     def announce(self) -> None:
-        """Publish the selected topic."""
+        """Publish the name of the selected topic, or `__none`."""
         self._selected.publish(self._text(self._selection.selected or NONE))

@@ -50,7 +50,7 @@ class Graph:
     """The graph of the master at ROS_MASTER_URI, as of the last `update`; see `pipros.graph.live.LiveGraph`.
 
     Attributes:
-        nn_nodes, nt_nodes, srvs: the nodes, the vertices of the topics, and the names of the services.
+        nn_nodes, nt_nodes, srvs: the node vertices, the topic vertices, and the names of the services.
         bad_nodes_lock: lock held while `bad_nodes` changes.
         master_stale, node_stale: maximum ages of reused responses from the master and from nodes, in seconds.
         last_master_refresh, last_node_refresh: times of the last query to the master and to each node.
@@ -82,7 +82,7 @@ class Graph:
 
     @property
     def nt_edges(self) -> EdgeList:
-        """The connections between nodes and topics."""
+        """The connections between nodes and topics, as reported by the nodes."""
         return _edges(self._live.topic_links)
 
     @property
