@@ -70,9 +70,11 @@ def _accessors(event: BondEvent, meaning: str) -> tuple[Getter, Setter, property
 class Bond:
     """One side of a bond between two processes with the same topic and ID.
 
-    The bond is formed when each side has received a message from the other, and broken when one side breaks
-    the bond or stops publishing. Callbacks are called without arguments in a thread of the bond or of its
-    subscriber, and may call any method. All methods may be called from any thread.
+    On each side, the first message from the other side forms the bond. The bond is broken when one side
+    breaks the bond or stops publishing, or if no message arrives within `connect_timeout`.
+
+    Callbacks are called without arguments in a thread of the bond or of its subscriber, and may call any
+    method. All methods may be called from any thread.
 
     Attributes:
         topic, id: the constructor's arguments.

@@ -131,7 +131,7 @@ class CvBridge:
         decode the image.
 
         Raises:
-            CvBridgeError: the image cannot be decoded, or cannot be converted to this encoding.
+            CvBridgeError: the image cannot be decoded, or cannot be converted to `desired_encoding`.
             ImportError: OpenCV is not installed.
         """
         cv2 = opencv("a compressed image")
@@ -152,7 +152,7 @@ class CvBridge:
 
         Raises:
             TypeError: `cvim` is not an array.
-            CvBridgeError: OpenCV cannot encode the image in this format.
+            CvBridgeError: OpenCV cannot encode the image in `dst_format`.
             ImportError: OpenCV is not installed.
         """
         if not isinstance(cvim, np.ndarray | np.generic):

@@ -12,7 +12,7 @@ from pipros.basics.errors import PiprosError
 
 
 def main() -> int:
-    """Write the CSV files for each bag. Return the exit code, which is 1 if a bag cannot be read."""
+    """Write the CSV files for each bag. Return the exit code, which is 1 if reading or writing fails."""
     parser = argparse.ArgumentParser("export_csv.py", description="Writes recorded diagnostics to CSV files.")
     parser.add_argument(
         "-d",

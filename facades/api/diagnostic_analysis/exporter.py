@@ -37,7 +37,7 @@ class LogExporter:
         """Read the bag and write the files.
 
         Raises:
-            OSError, pipros.bag.BagError: the bag cannot be read.
+            OSError, pipros.bag.BagError: the bag cannot be read, or a file cannot be written.
         """
         columns: dict[str, CsvColumns] = defaultdict(CsvColumns)
         for _, status in self._statuses():

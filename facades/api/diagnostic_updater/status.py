@@ -1,4 +1,4 @@
-"""The status that tasks fill in."""
+"""`DiagnosticStatusWrapper`, the status that tasks fill in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostic tasks."""
+"""Diagnostic tasks, which an `Updater` runs."""
 
 from __future__ import annotations
 

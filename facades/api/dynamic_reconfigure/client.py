@@ -61,9 +61,9 @@ class Client:
         self._updates_sub = rospy.Subscriber(f"{topic}/parameter_updates", ConfigMsg, self._updates_msg)
 
     def get_configuration(self, timeout: float | None = None) -> Any:
-        """Return the configuration, or None if it does not arrive within `timeout` seconds.
+        """Return the configuration, or None if it is not received within `timeout` seconds.
 
-        If `timeout` is None or 0, wait forever.
+        If `timeout` is None or 0, wait until the configuration is received or the node is shut down.
         """
         return self._wait("config", timeout)
 

@@ -1,7 +1,7 @@
 """`rosrun robot_state_publisher robot_state_publisher`: publish the frames of a robot's links.
 
 Parameters: `robot_description`, `~publish_frequency` (50 Hz), `~use_tf_static` (true),
-`~ignore_timestamp` (false), `tf_prefix`. Subscribes to `joint_states`; publishes on `/tf` and `/tf_static`.
+`~ignore_timestamp` (false), `tf_prefix`. Input: `joint_states`. Outputs: `/tf` and `/tf_static`.
 """
 
 from __future__ import annotations

@@ -266,7 +266,7 @@ def delete_param(param_name: str) -> None:
 
 @_interruptible
 def search_param(param_name: str) -> str | None:
-    """Search for a parameter upwards from the node's namespace. Return its full name, or None if not found."""
+    """Search for a parameter upwards from the node's namespace. Return its full name, or None."""
     return session.params.search(param_name)
 
 

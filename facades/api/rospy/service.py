@@ -74,8 +74,9 @@ class Service:
     ) -> None:
         """Register the service, or defer this to `init_node` if the node has not started.
 
-        `error_handler(exception, type, value, traceback)` is called if the handler raises; the client always
-        receives an error. `buff_size` is accepted for compatibility and has no effect.
+        `error_handler(exception, type, value, traceback)` is called if the handler raises an exception other
+        than `ServiceException`; the client always receives an error. `buff_size` is accepted for compatibility
+        and has no effect.
 
         Raises:
             ServiceException: this node already provides a service with this name.
@@ -242,7 +243,7 @@ class ServiceProxy(Generic[Request, Response]):
         `timeout` limits the duration of this call, unless the request has a field of that name.
 
         Raises:
-            ServiceException: no node provides the service, it replied with an error, or the timeout expired.
+            ServiceException: the service does not exist, it replied with an error, or the timeout expired.
             ROSInterruptException: the node was shut down while waiting.
             TypeError, AttributeError: the arguments do not fit the request.
         """

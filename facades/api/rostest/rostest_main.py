@@ -37,7 +37,10 @@ ROS_TEST_RESULTS_DIR = "ROS_TEST_RESULTS_DIR"
 
 
 def configure_logging() -> str | None:
-    """Open the log file of a rostest. Print and return its path."""
+    """Open the log file of a rostest. Print and return its path.
+
+    Return None if its folder cannot be created.
+    """
     file = roslogging.configure_logging(
         "rostest", filename=f"rostest-{socket.gethostname()}-{os.getpid()}.log"
     )

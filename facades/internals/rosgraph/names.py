@@ -109,7 +109,9 @@ def script_resolve_name(script_name: str, name: str) -> str:
 
 
 def load_mappings(argv: Sequence[str]) -> dict[str, str]:
-    """Return the remappings of a command line, without parameters (`_name:=`).
+    """Return the remappings and special arguments (`__name:=`) of a command line.
+
+    Parameters (`_name:=`) are not included.
 
     Malformed arguments are reported on standard error.
     """

@@ -117,7 +117,7 @@ class RunProcesses:
         self._stop()
 
     def of(self, managed: ManagedNode) -> LocalProcess:
-        """Return a node's process, which is always the same object."""
+        """Return the process of a node: the same object on each call."""
         with self._lock:
             if managed.name not in self._known:
                 self._known[managed.name] = LocalProcess(self._run, self._run_id, managed)

@@ -33,7 +33,7 @@ def configure_logging() -> str | None:
 def rosmaster_main(
     argv: Sequence[str] | None = None, stdout: TextIO | None = None, env: Mapping[str, str] | None = None
 ) -> None:
-    """Run a master until it is shut down. The first argument is the program's name.
+    """Run a master until it is shut down. `argv` starts with the program's name.
 
     `stdout` and `env` are ignored; `sys.stdout` and `os.environ` are used instead.
     """

@@ -217,7 +217,7 @@ def rosnode_cleanup() -> None:
 
 
 def rosnodemain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rosnode`. The first argument is the program's name.
+    """Run the command `rosnode`. `argv` starts with the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.

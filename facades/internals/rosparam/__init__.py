@@ -233,7 +233,7 @@ def represent_foo(loader: Any, data: Any) -> Any:
 
 
 def yamlmain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rosparam`. The first argument is the program's name.
+    """Run the command `rosparam`. `argv` starts with the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.

@@ -170,7 +170,7 @@ def rosservice_find(service_type: str) -> list[str]:
 
 
 def rosservicemain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rosservice`. The first argument is the program's name.
+    """Run the command `rosservice`. `argv` starts with the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.

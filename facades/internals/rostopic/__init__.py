@@ -207,7 +207,7 @@ def get_info_text(topic: str) -> str:
 
 
 def rostopicmain(argv: Sequence[str] | None = None) -> None:
-    """Run the command `rostopic`. The first argument is the program's name.
+    """Run the command `rostopic`. `argv` starts with the program's name.
 
     Raises:
         SystemExit: the command failed, or its arguments are invalid.
