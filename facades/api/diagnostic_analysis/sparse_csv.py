@@ -12,7 +12,7 @@ _LARGEST = 65000
 
 
 def main() -> int:
-    """Write the file. Return the exit code, which is 1 if a number is too low, or reading or writing fails."""
+    """Write the file. Return the exit code, which is 1 if a number is too low or a file is unusable."""
     parser = argparse.ArgumentParser("sparse_csv.py", description="Writes a CSV file with fewer rows.")
     parser.add_argument("-l", "--length", type=int, metavar="LEN", help="approximate number of rows to keep")
     parser.add_argument(

@@ -189,7 +189,7 @@ class Bag(IndexAccess):
         self._chunk_threshold = chunk_threshold
 
     def set_encryptor(self, encryptor: str | None = None, param: Any = None) -> None:
-        """Do nothing if `encryptor` is empty; encryption is not supported.
+        """Do nothing if `encryptor` is empty or `rosbag/NoEncryptor`; encryption is not supported.
 
         Raises:
             ROSBagEncryptNotSupportedException: an encryptor was given.

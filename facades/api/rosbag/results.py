@@ -17,7 +17,7 @@ class BagMessage(NamedTuple):
 
 
 class BagMessageWithConnectionHeader(NamedTuple):
-    """Item of `read_messages` with `return_connection_header`."""
+    """Item of `read_messages(return_connection_header=True)`. `message` is a tuple if `raw` was requested."""
 
     topic: str
     message: Any

@@ -75,8 +75,8 @@ class Service:
         """Register the service, or defer this to `init_node` if the node has not started.
 
         `error_handler(exception, type, value, traceback)` is called if the handler raises an exception other
-        than `ServiceException`; the client always receives an error. `buff_size` is accepted for compatibility
-        and has no effect.
+        than `ServiceException`; the client always receives an error. `buff_size` is accepted for
+        compatibility and has no effect.
 
         Raises:
             ServiceException: this node already provides a service with this name.

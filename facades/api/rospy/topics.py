@@ -57,7 +57,7 @@ class Topic(Generic[AnyMessage]):
     """Base class of `Publisher` and `Subscriber`.
 
     Attributes:
-        name: the topic as passed in; `resolved_name` is the global name.
+        name, resolved_name: the topic's global name.
         type: for example, `std_msgs/String`.
         md5sum: the MD5 sum of the type.
         data_class: the message class.

@@ -25,7 +25,7 @@ class CleanupException(Exception):
 def get_disk_usage(d: str) -> int:
     """Return the total size in bytes of all files and folders below `d`.
 
-    Raises CleanupException if `d` does not exist.
+    Raises CleanupException if `d` is not a folder.
     """
     return _logs.size_of(_folder(d))
 
@@ -33,7 +33,7 @@ def get_disk_usage(d: str) -> int:
 def get_human_readable_disk_usage(d: str) -> str:
     """Return the disk usage in the format of `du -h`, such as `8.7M`.
 
-    Raises CleanupException if `d` does not exist.
+    Raises CleanupException if `d` is not a folder.
     """
     return _logs.readable(_logs.disk_usage(_folder(d)))
 

@@ -1,4 +1,4 @@
-"""An XML-RPC server for programs with their own nodes. Facade of `pipros.net.rpc_server`."""
+"""An XML-RPC server for programs that implement a node themselves. Facade of `pipros.net.rpc_server`."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class XmlRpcNode:
             wait_in_slices(self._ended.wait, None)
 
     def set_uri(self, uri: str) -> None:
-        """Set the node's URI."""
+        """Set `uri`."""
         self.uri = uri
 
     def shutdown(self, reason: str) -> None:

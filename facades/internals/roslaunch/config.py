@@ -122,7 +122,8 @@ class ROSLaunchConfig:
         return self._has_remote_nodes
 
     def assign_machines(self) -> None:
-        """Set the `machine` of all nodes and tests. Machines that differ only in their name are merged.
+        """Set the `machine` of all nodes and tests. Of machines with the same
+        settings, only the first is used.
 
         Raises:
             RLException: a machine is not defined, or its address cannot be resolved.

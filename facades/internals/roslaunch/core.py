@@ -158,14 +158,14 @@ class Machine:
         self.timeout = timeout or _REGISTER_TIMEOUT_S
 
     def config_key(self) -> str:
-        """Return a string that is equal for machines that differ only in name."""
+        """Return a string that is equal for machines that differ only in `name` and `assignable`."""
         return (
             f"Machine(address[{self.address}] env_loader[{self.env_loader}] ssh_port[{self.ssh_port}] "
             f"user[{self.user or ''}] password[{self.password or ''}] timeout[{self.timeout}])"
         )
 
     def config_equals(self, m2: object) -> bool:
-        """Return whether `m2` is a machine with the same settings. Names are ignored."""
+        """Return whether `m2` is a machine with the same settings. `name` and `assignable` are ignored."""
         return isinstance(m2, Machine) and self.config_key() == m2.config_key()
 
     def to_model(self) -> model.Machine:

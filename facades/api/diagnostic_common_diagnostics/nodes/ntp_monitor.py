@@ -21,7 +21,7 @@ def offset_from(server: str, port: int = sntp.PORT, deadline_s: float = DEADLINE
     """Return the server's clock minus this machine's, in seconds.
 
     Raises:
-        OSError: the server does not respond in time.
+        OSError: the server's name cannot be resolved, or the server does not respond in time.
         BadReading: the response is invalid.
     """
     family, kind, protocol, _, address = socket.getaddrinfo(server, port, type=socket.SOCK_DGRAM)[0]

@@ -16,7 +16,7 @@ def resolved(topic: str) -> str:
 
 
 def selection_of(tool: str, topics: Iterable[str]) -> Selection:
-    """Return a selection of which the first topic is selected. Raises SystemExit if a topic is refused."""
+    """Return a selection with the first of the topics selected. Raises SystemExit if a topic is refused."""
     selection = Selection([], tool)
     try:
         for topic in dict.fromkeys(map(rospy.resolve_name, topics)):
