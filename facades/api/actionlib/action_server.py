@@ -216,8 +216,8 @@ class ActionServer:
             if known is not None:
                 self._handle_known(known)
                 return None
-            # Only a timestamp set by the client can be earlier than a cancellation; the server sets
-            # timestamps on arrival.
+            # Only a timestamp set by the client can be earlier than a cancellation; a missing timestamp
+            # is set to the time of arrival.
             is_late = not goal.goal_id.stamp.is_zero() and goal.goal_id.stamp <= self.last_cancel
             tracker = StatusTracker(None, None, goal)
             if not self._add(tracker):
@@ -257,7 +257,7 @@ class ActionServer:
         """Reject a goal because the server has too many goals or the goal ID is too long."""
         self._warn_of_refusal()
         tracker.status.status = GoalStatus.REJECTED
-        tracker.status.text = "this action server has too many goals"
+        tracker.status.text = "this action server has too many goals, or the goal ID is too long"
         message = self.ActionResult(status=tracker.status, result=self.ActionResultType())
         message.header.stamp = rospy.Time.now()
         if not rospy.is_shutdown():

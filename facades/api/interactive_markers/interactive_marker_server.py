@@ -75,7 +75,10 @@ class InteractiveMarkerServer:
         feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | int | None = -1,
         feedback_type: int = DEFAULT_FEEDBACK_CB,
     ) -> None:
-        """Add a marker, replacing any marker with the same name. For the callback, see `setCallback`."""
+        """Add a marker, or replace the marker with the same name, but not its callbacks.
+
+        If `feedback_cb` is given, it is set as by `setCallback`.
+        """
         with self.mutex:
             self._markers.insert(marker)
             if not isinstance(feedback_cb, int):

@@ -171,7 +171,7 @@ class IndexAccess(BagContents):
         start_time: Time | None = None,
         end_time: Time | None = None,
     ) -> Iterator[IndexEntry]:
-        """Return the index entries for messages on the connections between two times, inclusive, in time order."""
+        """Return the entries for messages on the connections between two times, inclusive, in time order."""
         return self._between(connections, start_time, end_time)
 
     def _get_entries_reverse(

@@ -75,6 +75,8 @@ def createUnitTest(  # Noetic's name
 ) -> type[unittest.TestCase]:
     """Return a unittest class with a case for each `<test>` in a launch file.
 
+    Tests with the same name become one case, which fails.
+
     Args:
         pkg: the package to which the results belong.
         reuse_master: whether to use the master at `ROS_MASTER_URI` instead of starting one.

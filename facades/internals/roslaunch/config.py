@@ -122,8 +122,7 @@ class ROSLaunchConfig:
         return self._has_remote_nodes
 
     def assign_machines(self) -> None:
-        """Set the `machine` of all nodes and tests. Of machines with the same
-        settings, only the first is used.
+        """Set the `machine` of all nodes and tests. Of machines with equal settings, only the first is used.
 
         Raises:
             RLException: a machine is not defined, or its address cannot be resolved.

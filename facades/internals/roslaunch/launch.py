@@ -211,7 +211,7 @@ class ROSLaunchRunner:
         return self._run_processes().all(), list(self.session.failed)
 
     def launch_node(self, node: Node, core: bool = False) -> tuple[Any, bool]:
-        """Start one node. If `core` is true, also set the node's `respawn`.
+        """Start one node. If `core` is true, first set the node's `respawn` to True.
 
         Returns:
             The process and True, or the node's name and False if the node could not be started.

@@ -118,9 +118,9 @@ def stdin_publish(
 
     Before the first message, wait up to `SUBSCRIBER_TIMEOUT` for a subscriber.
 
-    If `once` is true, publish only the first message. If `rate` is set and a file contains a single document,
-    that message is published repeatedly. If `rate` is not set, the first message is latched until the node is
-    shut down.
+    If `once` is true, publish only the first message. If `rate` (Hz) is set, publish the messages at this
+    rate; if a file contains a single document, publish that message repeatedly. If `rate` is not set, the
+    first message is latched until the node is shut down.
 
     Raises:
         ROSTopicException: the file does not exist, the YAML is invalid, or values do not match the type.

@@ -68,7 +68,7 @@ class Output(rospy.SubscribeListener):
     def advertise_like(self, message: AnyMsg, latch: bool) -> bool:
         """Advertise the topic with the type of a message, unless it is already advertised.
 
-        Return whether this call advertised it. A message of unknown type is logged as an error.
+        Return whether this call advertised the topic. A message of unknown type is logged as an error.
         """
         with self._lock:
             if self._publisher is not None:
