@@ -192,7 +192,7 @@ class Bag(IndexAccess):
         """Do nothing if `encryptor` is empty or `rosbag/NoEncryptor`; encryption is not supported.
 
         Raises:
-            ROSBagEncryptNotSupportedException: an encryptor was given.
+            ROSBagEncryptNotSupportedException: another encryptor was given.
         """
         del param
         if encryptor not in (None, "", "rosbag/NoEncryptor"):

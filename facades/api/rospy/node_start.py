@@ -59,7 +59,7 @@ def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
     """Return True if the caller must start a node, or False if one was started with the same arguments.
 
     Raises:
-        ROSException: the node was started with different arguments, and the program is not in a notebook.
+        ROSException: a node was started with different arguments, and the program is not in a notebook.
     """
     with session.lock:
         if session.init_arguments is None:

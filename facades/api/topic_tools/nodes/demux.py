@@ -40,7 +40,7 @@ class Demux:
         """Select an output, or none if `topic` is `__none`. Return the previous selection.
 
         Raises:
-            Refused: `topic` is not an output of the demux.
+            BadSelection: `topic` is not an output of the demux.
         """
         rospy.loginfo("trying to switch demux to %s", topic)
         before = self.selection.select(topic)
@@ -54,7 +54,7 @@ class Demux:
         """Add an output, which is advertised when the next message arrives.
 
         Raises:
-            Refused: `topic` is already an output of the demux, or not a valid name.
+            BadSelection: `topic` is already an output of the demux, or not a valid name.
         """
         with self._lock:
             self.selection.add(topic)
@@ -64,7 +64,7 @@ class Demux:
         """Remove an output.
 
         Raises:
-            Refused: `topic` is not an output of the demux, or is currently selected.
+            BadSelection: `topic` is not an output of the demux, or is currently selected.
         """
         with self._lock:
             self.selection.delete(topic)

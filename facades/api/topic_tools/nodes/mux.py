@@ -59,7 +59,7 @@ class Mux:
         """Select an input, or none if `topic` is `__none`. Return the previous selection.
 
         Raises:
-            Refused: `topic` is not an input of the mux.
+            BadSelection: `topic` is not an input of the mux.
         """
         rospy.loginfo("trying to switch mux to %s", topic)
         with self._lock:
@@ -75,7 +75,7 @@ class Mux:
         """Add an input.
 
         Raises:
-            Refused: `topic` is already an input of the mux, or not a valid name.
+            BadSelection: `topic` is already an input of the mux, or not a valid name.
         """
         with self._lock:
             self.selection.add(topic)
@@ -87,7 +87,7 @@ class Mux:
         """Remove an input.
 
         Raises:
-            Refused: `topic` is not an input of the mux, or is currently selected.
+            BadSelection: `topic` is not an input of the mux, or is currently selected.
         """
         with self._lock:
             self.selection.delete(topic)
