@@ -55,10 +55,10 @@ class CameraInfoManager:
         self.svc = rospy.Service(name, SetCameraInfo, self.setCameraInfo)
 
     def getCameraInfo(self) -> CameraInfo:
-        """Return the calibration. All values are zero if it could not be loaded.
+        """Return the calibration. All values are zero if `loadCameraInfo` failed.
 
         Raises:
-            CameraInfoMissingError: the calibration was not loaded.
+            CameraInfoMissingError: there is no calibration; call `loadCameraInfo` first.
         """
         if self.camera_info is None:
             raise CameraInfoMissingError("Calibration missing, loadCameraInfo() needed.")
@@ -76,7 +76,7 @@ class CameraInfoManager:
         """Return whether the camera is calibrated.
 
         Raises:
-            CameraInfoMissingError: the calibration was not loaded.
+            CameraInfoMissingError: there is no calibration; call `loadCameraInfo` first.
         """
         return bool(self.getCameraInfo().K[0] != 0.0)
 

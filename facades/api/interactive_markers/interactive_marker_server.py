@@ -75,7 +75,7 @@ class InteractiveMarkerServer:
         feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | int | None = -1,
         feedback_type: int = DEFAULT_FEEDBACK_CB,
     ) -> None:
-        """Add a marker, or replace the marker with the same name, but not its callbacks.
+        """Add a marker. If a marker with the same name exists, replace it, but keep its callbacks.
 
         If `feedback_cb` is given, it is set as by `setCallback`.
         """

@@ -10,8 +10,9 @@ _WARN_AFTER = rospy.Duration(5)
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Base class that calls `subscribe` for the first subscriber, and `unsubscribe` when none are left.
+    """Base class of nodes that subscribe only while their own topics have subscribers.
 
+    `subscribe` is called when the first subscriber connects, and `unsubscribe` when the last one disconnects.
     Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called, and
     `_post_init` subscribes immediately. As in Noetic on Python 3, `_post_init` is not called automatically.
     """

@@ -112,7 +112,7 @@ class ROSLaunchRunner:
     """Runner that executes a configuration.
 
     It ensures that a master is running, sets parameters, and starts and monitors nodes. `launch` starts
-    everything; `stop` stops everything. The attribute `runner` of a `ROSLaunchParent` is an instance.
+    everything; `stop` stops everything. The attribute `runner` of `ROSLaunchParent` is such a runner.
 
     Attributes:
         pm: the monitor for the nodes' processes.

@@ -39,7 +39,7 @@ process_numbers = itertools.count(1)
 
 
 class LocalProcess(Process):
-    """The process of a node in a launch. As in Noetic, a restarted node has the same object.
+    """The process of a node in a launch. As in Noetic, restarting the node does not create a new object.
 
     Attributes:
         log_output: whether the node's output is written to the run's log files instead of the terminal.

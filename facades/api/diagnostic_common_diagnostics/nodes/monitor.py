@@ -89,7 +89,7 @@ def run_updater(name: str, hardware_id: str, read: Callable[[], Report], hz: flo
 
 
 def publish_all(reports: Callable[[], list[tuple[str, Report]]], hardware_id: str, period_s: float) -> int:
-    """Publish statuses every `period_s` until the node is shut down. Return the exit code.
+    """Publish statuses every `period_s` seconds until the node is shut down. Return the exit code.
 
     In contrast to `run_updater`, the node's name is not prepended to the names of the statuses.
     """
