@@ -25,6 +25,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.uri import parse_uri
 
+from pipros.net import sockets
 from pipros.net.loop import BackgroundLoop
 from pipros.server.access import Access
 from pipros.server.view_server import PageServer, ServedViews
@@ -425,3 +426,37 @@ def test_the_token_is_not_logged_at_any_level(
     with browser_of(access) as browser:
         assert "unknown action" in browser.act("nothing")["error"]
     assert access.secret.token not in caplog.text
+
+
+@pytest.mark.parametrize(("host", "other"), [("127.0.0.1", "::1"), ("0.0.0.0", "::1"), ("::1", "127.0.0.1")])
+def test_another_user_cannot_take_the_other_address_of_localhost(host: str, other: str) -> None:
+    """Browsers open `localhost` at ::1 first, and the page of a stranger there could read the token."""
+    try:
+        sockets.listen(other).close()
+    except OSError:
+        pytest.skip(f"this machine does not have the address {other}")
+    loop = BackgroundLoop("page")
+    with ExitStack() as stack:
+        loop.start()
+        stack.callback(loop.stop)
+        server = PageServer(ServedViews())
+        loop.run(server.start(host, 0), 30)
+        stack.callback(lambda: loop.run(server.close(), 30))
+        with pytest.raises(OSError, match="in use"):
+            sockets.listen(other, server.access.port)
+        with socket.create_connection((other, server.access.port), 10) as browser:
+            browser.sendall(f"GET / HTTP/1.1\r\nHost: localhost:{server.access.port}\r\n\r\n".encode())
+            assert browser.recv(9) == b"HTTP/1.1 "
+
+
+def test_a_page_does_not_open_beside_the_port_of_another_user() -> None:
+    loop = BackgroundLoop("page")
+    with ExitStack() as stack:
+        try:
+            stranger = stack.enter_context(sockets.listen("::1"))
+        except OSError:
+            pytest.skip("this machine does not have the address ::1")
+        loop.start()
+        stack.callback(loop.stop)
+        with pytest.raises(OSError, match="in use"):
+            loop.run(PageServer(ServedViews()).start("127.0.0.1", stranger.getsockname()[1]), 30)

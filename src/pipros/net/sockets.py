@@ -94,6 +94,27 @@ def listen_all(hosts: Sequence[str], port: int | PortRange = 0, backlog: int = 1
             return opened
 
 
+def with_other_loopback(hosts: Sequence[str]) -> list[str]:
+    """Return the addresses, extended such that a server has all addresses that `localhost` may stand for.
+
+    A loopback address that this machine lacks is not added.
+    """
+    result = list(dict.fromkeys(hosts))
+    if {"127.0.0.1", "0.0.0.0"} & {*hosts} and not {"::1", "::"} & {*hosts}:  # noqa: S104 # only compared
+        result.append("::1")
+    elif "::1" in hosts and not {"127.0.0.1", "0.0.0.0"} & {*hosts}:  # noqa: S104 # only compared
+        result.append("127.0.0.1")
+    return [each for each in result if each in hosts or _is_here(each)]
+
+
+def _is_here(address: str) -> bool:
+    try:
+        listen(address).close()
+    except OSError:
+        return False
+    return True
+
+
 def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> list[socket.socket]:
     is_reserved = False
     for port in ports:

@@ -297,7 +297,9 @@ class ServerPort:
         """Open the port and return its number.
 
         Args:
-            host: address to listen on.
+            host: address to listen on. For 127.0.0.1, 0.0.0.0 and ::1, the port is also opened at the other
+                loopback address, if this machine has it: users open `localhost`, and browsers prefer ::1.
+                Another user could otherwise listen there, and would be shown the token.
             port: port to listen on; 0 selects a free one.
             handle_websocket: serves a WebSocket until it is closed.
             respond: returns the response to a request, or None to continue with the WebSocket handshake.
@@ -308,7 +310,8 @@ class ServerPort:
             OSError: the port is in use, or the address does not belong to this machine.
         """
         found = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_STREAM)
-        listening = self._listener.listen([str(each[4][0]) for each in found], port)
+        hosts = sockets.with_other_loopback([str(each[4][0]) for each in found])
+        listening = self._listener.listen(hosts, port)
         create_connection: Any = partial(
             connection_class,
             self._listener,
