@@ -1,14 +1,15 @@
 """Compare the values of a message with the rules for its fields. Performs no I/O.
 
 Every value in the message is checked: a field without a rule must have its default (zero, false, empty), so a
-rule for `linear.x` does not leave `linear.y` unrestricted. A header may have any `seq` and `stamp`.
+rule for `linear.x` does not leave `linear.y` unrestricted. A header may have any `seq` and `stamp`. `any`
+permits all values of a field, except those of fields and elements below it that have rules of their own.
 """
 
 from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
 from pipros.basics.limits import limit_text, process_limits
@@ -42,11 +43,11 @@ class FieldCheck:
         Raises:
             ActRefused: a value is not permitted, or there are too many values.
         """
-        if tree.rule is not None and tree.rule.is_any:
+        if _permits_all(tree):
             return
         is_header = value._type in _HEADER
         for name, kind in zip(value.__slots__, value._slot_types, strict=True):
-            below = tree.below.get(name, _EMPTY)
+            below = _below(tree, tree.below.get(name))
             if is_header and name in _FREE and below is _EMPTY:
                 continue
             self.value(getattr(value, name), kind, below, f"{path}.{name}" if path else name)
@@ -54,7 +55,7 @@ class FieldCheck:
     def value(self, value: Any, kind: str, tree: FieldTree, path: str) -> None:
         """Check a value of any type; see `message`."""
         rule = tree.rule
-        if rule is not None and rule.is_any:
+        if _permits_all(tree):
             return
         if kind.endswith("]"):
             self._array(value, kind, tree, path)
@@ -89,14 +90,30 @@ class FieldCheck:
             raise ActRefused(
                 f"{self._named(path)} has no rule and must be empty, got {len(value)} elements", self._place
             )
-        if of_all is not None and of_all.is_any:
-            return
-        for number, element in enumerate(value):
-            below = tree.below.get(number) or each or _EMPTY
-            self.value(element, kind_of_element, below, f"{path}[{number}]")
+        others = _below(tree, each)
+        numbers: Iterable[Any] = range(len(value))
+        if _permits_all(others):
+            numbers = [number for number in tree.below if number != EACH]
+        for number in numbers:
+            if number < len(value):
+                below = _below(tree, tree.below.get(number, others))
+                self.value(value[number], kind_of_element, below, f"{path}[{number}]")
 
     def _named(self, path: str) -> str:
         return f"{path} of {self._what}" if path else self._what
+
+
+def _permits_all(tree: FieldTree) -> bool:
+    return tree.rule is not None and tree.rule.is_any and not tree.below
+
+
+def _below(tree: FieldTree, below: FieldTree | None) -> FieldTree:
+    """Return the rules for a part of a field: its own, or else `any` if that is the field's rule."""
+    if tree.rule is None or not tree.rule.is_any:
+        return below or _EMPTY
+    if below is None or below.rule is None:
+        return FieldTree(tree.rule, {} if below is None else below.below)
+    return below
 
 
 def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = False) -> Any:

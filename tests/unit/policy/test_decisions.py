@@ -347,3 +347,34 @@ def test_an_act_needs_conditions_that_hold_and_messages_that_are_new_enough() ->
     for bad in (0.1, math.nan, math.inf):
         read("battery", level(bad), 2.0)
         assert "the condition battery does not hold" in refusal(GUARDED, act, state, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "inside", "outside"),
+    [
+        (("points[]: any", "points[1].positions[0]: {range: [0, 1]}"), [[9], [1]], [[9], [2]]),
+        (("points[].positions[]: any", "points[].positions[1]: {range: [0, 1]}"), [[9, 1]], [[9, 2]]),
+        (("points: any", "points[].positions[0]: {range: [0, 1]}"), [[1, 9], [0, 9]], [[0, 9], [2, 9]]),
+    ],
+)
+def test_any_does_not_lift_the_rules_of_elements(fields: Any, inside: Any, outside: Any) -> None:
+    text = "topics:\n  /arm:\n    type: trajectory_msgs/JointTrajectory\n    fields:\n      "
+    policy = parse_policy(text + "\n      ".join(fields), "arm.yaml")
+    trajectory: Any = load_message_class("trajectory_msgs/JointTrajectory")
+    point: Any = load_message_class("trajectory_msgs/JointTrajectoryPoint")
+
+    def arm(points: Any) -> Act:
+        return publish("/arm", trajectory(points=[point(positions=each) for each in points]))
+
+    decide(policy, arm(inside), PolicyState(), 0.0)
+    assert "must be from 0 to 1" in refusal(policy, arm(outside))
+
+
+def test_any_for_a_field_does_not_lift_the_rule_of_a_field_below_it() -> None:
+    policy = parse_policy(
+        "topics:\n  /cmd_vel:\n    type: geometry_msgs/Twist\n"
+        "    fields: {linear: any, linear.x: {range: [0, 1]}}\n",
+        "any.yaml",
+    )
+    decide(policy, publish("/cmd_vel", twist(1, 99)), PolicyState(), 0.0)
+    assert "linear.x of /cmd_vel must be from 0 to 1" in refusal(policy, publish("/cmd_vel", twist(2)))
