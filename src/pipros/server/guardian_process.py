@@ -61,7 +61,13 @@ class Stops:
         self._stops: dict[tuple[str, str], Stop] = {}
 
     def arm(self, key: str, identity: str, message: Any, due_s: float) -> None:
-        """Schedule a message, which replaces an earlier one for the same topic and id."""
+        """Schedule a message, which replaces an earlier one for the same topic.
+
+        One for the same goal id remains as it is: servers ignore a goal that they already have, so a client
+        that sends it again must not postpone its end.
+        """
+        if identity and (key, identity) in self._stops:
+            return
         self._stops[key, identity] = Stop(due_s, message)
 
     def disarm(self, key: str, identity: str) -> None:

@@ -41,6 +41,19 @@ def test_another_act_postpones_the_stop_and_ends_its_repetitions(
     assert (stops.run(10.0 + REPEAT_S), len(published)) == (20.0, 1)
 
 
+def test_a_goal_that_is_sent_again_does_not_postpone_its_end(
+    stops: Stops, published: list[tuple[str, Any]]
+) -> None:
+    stops.arm("/a", "mine", "cancel", 10.0)
+    stops.arm("/a", "mine", "cancel", 19.0)
+    stops.arm("/a", "other", "cancel", 19.0)
+    assert (stops.run(9.9), published) == (10.0, [])
+    stops.run(10.0)
+    stops.arm("/a", "mine", "cancel", 29.0)  # neither does it end the repetitions
+    assert stops.run(10.0 + REPEAT_S) == 10.0 + 2 * REPEAT_S
+    assert published == [("/a", "cancel")] * 2
+
+
 def test_the_end_of_the_input_stops_everything_but_what_was_disarmed(
     stops: Stops, published: list[tuple[str, Any]]
 ) -> None:
