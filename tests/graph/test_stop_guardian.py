@@ -15,6 +15,9 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.policy.model import ActRefused
+from pipros.policy.policy_file import parse_policy
+from pipros.server.act_gate import ActGate
 from pipros.server.guardian_process import REPETITIONS
 from tests.support.foxglove import connected
 from tests.support.page import Page
@@ -24,6 +27,7 @@ from tests.support.rosbridge import RosbridgeClient
 from tests.support.waiting import wait_until
 
 TWIST: Any = load_message_class("geometry_msgs/Twist")
+VECTOR: Any = load_message_class("geometry_msgs/Vector3")
 GOAL_ID: Any = load_message_class("actionlib_msgs/GoalID")
 DRIVE = "linear: {x: 0.2}"
 LONG_S, SHORT_S = 3000, 0.5
@@ -257,6 +261,30 @@ def test_a_goal_is_cancelled_by_its_id_when_its_time_has_passed(serve: Serve, ro
         # The refused goal has not counted.
         client.send("publish", **topic, msg={"goal_id": {"id": "mine"}, "goal": {"order": 3}})
         wait_until(lambda: robot.cancelled == ["mine"] * REPETITIONS)
+
+
+def test_the_change_after_the_stop_of_a_client_that_left_is_limited(ros: RosSystem, robot: Robot) -> None:
+    policy = parse_policy(
+        "topics:\n  /cmd_vel:\n    type: geometry_msgs/Twist\n    time_limit_s: 60\n"
+        "    fields: {linear.x: {range: [0, 1], change_per_s: 0.1}}\n",
+        "policy.yaml",
+    )
+    now_s = 0.0
+    with Node("server", environment=Environment(master_uri=ros.master_uri)) as node:
+        gate = ActGate(node, policy, clock_s=lambda: now_s)
+        client = gate.advertise("/cmd_vel", TWIST)
+        wait_until(lambda: client.connection_count)
+        for step in range(1, 4):
+            now_s = step
+            client.publish(TWIST(linear=VECTOR(step / 10, 0, 0)))
+        client.unregister()
+        wait_until(lambda: robot.stops)
+        now_s += 0.5
+        client = gate.advertise("/cmd_vel", TWIST)
+        with pytest.raises(ActRefused, match="got 0.3 after 0"):
+            client.publish(TWIST(linear=VECTOR(0.3, 0, 0)))
+        client.publish(TWIST(linear=VECTOR(0.05, 0, 0)))
+        gate.close()
 
 
 def test_a_topic_with_a_time_limit_cannot_be_latched(serve: Serve, robot: Robot) -> None:

@@ -82,8 +82,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     """
     rule = rule_for(policy, act.kind, act.name, act.type, act.md5sum)
     if rule.stop is not None and act.value == rule.stop:
-        accepted = state.accepted.setdefault((act.kind, act.name), Accepted())
-        accepted.values = {**accepted.values, **stopped_values(rule)}
+        note_stop(rule, state)
         return rule
     check = FieldCheck(act.name, rule.place)
     if isinstance(act.value, Message):
@@ -139,6 +138,12 @@ def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5s
             raise ActRefused(f"{name}: the definition of {shown} differs from the installed one", rule.place)
         raise ActRefused(f"{name} must have the type {rule.type}, got {shown}", rule.place)
     return rule
+
+
+def note_stop(rule: ActRule, state: PolicyState) -> None:
+    """Record that a rule's stop was sent: the next values are compared with those of the stop."""
+    accepted = state.accepted.setdefault((rule.kind, rule.name), Accepted())
+    accepted.values = {**accepted.values, **stopped_values(rule)}
 
 
 def stopped_values(rule: ActRule) -> Mapping[str, float]:

@@ -17,7 +17,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text, process_limits
 from pipros.node import Node
 from pipros.node.publisher import Publisher
-from pipros.policy.decisions import Act, PolicyState, decide, read_condition, rule_for
+from pipros.policy.decisions import Act, PolicyState, decide, note_stop, read_condition, rule_for
 from pipros.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, Policy
 from pipros.server.stop_guardian import StopGuardian, key_of
 
@@ -103,8 +103,11 @@ class ActGate:
     def left(self, topic: str, client: object) -> None:
         """Stop what a client started on a topic, because the client no longer publishes it."""
         rule = self._rule(topic)
-        if rule is not None and rule.time_limit_s is not None:
-            self._guardian.left(key_of(rule), client)
+        if rule is None or rule.time_limit_s is None:
+            return
+        if self._guardian.left(key_of(rule), client) and rule.stop is not None:
+            with self._lock:
+                note_stop(rule, self._state)
 
     def _done(self, rule: ActRule, value: Any) -> None:
         """Restart the time limit of an act, unless the act is the stop itself."""

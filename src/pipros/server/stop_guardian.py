@@ -102,12 +102,13 @@ class StopGuardian:
             if self._pending.pop((key, ""), self) is not self:
                 self._send({"op": "disarm", "key": key, "id": ""})
 
-    def left(self, key: str, client: object) -> None:
-        """Stop what a client has started on a topic, because the client leaves."""
+    def left(self, key: str, client: object) -> bool:
+        """Stop what a client has started on a topic, because the client leaves. Return whether it had."""
         with self._changed:
-            for found, identity in [each for each, who in self._pending.items() if who is client]:
-                if found == key:
-                    self._stop(found, identity)
+            started = [each for each, who in self._pending.items() if who is client and each[0] == key]
+            for found, identity in started:
+                self._stop(found, identity)
+        return bool(started)
 
     def close(self) -> None:
         """End the input of the process, which publishes all pending stops and ends."""
