@@ -69,9 +69,10 @@ class GuardedApp:
         for name in ("host", "origin", "authorization"):
             if len(headers.get(name, ())) > 1:
                 raise Denied(f"This request has several headers {name}.")
-        self._access.check_host(headers.get("host", [""])[0])
+        host = headers.get("host", [""])[0]
+        self._access.check_host(host)
         if "origin" in headers:
-            self._access.check_origin(headers["origin"][0])
+            self._access.check_origin(headers["origin"][0], host)
         self._access.secret.check_authorization(headers.get("authorization", [None])[0])
         if scope.get("client"):
             self._admit(tuple(scope["client"]))

@@ -47,22 +47,33 @@ class Access:
 
         A header without a port implies the scheme's default port.
         """
-        found = _HOST.fullmatch(host or "")
-        name = found["name"].lower() if found else ""
-        port = (found["port"] if found else None) or ("443" if self.is_secure else "80")
-        is_own = name in self.hosts or (self.takes_addresses and _is_address(name))
-        if not is_own or int(port) != self.port:
-            raise Denied(f"This server is not {host or 'the one requested'}. Open the address it printed.")
+        self._own_name(host)
 
-    def check_origin(self, origin: str | None) -> None:
-        """Raise `Denied` unless an `Origin` header has this server's scheme, and passes `check_host`."""
+    def check_origin(self, origin: str | None, host: str | None) -> None:
+        """Raise `Denied` unless an `Origin` header has this server's scheme, and passes `check_host`.
+
+        An address must also be that in the request's `Host` header. Otherwise, a site that is opened by its
+        address and listens on the same port could connect.
+        """
         try:
             parts = urlsplit(origin or "")
         except ValueError:
             raise Denied("The origin of this connection is malformed.") from None
         if parts.scheme != ("https" if self.is_secure else "http"):
             raise Denied(f"Pages from {origin or 'an unknown origin'} may not connect here.")
-        self.check_host(parts.netloc)
+        name = self._own_name(parts.netloc)
+        if name not in self.hosts and name != self._own_name(host):
+            raise Denied(f"Pages from {origin} may not connect to {host or 'this server'}.")
+
+    def _own_name(self, host: str | None) -> str:
+        """Return the name in a `Host` header. Raise `Denied` if `check_host` does."""
+        found = _HOST.fullmatch(host or "")
+        name = found["name"].lower() if found else ""
+        port = (found["port"] if found else None) or ("443" if self.is_secure else "80")
+        is_own = name in self.hosts or (self.takes_addresses and _is_address(name))
+        if not is_own or int(port) != self.port:
+            raise Denied(f"This server is not {host or 'the one requested'}. Open the address it printed.")
+        return name
 
     def _url(self, host: str, proof: str, tab: str) -> str:
         scheme = "https" if self.is_secure else "http"

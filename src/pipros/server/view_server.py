@@ -161,9 +161,10 @@ class PageServer:
         headers = request.headers
         path = request.path.partition("?")[0]
         try:
-            self.access.check_host(only_header(headers, "Host"))
+            host = only_header(headers, "Host")
+            self.access.check_host(host)
             if path == SOCKET_PATH:
-                self.access.check_origin(only_header(headers, "Origin"))
+                self.access.check_origin(only_header(headers, "Origin"), host)
                 return None
         except Denied as error:
             return plain_response(HTTPStatus.FORBIDDEN, str(error))

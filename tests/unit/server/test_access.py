@@ -14,7 +14,7 @@ OPEN = Access(8000, {*LOOPBACK_HOSTS, "robot"}, is_secure=True, takes_addresses=
 @pytest.mark.parametrize("host", ["localhost:8000", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST:8000"])
 def test_own_names_are_served(host: str) -> None:
     ACCESS.check_host(host)
-    ACCESS.check_origin(f"http://{host}")
+    ACCESS.check_origin(f"http://{host}", host)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_other_names_are_refused(host: str | None) -> None:
 @pytest.mark.parametrize("host", ["10.0.0.1:8000", "[fe80::1]:8000", "robot:8000"])
 def test_an_open_server_takes_addresses_and_its_name(host: str) -> None:
     OPEN.check_host(host)
-    OPEN.check_origin(f"https://{host}")
+    OPEN.check_origin(f"https://{host}", host)
 
 
 def test_an_open_server_takes_no_other_name() -> None:
@@ -42,7 +42,21 @@ def test_an_open_server_takes_no_other_name() -> None:
 )
 def test_other_origins_are_refused(origin: str | None) -> None:
     with pytest.raises(Denied):
-        ACCESS.check_origin(origin)
+        ACCESS.check_origin(origin, "localhost:8000")
+
+
+@pytest.mark.parametrize(
+    "origin", ["https://203.0.113.5:8000", "https://10.0.0.11:8000", "https://[::5]:8000"]
+)
+@pytest.mark.parametrize("host", ["10.0.0.1:8000", "robot:8000", "localhost:8000", None])
+def test_a_site_that_is_opened_by_its_address_is_another_origin(origin: str, host: str | None) -> None:
+    with pytest.raises(Denied):
+        OPEN.check_origin(origin, host)
+
+
+def test_the_names_of_a_server_may_be_mixed() -> None:
+    OPEN.check_origin("https://localhost:8000", "robot:8000")
+    OPEN.check_origin("https://robot:8000", "10.0.0.1:8000")
 
 
 @pytest.mark.parametrize(("port", "is_secure", "scheme"), [(80, False, "http"), (443, True, "https")])
@@ -51,7 +65,7 @@ def test_the_default_port_may_be_left_out(port: int, is_secure: bool, scheme: st
     access = Access(port, is_secure=is_secure)
     for host in (name, f"{name}:{port}"):
         access.check_host(host)
-        access.check_origin(f"{scheme}://{host}")
+        access.check_origin(f"{scheme}://{host}", host)
     for host in (f"{name}:8080", f"{name}:", f"{name}:080x", f"{name}:1:{port}"):
         with pytest.raises(Denied):
             access.check_host(host)
