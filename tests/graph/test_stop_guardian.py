@@ -281,7 +281,7 @@ def test_the_change_after_the_stop_of_a_client_that_left_is_limited(ros: RosSyst
         wait_until(lambda: robot.stops)
         now_s += 0.5
         client = gate.advertise("/cmd_vel", TWIST)
-        with pytest.raises(ActRefused, match="got 0.3 after 0"):
+        with pytest.raises(ActRefused, match=r"got 0\.3 after 0"):
             client.publish(TWIST(linear=VECTOR(0.3, 0, 0)))
         client.publish(TWIST(linear=VECTOR(0.05, 0, 0)))
         gate.close()

@@ -428,7 +428,7 @@ def test_the_token_is_not_logged_at_any_level(
     assert access.secret.token not in caplog.text
 
 
-@pytest.mark.parametrize(("host", "other"), [("127.0.0.1", "::1"), ("0.0.0.0", "::1"), ("::1", "127.0.0.1")])
+@pytest.mark.parametrize(("host", "other"), [("127.0.0.1", "::1"), ("::1", "127.0.0.1")])
 def test_another_user_cannot_take_the_other_address_of_localhost(host: str, other: str) -> None:
     """Browsers open `localhost` at ::1 first, and the page of a stranger there could read the token."""
     try:
