@@ -136,12 +136,52 @@ def test_parameters_are_read_and_set_as_the_file_allows(router: str) -> None:
         for verb, value, reason in (
             ("get", "/secret", r"\[/secret\] is not shared with \[operator\]"),
             ("get", "/public/none", r"\[/public/none\] is not set"),
-            ("get", 5, "is not shared"),
+            ("get", 5, "must have a global name"),
             ("set", ["/public/tree", 1], r"\[operator\] is not allowed to set parameter \[/public/tree\]"),
-            ("set", "nonsense", "not allowed to set"),
+            ("set", "nonsense", "must be \\[name, value\\]"),
         ):
             with pytest.raises(LinkFailed, match=reason):
                 ask(operator, "robot1", verb, value)
         with pytest.raises(LinkFailed, match="not allowed to set"):
             ask(operator, "robot1", "set", ["/public/speed", 0], caller="stranger")
         assert not operator.agent_node.master.has_param("/robot1"), "trees are never merged"
+
+
+def test_denied_parameters_are_not_reached_by_other_names(router: str) -> None:
+    denied = "[{name: /secret/**, allow: false}, {name: /limit, allow: false}, /**]"
+    file = f"share: {{parameters: {denied}}}\naccept: {{parameters: {denied}}}\n"
+    with Member("robot1", router, file) as robot, Member("operator", router) as operator:
+        master = robot.agent_node.master
+        for name in ("/secret/key", "/limit", "/public/a", "/public/b/c"):
+            master.set_param(name, 1)
+        before = master.get_param("/secret"), master.get_param("/limit")
+        wait_until(lambda: "robot1" in operator.agent.statistics()["members"], LIMIT_S, "the member")
+        for name in ("//secret/key", "/secret//key/", "secret/key", "/./secret", "/secret/key/"):
+            with pytest.raises(LinkFailed):
+                ask(operator, "robot1", "get", name)
+        assert ask(operator, "robot1", "get", "/secret") == {}
+        everything = ask(operator, "robot1", "get", "/")
+        assert "secret" not in everything
+        assert "limit" not in everything
+        assert everything["public"] == {"a": 1, "b": {"c": 1}}
+        for name, value in (
+            ("//secret/key", 2),
+            ("/secret", {"key": 2}),
+            ("/secret", 2),
+            ("/secret", {}),
+            ("/", {"secret": {"key": 2}}),
+            ("/", {"secret/key": 2}),
+            ("/", {}),
+            ("/limit/", 2),
+            ("/limit/a", 2),
+        ):
+            with pytest.raises(LinkFailed, match="is not allowed to"):
+                ask(operator, "robot1", "set", [name, value])
+        deep: Any = 1
+        for _ in range(900):
+            deep = {"a": deep}
+        with pytest.raises(LinkFailed):
+            ask(operator, "robot1", "set", ["/public", deep])
+        assert (master.get_param("/secret"), master.get_param("/limit")) == before
+        assert ask(operator, "robot1", "set", ["/public", {"b": 2}]) is True
+        assert master.get_param("/public") == {"b": 2}

@@ -14,6 +14,7 @@ from pipros.fleet import keys
 from pipros.fleet.directory import DirectoryEntry, read_json
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.limits import FleetLimits
+from pipros.fleet.parameter_rules import check_set, parameter_name, readable, top_of
 from pipros.libraries.topic_tools.raw import raw_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -185,21 +186,31 @@ class LocalCalls:
         if wanted is None:  # a request for the names of all shared parameters
             names = self._node.master.get_param_names()
             return sorted(name for name in names if self._file.shares_parameter(name, caller))
-        if not isinstance(wanted, str) or not self._file.shares_parameter(wanted, caller):
-            raise PiprosError(f"parameter [{printable(wanted, 200)}] is not shared with [{caller}]")
+        name = parameter_name(wanted)
+        if not self._file.shares_parameter(name, caller):
+            raise PiprosError(f"parameter [{printable(name, 200)}] is not shared with [{caller}]")
         try:
-            return self._node.master.get_param(wanted)
+            return readable(self._file, caller, name, self._node.master.get_param(name))
         except Refused:
-            raise PiprosError(f"parameter [{wanted}] is not set") from None
+            raise PiprosError(f"parameter [{name}] is not set") from None
 
     def _set(self, caller: str, wanted: Any) -> Any:
-        match wanted:
-            case [str(name), value] if self._file.sets_parameter(name, caller):
-                self._node.master.set_param(name, value)
-                self._log.info("[%s] set the parameter [%s]", caller, name)
-                return True
-        name = wanted[0] if isinstance(wanted, list) and wanted else ""
-        raise PiprosError(f"[{caller}] is not allowed to set parameter [{printable(name, 200)}]")
+        if not isinstance(wanted, list) or len(wanted) != 2:
+            raise PiprosError(f"a request to set a parameter must be [name, value], from [{caller}]")
+        name, value = parameter_name(wanted[0]), wanted[1]
+        if not self._file.sets_parameter(name, caller):
+            raise PiprosError(f"[{caller}] is not allowed to set parameter [{printable(name, 200)}]")
+        try:
+            tree = self._node.master.get_param(top_of(name))
+        except Refused:
+            tree = None
+        check_set(self._file, caller, name, value, tree)
+        try:
+            self._node.master.set_param(name, value)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise PiprosError(f"cannot set [{printable(name, 200)}]: {error}") from None
+        self._log.info("[%s] set the parameter [%s]", caller, name)
+        return True
 
 
 def _encoded(value: Any) -> bytes:
