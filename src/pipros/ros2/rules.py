@@ -114,8 +114,8 @@ class GatewayRules:
     def verdict(self, kind: RuleKind, direction: Direction, name: str, *, is_local: bool) -> Verdict:
         """Return whether a topic, service or action passes.
 
-        Without an allow list, all names pass to ROS 2. Topics pass to ROS 1 if the gateway reaches ROS 2 on
-        this machine only; services and actions do not.
+        Without an allow list, all topics pass to ROS 2. Topics of ROS 2, and its services and actions, enter
+        ROS 1 if the gateway reaches ROS 2 on this machine only; those of ROS 1 are never offered in ROS 2.
 
         Args:
             is_local: whether the gateway reaches ROS 2 on this machine only.
@@ -132,9 +132,13 @@ class GatewayRules:
         if chosen.allow:
             passes = any(fnmatchcase(name, each) for each in chosen.allow)
             return Verdict(passes, "" if passes else f"the allow list ({where}) does not match it")
-        if direction is Direction.TO_ROS1 and not (is_local and kind is RuleKind.TOPIC):
-            source = " from other machines" if kind is RuleKind.TOPIC else ""
-            return Verdict(False, f"{kind.value}{source} enter ROS 1 only if an allow list ({where}) matches")
+        # Messages enter ROS 1 with their direction; the names of services and actions against it.
+        enters_ros1 = (direction is Direction.TO_ROS1) is (kind is RuleKind.TOPIC)
+        if enters_ros1 and not is_local:
+            reason = f"{kind.value} from other machines enter ROS 1 only if an allow list ({where}) matches"
+            return Verdict(False, reason)
+        if direction is Direction.TO_ROS1 and kind is not RuleKind.TOPIC:
+            return Verdict(False, f"{kind.value} enter ROS 1 only if an allow list ({where}) matches")
         return Verdict(True)
 
     def names(self, kind: RuleKind, direction: Direction, name: str) -> bool:

@@ -54,8 +54,11 @@ def test_latched_and_volatile_publishers_need_two_subscribers() -> None:
         (RuleKind.TOPIC, Direction.TO_ROS1, True, True),
         (RuleKind.TOPIC, Direction.TO_ROS1, False, False),
         (RuleKind.SERVICE, Direction.TO_ROS1, True, False),
-        (RuleKind.SERVICE, Direction.TO_ROS2, False, True),
+        (RuleKind.SERVICE, Direction.TO_ROS2, True, True),
+        (RuleKind.SERVICE, Direction.TO_ROS2, False, False),
         (RuleKind.ACTION, Direction.TO_ROS1, True, False),
+        (RuleKind.ACTION, Direction.TO_ROS2, True, True),
+        (RuleKind.ACTION, Direction.TO_ROS2, False, False),
     ],
 )
 def test_little_enters_ros1_by_default(
