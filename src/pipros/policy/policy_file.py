@@ -108,7 +108,10 @@ class _PolicyReader:
         found: tuple[Any, ...]
         if kind is ActKind.PARAMETER:
             type_name = section.choice("type", PARAMETER_TYPES, "")
-            tree = FieldTree(read_rule(section, is_number=type_name in ("int", "double")))
+            rule = read_rule(section, is_number=type_name in ("int", "double"))
+            if type_name in ("bool", "str") and not rule.one_of:
+                rule = FieldRule(rule.place, is_any=True)
+            tree = FieldTree(rule)
             found = (type_name, None, "", tree)
         elif kind in RUNS:
             if limit_s is None:

@@ -378,3 +378,13 @@ def test_any_for_a_field_does_not_lift_the_rule_of_a_field_below_it() -> None:
     )
     decide(policy, publish("/cmd_vel", twist(1, 99)), PolicyState(), 0.0)
     assert "linear.x of /cmd_vel must be from 0 to 1" in refusal(policy, publish("/cmd_vel", twist(2)))
+
+
+def test_parameters_without_a_range_may_have_any_value_of_their_type() -> None:
+    policy = parse_policy(
+        "parameters:\n  /on: {type: bool}\n  /mode: {type: str}\n  /gain: {type: double}\n", "any.yaml"
+    )
+    for name, value in (("/on", True), ("/on", False), ("/mode", "slow"), ("/gain", 2)):
+        decide(policy, Act(ActKind.PARAMETER, name, value), PolicyState(), 0.0)
+    for name, value in (("/on", 1), ("/on", "yes"), ("/mode", 1), ("/mode", {}), ("/gain", math.inf)):
+        assert "must" in refusal(policy, Act(ActKind.PARAMETER, name, value))
