@@ -4,6 +4,7 @@ Theory of operation. The threads that receive messages `put` them, and the event
 order while the client's connection has room. A subscription may limit the number of its queued messages. If
 the client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted.
 A queue of more than `UNCOUNTED_BYTES` also needs room in the client's budget, a part of the server's budget.
+Throttled messages wait elsewhere, but count as part of the queue, up to half of its limit.
 Responses to requests are never dropped, because the client would wait for them forever: if a response does
 not fit, the outbox is overrun and the client must be disconnected.
 """
@@ -96,6 +97,7 @@ class ClientOutbox:
         self._budget = budget
         self._granted_bytes = UNCOUNTED_BYTES if budget is not None else limit_bytes
         self._bytes = 0
+        self._held_bytes = 0  # the part of `_bytes` that waits elsewhere
         self._next = 0
         self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # keyed by `number`
         self._answers: deque[_Waiting] = deque()
@@ -140,6 +142,24 @@ class ClientOutbox:
             self._bytes += size
         if was_empty:
             self._wake()
+
+    def hold(self, size: int) -> bool:
+        """Count data for the client that waits elsewhere until `let_go`. Return False if it does not fit."""
+        with self._lock:
+            if self._is_closed or self._held_bytes + size > self._limit_bytes // 2 or not self._fits(size):
+                return False
+            self._bytes += size
+            self._held_bytes += size
+            return True
+
+    def let_go(self, size: int) -> None:
+        """Stop counting data; see `hold`."""
+        with self._lock:
+            if self._is_closed:
+                return
+            self._bytes -= size
+            self._held_bytes -= size
+            self._give_back_unused()
 
     def answer(self, *frames: WebSocketFrame) -> None:
         """Add a response to a request, or another message that must not be dropped."""
@@ -250,5 +270,5 @@ class ClientOutbox:
         self._answers.clear()
         for found in self._subscriptions.values():
             found.numbers.clear()
-        self._bytes = 0
+        self._bytes = self._held_bytes = 0
         self._give_back_unused()

@@ -15,6 +15,8 @@ from pipros.bridges.rosbridge.encoding import Encoder
 from pipros.bridges.rosbridge.publishing import CallLater
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage
 
+MESSAGE_BYTES: Final = 500
+"""Approximate memory for a queued message, besides its content."""
 REPORTED_ERRORS: Final = 10
 """Maximum number of distinct errors that are reported for one topic."""
 
@@ -23,7 +25,8 @@ class TopicStream:
     """Passes a topic's messages to a client's outbox, in the threads that receive them.
 
     With `throttle_s`, at most one message is sent per interval. Of the messages that arrive before the
-    interval is over, the newest `queue_length` are queued and the others are dropped.
+    interval is over, the newest `queue_length` are queued and the others are dropped. They count as part of
+    the client's queue; if there is no room left in it, only the newest one is queued.
     """
 
     # A client may have thousands of these objects.
@@ -52,7 +55,8 @@ class TopicStream:
         self._delivery = Delivery()
         self._taken: Taken | None = None
         self._newest: TopicMessage | None = None
-        self._waiting: deque[TopicMessage] | None = None  # even an empty deque takes 600 bytes
+        # queued messages with their counted sizes; even an empty queue takes 600 bytes
+        self._waiting: deque[tuple[TopicMessage, int]] | None = None
         self._due_s = 0.0
         self._is_waking = False
         self._is_closed = False
@@ -85,6 +89,8 @@ class TopicStream:
         """Stop sending: discard queued messages and end the subscriptions."""
         with self._lock:
             self._is_closed = True
+            while self._waiting:
+                self._outbox.let_go(self._waiting.popleft()[1])
             self._waiting = None
             taken, self._taken = self._taken, None
         if taken is not None:
@@ -110,13 +116,22 @@ class TopicStream:
             self._due_s = now_s + delivery.throttle_s
             return True
         if delivery.queue_length:
-            if self._waiting is None:
-                self._waiting = deque()
-            while len(self._waiting) >= delivery.queue_length:
-                self._waiting.popleft()
-            self._waiting.append(message)
+            self._queue(message, delivery.queue_length)
             self._wake_later(self._due_s - now_s)
         return False
+
+    def _queue(self, message: TopicMessage, queue_length: int) -> None:
+        if self._waiting is None:
+            self._waiting = deque()
+        while len(self._waiting) >= queue_length:
+            self._outbox.let_go(self._waiting.popleft()[1])
+        size = len(message.body) + MESSAGE_BYTES
+        while not self._outbox.hold(size):
+            if not self._waiting:
+                size = 0  # the newest message is kept in any case
+                break
+            self._outbox.let_go(self._waiting.popleft()[1])
+        self._waiting.append((message, size))
 
     def _wake_later(self, delay_s: float) -> None:
         if not self._is_waking:
@@ -129,7 +144,8 @@ class TopicStream:
             self._is_waking = False
             if self._is_closed or not self._waiting:
                 return
-            message, delivery = self._waiting.popleft(), self._delivery
+            (message, size), delivery = self._waiting.popleft(), self._delivery
+            self._outbox.let_go(size)
             self._due_s = time.monotonic() + delivery.throttle_s
             if self._waiting:
                 self._wake_later(delivery.throttle_s)

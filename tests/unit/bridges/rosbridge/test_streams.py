@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import threading
 from collections.abc import Callable
 from typing import Any
 
-from pipros.bridges.outbox import ClientOutbox
+from pipros.bridges.outbox import ClientOutbox, text_frame
 from pipros.bridges.rosbridge.effects import Delivery
 from pipros.bridges.rosbridge.encoding import Encoder
 from pipros.bridges.rosbridge.streams import TopicStream
@@ -57,3 +58,65 @@ def test_messages_that_arrive_at_once_are_throttled_too() -> None:
     topics.wait()
     assert outbox.pop() is not None
     assert outbox.pop() is None
+
+
+class Manual:
+    """Topics whose messages the test delivers, and timers that it runs."""
+
+    def __init__(self) -> None:
+        self.on_message: Callable[[Any], object] = print
+        self.timers: list[Callable[[], object]] = []
+
+    def take(self, topic: str, kind: str | None, on_message: Callable[[Any], object], *_: Any) -> Any:
+        self.on_message = on_message
+        return Manual()
+
+    def call_later(self, _: float, function: Callable[[], object]) -> None:
+        self.timers.append(function)
+
+    def close(self) -> None:
+        pass
+
+    topic = "/x"
+
+
+def text_of(number: int, size: int) -> TopicMessage:
+    header = {"type": STRING._type, "md5sum": STRING._md5sum}
+    body = b"".join(STRING(f"{number:04}".ljust(size - 4))._to_buffers())
+    return TopicMessage("/x", body, header, 0)
+
+
+def sent(outbox: ClientOutbox) -> list[str]:
+    """Pop all messages, and return the first words of their texts."""
+    found = []
+    while (frames := outbox.pop()) is not None:
+        found.append(json.loads(frames[0].parts[0])["msg"]["data"][:4])
+    return found
+
+
+def test_throttled_messages_count_as_part_of_the_queue() -> None:
+    topics: Any = Manual()
+    outbox = ClientOutbox(20_000, lambda: None)
+    stream = TopicStream("/x", topics, Encoder(), outbox, print, topics.call_later)
+    stream.take(None, Delivery(throttle_s=1e6, queue_length=10**9))
+    for number in range(100):
+        topics.on_message(text_of(number, 1000))
+    assert sent(outbox) == ["0000"]
+    assert 5000 < outbox.waiting_bytes <= 10_000
+    outbox.answer(text_frame("y" * 9000))
+    assert not outbox.is_overrun
+    outbox.pop()
+    while topics.timers:
+        topics.timers.pop()()
+    assert sent(outbox) == [f"{number:04}" for number in range(94, 100)]
+    assert outbox.waiting_bytes == 0
+
+    topics.on_message(text_of(1, 50_000))  # too large: the newest one is kept in any case
+    topics.on_message(text_of(2, 50_000))
+    topics.timers.pop()()
+    assert sent(outbox) == ["0002"]
+
+    topics.on_message(text_of(3, 1000))
+    assert outbox.waiting_bytes
+    stream.close()
+    assert outbox.waiting_bytes == 0
