@@ -21,6 +21,8 @@ from pipros.basics.budget import Budget
 
 UNCOUNTED_BYTES: Final = 64 * 1024
 """Queues up to this size do not use the budget, because accounting for small messages would take time."""
+FRAME_BYTES: Final = 300
+"""Approximate memory for a queued frame besides its data. Of fragments, it is most of the memory."""
 _STEP_BYTES: Final = 256 * 1024
 """Larger queues take room from the budget in steps of this size."""
 
@@ -63,7 +65,7 @@ class ClientTraffic:
 class _Waiting:
     number: int  # position in the sequence of all messages and responses
     frames: Sequence[WebSocketFrame]
-    size: int
+    size: int  # with `frame_bytes` of each frame
     subscription: _Subscription | None = None  # None for responses
 
 
@@ -82,17 +84,25 @@ class ClientOutbox:
         is_overrun: whether a response did not fit.
     """
 
-    def __init__(self, limit_bytes: int, wake: Callable[[], object], budget: Budget | None = None) -> None:
+    def __init__(
+        self,
+        limit_bytes: int,
+        wake: Callable[[], object],
+        budget: Budget | None = None,
+        frame_bytes: int = FRAME_BYTES,
+    ) -> None:
         """Create an empty outbox.
 
         Args:
             limit_bytes: maximum size of the queue. An empty queue accepts one message of any size.
             wake: called in any thread when the outbox is no longer empty, or is overrun.
             budget: memory for the queue, beyond `UNCOUNTED_BYTES`.
+            frame_bytes: what a frame counts besides its data.
         """
         self.total = ClientTraffic()
         self.is_overrun = False
         self._limit_bytes = limit_bytes
+        self._frame_bytes = frame_bytes
         self._wake = wake
         self._budget = budget
         self._granted_bytes = UNCOUNTED_BYTES if budget is not None else limit_bytes
@@ -127,7 +137,7 @@ class ClientOutbox:
 
         Do nothing if the subscription is closed.
         """
-        size = sum(frame.size for frame in frames)
+        size = self._cost(frames)
         with self._lock:
             found = self._subscriptions.get(key)
             if found is None or self._is_closed:
@@ -163,7 +173,7 @@ class ClientOutbox:
 
     def answer(self, *frames: WebSocketFrame) -> None:
         """Add a response to a request, or another message that must not be dropped."""
-        size = sum(frame.size for frame in frames)
+        size = self._cost(frames)
         with self._lock:
             if self._is_closed:
                 return
@@ -195,7 +205,7 @@ class ClientOutbox:
                 taken.subscription.numbers.popleft()
                 for traffic in (self.total, taken.subscription.traffic):
                     traffic.messages += 1
-                    traffic.bytes += taken.size
+                    traffic.bytes += sum(frame.size for frame in taken.frames)
             return taken.frames
 
     def close(self) -> None:
@@ -223,6 +233,9 @@ class ClientOutbox:
         """Return a copy of each open subscription's traffic, by subscription key."""
         with self._lock:
             return {key: replace(found.traffic) for key, found in self._subscriptions.items()}
+
+    def _cost(self, frames: Sequence[WebSocketFrame]) -> int:
+        return sum(frame.size for frame in frames) + self._frame_bytes * len(frames)
 
     def _is_empty(self) -> bool:
         return not self._messages and not self._answers

@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from pipros.basics.budget import Budget
-from pipros.bridges.outbox import UNCOUNTED_BYTES, ClientOutbox, ClientTraffic, WebSocketFrame, text_frame
+from pipros.bridges.outbox import (
+    FRAME_BYTES,
+    UNCOUNTED_BYTES,
+    ClientOutbox,
+    ClientTraffic,
+    WebSocketFrame,
+    text_frame,
+)
 
 MIB = 1 << 20
 
@@ -13,7 +20,7 @@ class Client:
 
     def __init__(self, limit_bytes: int = 100) -> None:
         self.wakes = 0
-        self.outbox = ClientOutbox(limit_bytes, self.wake)
+        self.outbox = ClientOutbox(limit_bytes, self.wake, frame_bytes=0)
         for key in "ab":
             self.outbox.open(key)
 
@@ -146,7 +153,7 @@ def test_only_responses_count_as_answers() -> None:
 
 
 def budgeted(budget: Budget, limit_bytes: int = 10 * MIB) -> ClientOutbox:
-    outbox = ClientOutbox(limit_bytes, lambda: None, budget)
+    outbox = ClientOutbox(limit_bytes, lambda: None, budget, frame_bytes=0)
     outbox.open("a")
     return outbox
 
@@ -206,3 +213,18 @@ def test_clients_share_a_budget_and_a_closed_one_returns_its_part() -> None:
 
     first.close()
     assert budget.used == 0
+
+
+def test_small_frames_count_with_their_overhead() -> None:
+    outbox = ClientOutbox(10 * (FRAME_BYTES + 2), lambda: None)
+    outbox.open("a")
+    for number in range(100):
+        outbox.put("a", WebSocketFrame((b"%02d" % number,)))
+    assert (outbox.total.lost, outbox.waiting_bytes) == (90, 10 * (FRAME_BYTES + 2))
+    assert outbox.pop() is not None
+    assert (outbox.total.bytes, outbox.waiting_bytes) == (2, 9 * (FRAME_BYTES + 2))
+    fragments = [WebSocketFrame((b"x",))] * 6
+    outbox.answer(*fragments)
+    assert not outbox.is_overrun
+    outbox.answer(*fragments)
+    assert outbox.is_overrun
