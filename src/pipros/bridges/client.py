@@ -40,7 +40,7 @@ ENCRYPTED_BYTES: Final = 256 * 1024
 """Like `CHUNK_BYTES`, for TLS connections, whose data always pass through the transport."""
 TURN_BYTES: Final = 1024 * 1024
 """Number of bytes to write to one client before the other clients are served."""
-FRAME_BYTES: Final = 8 * 1024
+FRAME_OVERHEAD_BYTES: Final = 8 * 1024
 """Bytes that take as long to write as the overhead of a frame, which counts in `TURN_BYTES`."""
 CLOSING_S: Final = 1.0
 """Time (s) for a client to acknowledge that the connection is being closed."""
@@ -318,7 +318,7 @@ class BridgeClient:
                     return
             frame = self._frames.popleft()
             connection.write(frame)
-            left -= frame.size + FRAME_BYTES
+            left -= frame.size + FRAME_OVERHEAD_BYTES
             if not (self._is_writing or self.outbox.has_answers):
                 self._sent.set()
             if left < 0:
