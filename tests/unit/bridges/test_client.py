@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from itertools import pairwise
 from typing import Any
 from unittest.mock import AsyncMock, MagicMock
 
 from websockets.server import ServerProtocol
 
-from pipros.bridges.client import BridgeConnection
+from pipros.basics.limits import Limits
+from pipros.bridges.client import BridgeClient, BridgeConnection, Wakeups
+from pipros.bridges.outbox import WebSocketFrame
 
 
 class Transport(asyncio.Transport):
@@ -55,3 +58,35 @@ def test_nothing_is_written_while_the_transport_resumes_writing() -> None:
         await asyncio.wait_for(has_resumed.wait(), 60)
 
     asyncio.run(resume())
+
+
+class Writable:
+    """A connection that accepts every frame, and counts them."""
+
+    remote_address = "127.0.0.1", 1
+    request = None
+    is_writable = True
+    paused = False
+
+    def __init__(self) -> None:
+        self.written = 0
+
+    def write(self, frame: WebSocketFrame) -> None:
+        self.written += 1
+
+
+def test_other_clients_have_their_turn_between_many_small_frames() -> None:
+    async def send() -> list[int]:
+        connection: Any = Writable()
+        shares: Any = MagicMock(queue=None)
+        wakeups = Wakeups(asyncio.get_running_loop())
+        client = BridgeClient(connection, 1, "rosbridge", Limits(), wakeups, shares)
+        client.send(*[WebSocketFrame((b"x",))] * 10_000)  # the fragments of a response
+        counts = [0]
+        while connection.written < 10_000:
+            await asyncio.sleep(0)
+            counts.append(connection.written)
+        return counts
+
+    counts = asyncio.run(send())
+    assert max(later - before for before, later in pairwise(counts)) <= 200
