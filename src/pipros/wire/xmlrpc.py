@@ -12,6 +12,7 @@ calls of a typical command and of a node's start, so Expat reads the first short
 
 from __future__ import annotations
 
+import itertools
 import re
 import sys
 from typing import Any, Final
@@ -296,15 +297,15 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
     return value
 
 
-_brief_documents = 0
+_documents = itertools.count(1)
 
 
 def _is_worth_the_fast_reader(body: bytes | bytearray) -> bool:
-    global _brief_documents
-    if len(body) > BRIEF_BYTES or _brief_documents >= BRIEF_DOCUMENTS:
-        return True
-    _brief_documents += 1  # not exact with several threads, which does not matter
-    return "pipros.wire.xmlrpc_fast" in sys.modules
+    return (
+        len(body) > BRIEF_BYTES
+        or "pipros.wire.xmlrpc_fast" in sys.modules
+        or next(_documents) > BRIEF_DOCUMENTS
+    )
 
 
 def _check_size(body: bytes | bytearray, limit_name: str, limit_bytes: int) -> None:
