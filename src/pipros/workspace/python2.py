@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import os
 import re
+import sys
 import warnings
 
 _LIMIT_BYTES = 256 * 1024
@@ -17,6 +18,10 @@ _SUSPICIOUS = re.compile(
 
 _MIXED = re.compile(rb"^(?: +\t|\t)", re.MULTILINE)
 _SPACES = re.compile(rb"^ ", re.MULTILINE)
+
+
+_PYTHON = min(sys.version_info[:2], (3, 13))
+"""Since Python 3.14, `except ValueError, error:` is valid, with another meaning than in Python 2."""
 
 
 def python2_advice(file: str | os.PathLike[str]) -> str | None:
@@ -52,7 +57,7 @@ def _syntax_error(text: bytes) -> SyntaxError | None:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            ast.parse(text)
+            ast.parse(text, feature_version=_PYTHON)
     except SyntaxError as error:
         return error
     except (ValueError, RecursionError, MemoryError):
