@@ -31,7 +31,10 @@ def test_the_page_begins_with_the_robot_and_then_at_the_last_view(
     tab = open_tab(page, "", (1440, 900))
     expect(tab.get_by_role("region", name="Scene")).to_be_visible()
     assert tab.locator(".panel").count() >= 4
-    expect(tab.get_by_role("region", name="Plot").locator(".legend")).to_contain_text(re.compile(r"z: -?\d"))
+    plot = tab.get_by_role("region", name="Plot")
+    expect(plot.locator(".legend")).to_contain_text(re.compile(r"z: -?\d"))
+    expect(plot.locator(".subject")).to_contain_text("/imu/")
+    expect(tab.get_by_role("region", name="Scene").locator(".subject")).to_have_text("")
     expect(tab.get_by_role("region", name="Images").first).to_contain_text("rgb8")
     expect(tab.get_by_role("region", name="Console").locator(".entry").first).to_be_visible()
     keep_screenshots(tab, "robot-layout")

@@ -31,6 +31,7 @@ export function panel(first, tabs, board) {
   let argument = "";
   let context = null;
   let handle = null;
+  let subjectOf = null; // of the tab's module: what the bar shows of an argument
   let isShown = true;
   const grip = h("button", { class: "plain grip", title: "Drag to move; the arrow keys move it, too",
     onkeydown: (event) => moveByKey(event, (side) => board.step(leaf.id, side)) }, "⠿");
@@ -53,7 +54,7 @@ export function panel(first, tabs, board) {
     const opened = h("div", { class: `tab tab-${leaf.tab}` });
     view.replaceWith(opened);
     view = opened;
-    [tab, argument, handle] = [leaf.tab, leaf.argument, null];
+    [tab, argument, handle, subjectOf] = [leaf.tab, leaf.argument, null, null];
     context = new PanelContext(element, tab, board.mayControl(tab), board.times, (next, options) => {
       argument = next;
       board.change({ ...leaf, argument: next }, options);
@@ -61,6 +62,7 @@ export function panel(first, tabs, board) {
     const own = context;
     const module = await import(`../tabs/${tab}.js`);
     if (context !== own) return;
+    subjectOf = module.subject ?? ((text) => text);
     handle = module.open(view, argument, context) ?? {};
     if (!isShown) context.hide();
     show(leaf); // the address may have changed in the meantime
@@ -73,13 +75,13 @@ export function panel(first, tabs, board) {
     choice.value = leaf.tab;
     element.setAttribute("aria-label", title);
     grip.setAttribute("aria-label", `Move ${title}`);
-    replace(subject, leaf.argument);
-    subject.title = leaf.argument;
     if (leaf.tab !== tab) open();
     else if (leaf.argument !== argument && handle) {
       argument = leaf.argument;
       handle.go?.(argument);
     }
+    subject.title = subjectOf?.(leaf.argument) ?? "";
+    replace(subject, subject.title);
   }
 
   makeDraggable(element, grip, (target, side) => board.move(leaf.id, Number(target.dataset.id), side));
