@@ -22,8 +22,7 @@ def configure_logging() -> str | None:
         The path of the log file, or None if its folder cannot be created.
 
     Raises:
-        rosgraph.roslogging.LoggingException: the log file cannot be opened, or
-            `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.
+        rosgraph.roslogging.LoggingException: the log file or `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
     """
     from rosgraph import roslogging
 

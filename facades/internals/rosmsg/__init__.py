@@ -195,8 +195,7 @@ def rosmsg_cmd_prototype(args: Sequence[str]) -> str | None:
     Return None if the message does not exist and the option `-s` is given.
 
     Raises:
-        SystemExit: the type does not exist, or the arguments are invalid. The reason is printed to standard
-            error.
+        SystemExit: the type does not exist, or the arguments are invalid. The reason is on standard error.
     """
     from contextlib import redirect_stdout
     from io import StringIO

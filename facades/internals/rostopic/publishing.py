@@ -116,11 +116,9 @@ def stdin_publish(
 ) -> None:
     """Publish a message for each YAML document in a file or on standard input.
 
-    Before the first message, wait up to `SUBSCRIBER_TIMEOUT` for a subscriber.
-
-    If `once` is true, publish only the first message. If `rate` (Hz) is set, publish the messages at this
-    rate; if a file contains a single document, publish that message repeatedly. If `rate` is not set, the
-    first message is latched until the node is shut down.
+    Wait up to `SUBSCRIBER_TIMEOUT` for a subscriber first. If `once` is true, publish only the first message.
+    If `rate` (Hz) is set, publish at this rate, a single document repeatedly. If it is not set, the first
+    message is latched until the node is shut down.
 
     Raises:
         ROSTopicException: the file does not exist, the YAML is invalid, or values do not match the type.

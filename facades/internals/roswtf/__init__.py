@@ -78,8 +78,7 @@ def roswtf_main() -> None:
 def yaml_results(ctx: WtfContext) -> None:
     """Print the errors and warnings in a context as YAML.
 
-    The keys `warnings` and `errors` contain mappings from rule texts to the return values of the rules'
-    functions.
+    The keys `warnings` and `errors` contain mappings from rule texts to the results of their functions.
     """
     import yaml
 

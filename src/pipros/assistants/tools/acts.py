@@ -198,7 +198,7 @@ class ActTools:
         acts = [Act(ActKind.RECORD, node.resolve(each), {}) for each in topics]
         folder = self._bags
         if folder is None:
-            raise ToolRefused("the user has not allowed a folder; see pipros mcp --bags")
+            raise ToolRefused("the user has not allowed a folder: pipros mcp --bags FOLDER")
         bag = f"assistant-{time.strftime('%Y-%m-%d-%H-%M-%S')}-{secrets.token_hex(2)}.bag"
 
         def carry_out(system: System) -> Answer:

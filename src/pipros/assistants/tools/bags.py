@@ -157,7 +157,7 @@ class BagTools:
 
     def _root(self) -> Path:
         if self._folder is None:
-            raise ToolRefused("the user has not allowed a folder; see pipros mcp --bags")
+            raise ToolRefused("the user has not allowed a folder: pipros mcp --bags FOLDER")
         return self._folder
 
     def _file(self, bag: str) -> Path:
