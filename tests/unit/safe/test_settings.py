@@ -63,7 +63,7 @@ def test_values_are_read_with_defaults() -> None:
         (lambda top: top.section("parts").section("right").text("x"), "7: parts.right.x: is missing"),
         (lambda top: top.only(["nam"]), "robot.yaml:1: name: unknown key. Did you mean nam?"),
         (lambda top: top.only(["x", "b"]), "robot.yaml:1: name: unknown key. The keys are b, x"),
-        (lambda top: list(settings("a-b: {}").sections()), "robot.yaml:1: a-b: must be a name of letters"),
+        (lambda top: list(settings("a-b: {}").sections()), "robot.yaml:1: a-b: must consist of letters"),
         (lambda top: settings("[1]"), "robot.yaml: must be a mapping, got list"),
     ],
 )  # fmt: skip
