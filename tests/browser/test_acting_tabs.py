@@ -81,6 +81,30 @@ def test_a_goal_is_sent_followed_and_cancelled(fibonacci: RosSystem, open_tab: O
     expect(side.locator(".state-preempted")).to_be_visible()
 
 
+def test_a_goal_with_a_time_limit_goes_on_until_the_page_leaves_the_action(
+    fibonacci: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    policy = tmp_path / "policy.yaml"
+    policy.write_text(
+        "actions:\n"
+        "  /fibonacci: {type: actionlib_tutorials/FibonacciAction, fields: any, time_limit_s: 600}\n"
+    )
+    page = Page(fibonacci, "--control", "--policy", str(policy))
+    tab = open_tab(page, "actions//fibonacci")
+    side = tab.get_by_role("complementary", name="Action")
+    for order, state in (("3", "succeeded"), ("300", "open")):
+        tab.get_by_label("Goal in YAML").fill(f"order: {order}")
+        tab.get_by_role("button", name="Send goal").click()
+        expect(side.locator(f".state-{state}")).to_be_visible()
+    other = open_tab(page, "actions//fibonacci")
+    expect(other.locator(".state-open")).to_have_text("active")
+    tab.close()
+    expect(other.locator(".state-open")).to_have_text("active")
+    other.goto("about:blank")
+    again = open_tab(page, "actions//fibonacci")
+    expect(again.locator(".state-preempted")).to_be_visible()
+
+
 SERVER = """
 import actionlib, rospy
 from actionlib.msg import TestAction, TestFeedback, TestResult

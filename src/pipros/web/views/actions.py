@@ -6,7 +6,9 @@ import asyncio
 import contextlib
 import itertools
 import time
+from collections import Counter, deque
 from collections.abc import AsyncIterator, Mapping, Sequence
+from concurrent.futures import Future
 from typing import Any
 
 from pipros.basics.errors import PiprosError
@@ -27,14 +29,22 @@ TOPICS = ("goal", "cancel", "status", "feedback", "result")
 CONNECTING_S = 5.0
 """Maximum time (s) to wait for an action's server to connect."""
 UPDATE_INTERVAL_S = 0.1
+KEPT_GOALS = 16
+"""Maximum number of goals of an action whose publishers are kept."""
 
 
 class ActionViews:
-    """The views and actions of the Actions tab."""
+    """The views and actions of the Actions tab.
+
+    If a policy sets a time limit, unregistering a goal's publisher cancels the goal. The publishers of the
+    newest goals are therefore kept while a browser shows the action.
+    """
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
         self._numbers = itertools.count(1)
+        self._shown: Counter[str] = Counter()
+        self._kept: dict[str, deque[Future[Any]]] = {}
 
     async def actions(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield all actions with the types of their goal topics and the nodes that serve them."""
@@ -48,6 +58,8 @@ class ActionViews:
             status, feedback, result = (
                 stack.enter_context(self._system.topics.watch(f"{name}/{part}")) for part in TOPICS[2:]
             )
+            self._shown[name] += 1
+            stack.callback(self._hide, name)
             sent = None
             while True:
                 state = await self._system.computations.run(_state, status, feedback, result)
@@ -66,7 +78,13 @@ class ActionViews:
         now_ns = time.time_ns()
         goal_id = f"{self._system.node.name}-{next(self._numbers)}-{now_ns / 1e9:.3f}"
         values = {"header": "auto", "goal_id": {"stamp": "now", "id": goal_id}, "goal": value or {}}
-        await self._publish(f"{name}/goal", goal_class, message_from_yaml(goal_class, values, now_ns))
+        message = message_from_yaml(goal_class, values, now_ns)
+        kept = self._kept.setdefault(name, deque())
+        kept.append(await self._publish(f"{name}/goal", goal_class, message))
+        if len(kept) > KEPT_GOALS:
+            withdraw(self._system, kept.popleft())
+        if not self._shown[name]:
+            self._withdraw_goals(name)
         return {"id": goal_id}
 
     async def cancel_goal(self, arguments: Mapping[str, Any]) -> Any:
@@ -76,11 +94,21 @@ class ActionViews:
             raise RequestRefused(f"id must be a string, got {goal_id!r}")
         message_class = load_message_class("actionlib_msgs/GoalID")
         message = message_from_yaml(message_class, {"id": goal_id}, time.time_ns())
-        await self._publish(f"{topic_name(arguments)}/cancel", message_class, message)
+        withdraw(self._system, await self._publish(f"{topic_name(arguments)}/cancel", message_class, message))
         return {}
 
-    async def _publish(self, topic: str, message_class: Any, message: Any) -> None:
-        """Publish one message as soon as all known subscribers have connected.
+    def _hide(self, name: str) -> None:
+        self._shown[name] -= 1
+        if not self._shown[name]:
+            del self._shown[name]
+            self._withdraw_goals(name)
+
+    def _withdraw_goals(self, name: str) -> None:
+        for advertised in self._kept.pop(name, ()):
+            withdraw(self._system, advertised)
+
+    async def _publish(self, topic: str, message_class: Any, message: Any) -> Future[Any]:
+        """Publish one message as soon as all known subscribers have connected. Return the publisher.
 
         If only some have connected after `CONNECTING_S`, publish it then; if none, raise `RequestRefused`.
         """
@@ -97,8 +125,10 @@ class ActionViews:
                     f"no action server has subscribed to {topic} within {CONNECTING_S:.0f} s"
                 )
             publisher.publish(message)
-        finally:
+        except BaseException:
             advertising.add_done_callback(lambda done: withdraw(system, done))
+            raise
+        return advertising
 
 
 def action_rows(observation: GraphObservation) -> list[Sequence[str]]:
