@@ -273,7 +273,7 @@ REFUSED = {
     "a_malformed_manifest": ([add(package_dot_xml="<package")], "package.xml:1"),
     "a_cycle": ([add(name="a"), add(name="b")], "depend on each other"),
     "one_name_twice": ([add(name="x1"), add(name="x2")], "Multiple packages found with the same name"),
-    "an_illegal_name": ([add(name="arm_")], r"package name \[arm_\]: a distribution needs"),
+    "an_illegal_name": ([add(name="arm_")], r"package name \[arm_\] must consist of letters"),
     "one_distribution_twice": (
         [add(name="my_arm"), add(name="my-arm")],
         "would both be distributed as ros1-my-arm",
