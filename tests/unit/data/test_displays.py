@@ -77,7 +77,7 @@ def test_lists_of_one_length_are_arrays_with_nan_in_gaps(tmp_path: Path) -> None
     assert joined.to_arrow()["joints.position"].to_pylist() == [None, [2, 2.5], [3, 3.5], None]
     with pytest.raises(ValueError, match="all cells must have the same size, got 1 to 2"):
         mixed.to_numpy()
-    with pytest.raises(ValueError, match="must be arrays of numbers, got texts"):
+    with pytest.raises(ValueError, match="must be arrays of numbers, got strings or messages"):
         np.asarray(joined["joints.name"])
 
 
