@@ -44,6 +44,7 @@ class Driver:
         self._pauses_s = pauses_s
         self._reported: set[type[DeviceError]] = set()
         self._has_failed = False
+        self._has_ended = threading.Event()
         self._description = ""
 
     @property
@@ -65,9 +66,8 @@ class Driver:
 
     def run(self) -> int:
         """Run until the node is shut down, and return the exit code: 1 after an internal error."""
-        thread = threading.Thread(target=self._run, name=f"device {self._port.name}", daemon=True)
-        thread.start()
-        self._node.on_shutdown(lambda: thread.join(END_S))
+        self._node.on_shutdown(lambda: self._has_ended.wait(END_S))
+        threading.Thread(target=self._run, name=f"device {self._port.name}", daemon=True).start()
         self._node.wait_for_shutdown()
         return int(self._has_failed)
 
@@ -79,6 +79,8 @@ class Driver:
                 self._has_failed = True
                 self._log.critical("the driver of %s failed", self._port.name, exc_info=True)
                 self._node.shutdown_async("the driver failed")
+        finally:
+            self._has_ended.set()
 
     def _keep_connected(self) -> None:
         pause_s, longest_s = self._pauses_s
