@@ -24,8 +24,8 @@ class NodeBond:
         """Start the bond.
 
         Args:
-            on_broken: called once, in a thread of the bond, when the bond is broken or was not formed within
-            10 s. Not called if the node has been shut down.
+            on_broken: called once, in any thread, when the bond is broken or was not formed within 10 s. Not
+                called if the node is being shut down.
         """
         constants: Any = load_message_class("bond/Constants")
         self._constants = constants

@@ -23,8 +23,8 @@ class CloudToScan:
     """Converts points to ranges. Settings have the names and defaults of the genuine parameters.
 
     Attributes:
-        min_height: minimum z of points. As in the original, the default is the smallest positive number, so
-            points at z = 0 are dropped.
+        min_height: minimum z of points. As in the original, the default is the smallest positive normal
+            number, so points at z = 0 are dropped.
         use_inf: whether the range of beams without a point is infinity; otherwise, it is
             `range_max + inf_epsilon`.
     """

@@ -18,7 +18,12 @@ class InvalidDepthImage(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Geometry of a rectified image: its focal length and centre in pixels, and the angles of its edges."""
+    """Geometry of a rectified image.
+
+    Attributes:
+        focal_length, center_x, center_y: focal length and principal point in pixels.
+        angle_min, angle_max: angles of the image's right and left edge.
+    """
 
     focal_length: float
     center_x: float
@@ -74,7 +79,7 @@ class DepthToScan:
     """Converts depth images to ranges.
 
     Attributes:
-        scan_height: number of rows to use, around the image's centre.
+        scan_height: number of rows to use, around the principal point.
         range_min, range_max: ranges outside these limits are ignored.
     """
 

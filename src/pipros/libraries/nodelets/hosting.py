@@ -26,7 +26,7 @@ class Hosting:
     def __init__(self, host: Node) -> None:
         """Prepare a running node to host nodelets."""
         self._host = host
-        self._nodelets: dict[str, HostedNode | None] = {}  # None while a nodelet is constructed
+        self._nodelets: dict[str, HostedNode | None] = {}  # None while a nodelet is being constructed
         self._types: dict[str, str] = {}
         self._lock = threading.Lock()
         self.watch = InputWatch(host, self.loaded)

@@ -40,7 +40,7 @@ class InputState:
 
 
 class _Sample(NamedTuple):
-    """Total numbers of received and of dropped messages, by nodelet and topic."""
+    """Total numbers of messages and of dropped messages by nodelet and topic, at one time."""
 
     time_s: float
     totals: Mapping[tuple[str, str], tuple[int, int]]

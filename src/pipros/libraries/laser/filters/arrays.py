@@ -16,7 +16,7 @@ OBSERVATIONS_LIMIT: Final = 10_000
 
 
 def _median(rows: Any) -> Any:
-    """Return the lower median of each column. Like the original, use Wirth's selection for NaN."""
+    """Return the lower median of each column. As in the original, columns with NaN use Wirth's selection."""
     found = np.sort(rows, axis=0)[(len(rows) - 1) // 2]
     for column in np.flatnonzero(np.isnan(rows).any(0)):
         found[column] = _selected(rows[:, column].tolist(), (len(rows) - 1) // 2)
@@ -24,7 +24,10 @@ def _median(rows: Any) -> Any:
 
 
 def _selected(values: list[float], rank: int) -> float:
-    """Return the value with the given rank by Wirth's selection. With NaN, the order affects the result."""
+    """Return the value with the given rank by Wirth's selection.
+
+    If some values are NaN, the result depends on the order of the values.
+    """
     low, high = 0, len(values) - 1
     while low < high:
         pivot, left, right = values[rank], low, high

@@ -22,9 +22,9 @@ def _shifted(values: Any, by: int) -> Any:
 class ShadowsFilter(ScanFilter):
     """Removes shadow points: spurious points between the edge of an object and its background.
 
-    If the line from a beam's point to that of a neighbour forms an angle with the beam that is less than
-    `min_angle` or greater than `max_angle` (degrees), all more distant points within `neighbors` beams are
-    removed.
+    The line from a beam's point to the point of each beam within `window` beams forms an angle with the first
+    beam. If the angle is less than `min_angle` or greater than `max_angle` (degrees), all more distant points
+    within `neighbors` beams of the first beam are removed.
     """
 
     settings = (
@@ -121,7 +121,10 @@ class SpeckleFilter(ScanFilter):
 
 
 class BlobFilter(ScanFilter):
-    """Keeps the middle beam of each small blob of more than `min_points` beams. Negates all other ranges."""
+    """Keeps the middle beam of each small blob of more than `min_points` beams.
+
+    All other ranges become negative.
+    """
 
     settings = (Setting("max_radius", 0.1), Setting("min_points", 5))
     required = ("max_radius", "min_points")

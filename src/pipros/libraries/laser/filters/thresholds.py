@@ -40,7 +40,11 @@ class RangeFilter(ScanFilter):
 
 
 class IntensityFilter(ScanFilter):
-    """Removes beams with intensities outside two thresholds, or sets their intensity to 0 and others to 1."""
+    """Selects beams whose intensities are outside two thresholds, or inside if `invert` is true.
+
+    If `filter_override_range` is true, removes these beams. If `filter_override_intensity` is true, sets their
+    intensities to 0 and all others to 1.
+    """
 
     settings = (
         Setting("lower_threshold", 8000.0, 0.0, _FAR),
