@@ -24,7 +24,7 @@ from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 
 SILENCE_S: Final = 5.0
-"""A scan is restarted if no turn is completed for this long. A motor needs seconds to reach its speed."""
+"""The scan is restarted if no turn is completed for this long. A motor needs seconds to reach its speed."""
 QUEUE_SIZE: Final = 1000
 RANGE_MIN_M: Final = 0.15
 

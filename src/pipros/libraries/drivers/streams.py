@@ -1,7 +1,7 @@
 """Connections to devices: serial ports, TCP and UDP. Calls block for a fraction of a second at most.
 
-The exception is opening a TCP connection, which may take `CONNECT_S`, or longer if the host name must be
-resolved.
+Only opening a network port can take longer: a TCP connection takes up to `CONNECT_S`, and there is no limit
+for the resolution of host names.
 """
 
 from __future__ import annotations

@@ -28,8 +28,10 @@ _YUV = (Color.YUV422, Color.YUV422_YUY2)
 def gray(image: Any, name: str) -> tuple[Any, str]:
     """Convert a raw image to grey. Return the grey image and its encoding.
 
+    Grey images are returned unchanged.
+
     Raises:
-        BadImage: the encoding defines no colours.
+        BadImage: the encoding defines no colours, or does not use 8 or 16 bits.
     """
     kind = encoding(name)
     target = f"mono{kind.bits}"
@@ -47,10 +49,12 @@ def gray(image: Any, name: str) -> tuple[Any, str]:
 
 
 def colors(image: Any, name: str, method: int) -> tuple[Any, str]:
-    """Convert a raw image to colour. Return the image and its encoding. Grey and colour images are unchanged.
+    """Convert a raw image to colour. Return the image and its encoding.
+
+    Grey and colour images are returned unchanged.
 
     Raises:
-        BadImage: the encoding defines no colours, or the method does not support it.
+        BadImage: the encoding defines no colours or no order of channels, or the method does not support it.
     """
     kind = encoding(name)
     if kind.color in (Color.GRAY, *_COLORS):

@@ -1,6 +1,7 @@
 """Depth images: unit conversion, conversion to points, and registration. Depths are along the optical axis.
 
-`16UC1` is in millimetres, with 0 for unknown depths; `32FC1` is in metres, with NaN.
+`16UC1` images contain millimetres, and 0 for unknown depths; `32FC1` images contain metres, and NaN for
+unknown depths.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ ENCODINGS: Final = (MILLIMETRES, METRES)
 
 _UNIT = {MILLIMETRES: np.float32(0.001), METRES: np.float32(1)}
 _WIDEST_FILL = 16
-"""Maximum number of pixels that one depth fills in each direction."""
+"""Maximum number of pixels that one depth fills in each direction, in addition to the first."""
 
 
 def checked(encoding_name: str) -> str:

@@ -33,7 +33,10 @@ SETTINGS: Final = (
 
 
 def corrected(values: Mapping[str, Value]) -> dict[str, Value]:
-    """Adjust settings for the matchers: make window sizes odd, and the range a multiple of 16."""
+    """Adjust settings for the matchers.
+
+    Make window sizes odd, and round the disparity range down to a multiple of 16.
+    """
     new = dict(values)
     for name in ("prefilter_size", "correlation_window_size"):
         new[name] = int(new[name]) | 1
@@ -65,7 +68,9 @@ class BlockMatcher:
         self._matcher.setSpeckleRange(values["speckle_range"])
 
     def disparities(self, left: Any, right: Any, factor: int = 1) -> Any:
-        """Return the disparities of the left image's pixels as float32; min_disparity - 1 without a match.
+        """Return the disparities of the left image's pixels as float32.
+
+        Pixels without a match have the disparity `min_disparity` - 1, times `factor`.
 
         Args:
             left, right: uint8 images of the same shape.

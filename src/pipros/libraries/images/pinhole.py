@@ -14,7 +14,7 @@ from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
 
 MOST_PIXELS: Final = 2**26
-"""Maximum number of pixels of an image. Without this limit, an invalid calibration could exhaust memory."""
+"""Maximum number of pixels in an image. Without this limit, an invalid calibration could exhaust memory."""
 
 _MODELS = ("plumb_bob", "rational_polynomial", "equidistant")
 

@@ -126,7 +126,8 @@ def synchronized(
 
     Args:
         queue_size: maximum number of messages per input that wait for matching messages.
-        is_exact: whether matching timestamps must be equal; otherwise, they may differ by `APPROXIMATE_S`.
+        is_exact: whether matching timestamps must be equal; otherwise, they may differ by up to
+            `APPROXIMATE_S`.
         topic_queue_size: the queue size of the subscriptions; defaults to `queue_size`.
     """
     size = max(queue_size, 1)

@@ -2,7 +2,7 @@
 
 A marker is an object with `name`, `header` and `pose`, such as a visualization_msgs/InteractiveMarker.
 
-A change to a marker replaces the pending change to the marker with the same name:
+A marker has at most one pending change. The table shows the pending change after a new change:
 
 ===========  =====================================  ============================  ===========
 pending      insert                                 pose (by a call)              erase

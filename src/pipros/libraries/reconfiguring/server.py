@@ -1,4 +1,4 @@
-"""A server of dynamic_reconfigure for nodes that do not use rospy, with the rules of roscpp.
+"""A dynamic_reconfigure server for nodes that do not use rospy, with the same rules as in roscpp.
 
 See http://wiki.ros.org/dynamic_reconfigure. All settings are in one group, `Default`.
 """
@@ -35,7 +35,8 @@ class Setting:
         default: the default value. Its type is the setting's type.
         low, high: bounds to which numbers are clamped; None for no bound.
         level: bits that are passed to `apply` if the setting changes.
-        edit_method: the constants of an enum, in the format that descriptions of `.cfg` files use.
+        edit_method: the constants of an enum, in the format that dynamic_reconfigure generates from `.cfg`
+            files.
     """
 
     name: str
@@ -78,7 +79,7 @@ class Reconfigurable:
 
     The settings are read from the parameter server, clamped, and written back. Changes are applied one at a
     time, in threads of the node. If there is a setting `restore_defaults`, as in navigation, setting it to
-    true restores the values at startup.
+    true restores the values that all settings had at startup.
 
     Attributes:
         values: the current settings by name. The mapping is replaced by each change.

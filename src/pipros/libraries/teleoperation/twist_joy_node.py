@@ -1,4 +1,4 @@
-"""`teleop_node` of teleop_twist_joy: steers any robot that subscribes to `cmd_vel` with a joystick."""
+"""`teleop_node` of teleop_twist_joy: uses a joystick to steer any robot that subscribes to `cmd_vel`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Select one source of velocity commands by priorities and locks, as twist_mux 3.1 does.
 
 An input is masked while it is expired, or while a lock with a higher priority is active. The unmasked input
-with the highest priority is selected. A velocity is forwarded when it arrives, or not at all.
+with the highest priority is selected. Velocities from other inputs are dropped.
 """
 
 from __future__ import annotations

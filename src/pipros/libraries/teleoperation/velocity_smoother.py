@@ -23,7 +23,7 @@ _KNOWN_INTERVALS: Final = 3
 _USUAL_INTERVAL_S: Final = 0.1
 _SILENT_S: Final = 0.5
 _SLIP: Final[Velocity] = (0.2, 2.0)
-"""Differences between the last command and the measured velocity above which the latter is used."""
+"""Differences between the last command and the measured velocity above which the latter is used instead."""
 
 
 class Feedback(IntEnum):

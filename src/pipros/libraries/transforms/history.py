@@ -119,7 +119,7 @@ class MovingFrame:
         return None
 
     def _drop(self, count: int) -> None:
-        """Remove the oldest poses."""
+        """Remove the `count` oldest poses."""
         for parent in self.parents[:count]:
             self.size_bytes -= _POSE_BYTES + len(parent)
         del self.stamps[:count], self.parents[:count], self.poses[:count]
@@ -213,7 +213,7 @@ class StaticFrame:
         return ""
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the parent with timestamp 0, because the pose is valid at any time."""
+        """Return 0 as the timestamp, because the pose is valid at any time, and the parent."""
         return (0, self.parents[0] if self.parents else None)
 
     def oldest_stamp(self) -> int:

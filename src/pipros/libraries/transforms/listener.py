@@ -38,7 +38,9 @@ class TransformListener:
         ]
 
     def at(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose:
-        """Return the pose of `source` relative to `target` at a time. Wait up to `timeout_s` for it.
+        """Return the pose of `source` relative to `target` at a time.
+
+        If the pose is not available, wait for it up to `timeout_s`.
 
         A time of 0 means the latest common time.
 
@@ -95,7 +97,8 @@ class TransformGate:
     If more than `queue_size` messages are waiting, the oldest is dropped.
 
     Attributes:
-        tolerance_ns: the transform must also be available this long after a message's timestamp.
+        tolerance_ns: the transform must be available both at a message's timestamp and at the time this many
+            nanoseconds later.
     """
 
     def __init__(

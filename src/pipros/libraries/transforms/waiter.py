@@ -47,7 +47,7 @@ class TransformWaiter:
         clock: Callable[[], WaitingClock],
         check: Callable[[], object],
     ) -> Answer:
-        """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or times out.
+        """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or time runs out.
 
         Return the last result of `ask`. `timeout` is in nanoseconds on `clock()`. If this clock jumps back to
         more than 3 s before the start of the wait, the wait times out. `check` is called before each pause;

@@ -91,7 +91,7 @@ class DepthSettings:
         kind: `png`, the only supported format.
         depth_max: maximum depth in metres, from 1 to 100. Greater depths are lost.
         depth_quantization: depth in metres, from 1 to 150, at which 32-bit depths would have a resolution of
-        about 1 m. The resolution is proportional to the square of the depth.
+            about 1 m. The resolution is proportional to the square of the depth.
         png_level: from 1 (fast) to 9 (small).
 
     Raises:

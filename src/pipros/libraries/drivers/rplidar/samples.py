@@ -179,8 +179,8 @@ def _scaled(value: int) -> tuple[int, int]:
 def _ultra(cabins: bytes, following: bytes, angle: Callable[[int], float]) -> list[Point]:
     """Decode triples: a 12-bit distance and two signed 10-bit differences.
 
-    The second point is relative to this distance (or, if it is 0, to the next triple's), and the third point
-    is relative to the distance of the next triple.
+    The first difference is relative to this distance or, if this distance is 0, to that of the next triple.
+    The second difference is always relative to the distance of the next triple.
     """
     words = [word for (word,) in struct.iter_unpack("<I", cabins)]
     words.append(struct.unpack_from("<I", following)[0])

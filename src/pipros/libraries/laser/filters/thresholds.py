@@ -42,8 +42,8 @@ class RangeFilter(ScanFilter):
 class IntensityFilter(ScanFilter):
     """Selects beams whose intensities are outside two thresholds, or inside if `invert` is true.
 
-    If `filter_override_range` is true, removes these beams. If `filter_override_intensity` is true, sets their
-    intensities to 0 and all others to 1.
+    If `filter_override_range` is true, removes these beams. If `filter_override_intensity` is true, sets
+    their intensities to 0 and all others to 1.
     """
 
     settings = (

@@ -21,9 +21,8 @@ def decompose_matrix(matrix: ArrayLike) -> Parts:
     """Decompose a matrix into scale, shear, angles, translation and perspective.
 
     Scale and translation are (x, y, z), shear is (x-y, x-z, y-z), and angles are about the static axes x, y
-    and z.
-    `compose_matrix` is the inverse. Method: S. W. Thomas, "Decomposing a matrix into simple transformations",
-    Graphics Gems II. Raises ValueError if the matrix cannot be decomposed.
+    and z. `compose_matrix` is the inverse. Method: S. W. Thomas, "Decomposing a matrix into simple
+    transformations", Graphics Gems II. Raises ValueError if the matrix cannot be decomposed.
     """
     whole = np.array(matrix, dtype=np.float64)
     if abs(whole[3, 3]) < EPSILON:
