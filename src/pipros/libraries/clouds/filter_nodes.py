@@ -103,7 +103,7 @@ class CloudFilterNodelet(LazyNode):
 
 
 def transformed(cloud: Any, matrix: Any) -> Any:
-    """Transform the points of a cloud, and any viewpoints. Points that are not finite are not changed."""
+    """Transform a cloud's points, and their viewpoints, if any. Points that are not finite are unchanged."""
     rows = rows_of(cloud).copy()
     points = positions(cloud, rows)
     finite = np.isfinite(points).all(1)

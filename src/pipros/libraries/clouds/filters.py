@@ -79,7 +79,8 @@ def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
     If `keep_organized` is true, the other points are set to NaN instead of being removed.
 
     Args:
-        indices: indices of the points to filter; defaults to all points.
+        indices: indices of the points to filter; defaults to all points. Points without an index are removed,
+            or left unchanged if `keep_organized` is true.
 
     Raises:
         InvalidCloud: the cloud is invalid, or an index is out of range.
@@ -121,7 +122,10 @@ def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
 
 
 def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
-    """Return an empty cloud, as PCL does. `point_step` and `row_step` are 0 unless `keeps_sizes` is true."""
+    """Return an empty cloud with the header and fields of `cloud`, as in PCL.
+
+    `point_step` and `row_step` are 0 unless `keeps_sizes` is true.
+    """
     made = type(cloud)(header=cloud.header, fields=cloud.fields, is_bigendian=cloud.is_bigendian)
     if keeps_sizes:
         made.point_step, made.row_step, made.is_dense = cloud.point_step, cloud.row_step, True
@@ -135,8 +139,8 @@ def statistical_outlier_removal(cloud: Any, values: Values, indices: Any = None)
     standard deviation. If `negative` is true, return the other points. NaN points are not outliers.
 
     Args:
-        indices: indices of the points to filter; defaults to all points. Neighbours may be any points of
-            the cloud.
+        indices: indices of the points to filter; defaults to all points. Points without an index are removed,
+            but count as neighbours.
 
     Raises:
         InvalidCloud: the cloud is invalid, `stddev` is 0, or an index is out of range.

@@ -160,7 +160,7 @@ def _from_columns(data: bytes, header: Header) -> Any:
 def _decompressed(body: memoryview, size: int) -> bytes:
     """Decompress LZF data, which is preceded by its compressed and uncompressed sizes.
 
-    The LZF library is not used, because PyPI has no wheel of it.
+    The LZF library is not used, because PyPI has no wheel for it.
     """
     packed = int.from_bytes(body[:4], "little")
     if len(body) < 8 + packed or int.from_bytes(body[4:8], "little") != size:
@@ -192,7 +192,7 @@ def _decompressed(body: memoryview, size: int) -> bytes:
 
 
 def _compressed(data: bytes) -> bytes:
-    """Return LZF data that consists of literals only. Every reader accepts it, but it is not smaller."""
+    """Encode data as LZF literals. Every LZF reader accepts the result, which is larger than the input."""
     whole = len(data) // 32
     blocks = np.full((whole, 33), 31, np.uint8)
     blocks[:, 1:] = np.frombuffer(data, np.uint8, whole * 32).reshape(whole, 32)

@@ -114,7 +114,7 @@ def with_rows(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
 
 
 def reorganized(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
-    """Return a cloud with the shape, fields and header of `cloud`. `rows` must contain as many points."""
+    """Return a copy of `cloud` with other points. `rows` must contain as many points as `cloud`."""
     made = with_rows(cloud, rows, is_dense=is_dense)
     made.height, made.width = cloud.height, cloud.width
     made.row_step = cloud.width * cloud.point_step

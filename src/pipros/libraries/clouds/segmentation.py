@@ -30,7 +30,8 @@ def plane(
         points: an array of shape (n, 3); points that are not finite are ignored.
         threshold: maximum distance of an inlier from the plane.
         iterations: maximum number of planes to try.
-        probability: the search ends when, with this probability, some plane was defined by inliers only.
+        probability: the search ends when, with this probability, at least one of the tried planes was defined
+            by inliers only.
         optimize: whether to fit the plane to its inliers.
         has_ended: called between planes; if it returns True, the best plane so far is returned.
     """
@@ -63,9 +64,9 @@ def plane(
 
 
 def _tries(share: float, probability: float) -> float:
-    """Return the number of tries after which a plane was defined by three inliers with this probability.
+    """Return the number of tries needed to define at least one plane by three inliers.
 
-    `share` is the proportion of inliers among the points.
+    `share` is the proportion of inliers among the points, and `probability` the probability of success.
     """
     chance = share**3
     return 1.0 if chance >= 1.0 else math.log(1.0 - probability) / math.log1p(-max(chance, 1e-300))

@@ -57,7 +57,7 @@ class Analyzer(Protocol):
         """Process a status whose name `match` accepts. Return whether the status was accepted."""
 
     def report(self, now_s: float) -> list[ComponentStatus]:
-        """Return the statuses of the analyzer itself, named `path`, and of its items.
+        """Return the analyzer's own status, which is named `path`, and the statuses of its items.
 
         The list may be empty.
         """

@@ -21,7 +21,10 @@ class StampDelays:
         self.has_any = False
 
     def add(self, stamp: float, now: float) -> None:
-        """Add the delay of a timestamp that arrived at `now`. A timestamp of zero is unset and has none."""
+        """Add the delay of a timestamp that arrived at `now`.
+
+        A timestamp of zero is unset; it has no delay, but is reported by `judged`.
+        """
         if stamp == 0:
             self.has_zero = True
             return
