@@ -61,7 +61,11 @@ class ScanChain:
         return self._listener
 
     def _offer(self, one: ScanFilter) -> None:
-        """Offer a filter's settings. Values in the chain take precedence, except those in `from_server`."""
+        """Offer a filter's settings.
+
+        Values in the chain's description take precedence over parameters on the server, except for the
+        settings in `from_server`.
+        """
         given, is_ready = one.values, False
 
         def apply(values: Mapping[str, Any], _: int) -> None:

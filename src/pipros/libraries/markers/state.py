@@ -2,7 +2,8 @@
 
 A marker is an object with `name`, `header` and `pose`, such as a visualization_msgs/InteractiveMarker.
 
-A marker has at most one pending change. The table shows the pending change after a new change:
+A marker has at most one pending change. For each pending change (left) and each new change (top), the table
+shows the resulting pending change:
 
 ===========  =====================================  ============================  ===========
 pending      insert                                 pose (by a call)              erase

@@ -25,8 +25,8 @@ class JointChoices:
     Attributes:
         zeros: initial positions, by joint. The default is 0, or the middle of the joint's range if the range
             does not contain 0.
-        dependent: joints that follow another joint, with the keys `parent` and optionally `factor` and
-            `offset`.
+        dependent: rules for joints that follow another joint, by joint. A rule has the key `parent` and
+            optionally `factor` and `offset`.
         mimic_tags: whether to also use the `<mimic>` tags in the URDF.
         smallest_limits: whether to narrow ranges to the soft limits of the joints' safety controllers.
         positions, velocities, efforts: whether to publish default values until a source has sent values.

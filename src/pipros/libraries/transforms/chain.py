@@ -5,11 +5,11 @@ whole history, so the path is the same at all times. Its results are bit-for-bit
 If a chain gives no result, `tree` finds another path or the reason for the failure.
 
 Programs often look up many transforms at the timestamp of one message: between all frames of a robot, or in
-several callbacks. Two caches speed up these lookups. A chain keeps its last results. From the second lookup
-at a time onwards, each frame keeps the pose that was interpolated for this time, for use by all chains. A
-newer pose does not change the past, so only these events invalidate results: a pose older than its frame's
-newest, a static pose, another parent, and `clear`. If poses are dropped because of their age, only results
-for earlier times become unavailable.
+several callbacks. Two caches speed up these lookups. A chain keeps its last results. If consecutive lookups
+are at the same time, each frame also keeps the pose that was interpolated for this time, for use by all
+chains. A newer pose does not change the past, so only these events invalidate results: a pose older than its
+frame's newest, a static pose, another parent, and `clear`. If poses are dropped because of their age, only
+results for earlier times become unavailable.
 """
 
 from __future__ import annotations

@@ -25,7 +25,8 @@ class FrameHistory(Protocol):
     Attributes:
         stamps: the timestamps of the poses in ascending order; empty for a static frame.
         parents, poses: the parent and the pose for each timestamp; one of each for a static frame.
-        interpolated: a time and the pose that was interpolated for it, or an empty list; see `Chain`.
+        interpolated: one pair of a time and the pose that was interpolated for this time, or empty; see
+            `Chain`.
         only_parent: the parent of all poses; None if there are no poses, or if they have several parents.
         authority: the node that published the last inserted pose.
         size_bytes: estimated memory used by the poses.

@@ -60,7 +60,10 @@ class BoxFilter(ShapeFilter):
 
 
 class FootprintFilter(ShapeFilter):
-    """Removes the points in a square around the origin of `base_link` with sides of 2 `inscribed_radius`."""
+    """Removes the points in a square around the origin of `base_link`.
+
+    The sides of the square are twice as long as `inscribed_radius`.
+    """
 
     settings = (Setting("inscribed_radius", 0.0),)
     required = ("inscribed_radius",)

@@ -88,7 +88,11 @@ class MaskFilter(ScanFilter):
 
 
 class InterpolationFilter(ScanFilter):
-    """Replaces each run of invalid ranges with the mean of the valid ranges on both sides."""
+    """Replaces each run of invalid ranges with the mean of the valid ranges on both sides.
+
+    At the start of a scan, `range_max` - 0.01 is used as the missing range. At the end, the range after the
+    previous run is used or, if there is no previous run, `range_max` - 0.01.
+    """
 
     def update(self, scan: Scan) -> Scan:
         with np.errstate(invalid="ignore"):
