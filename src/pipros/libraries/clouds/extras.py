@@ -1,4 +1,4 @@
-"""Import numpy and scipy, with an error message that names the extra to install."""
+"""Import numpy and scipy; if one is not installed, raise an error that names the extra to install."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Aggregation:
 
         Raises:
             BadAnalyzer: there are no analyzers, one of them is invalid, the node has already added analyzers,
-                or too many nodes have added analyzers. Nothing is added.
+                or too many nodes have added analyzers. In all these cases, no analyzers are added.
         """
         if owner in self._added:
             raise BadAnalyzer(f"{owner} has already added analyzers")

@@ -87,5 +87,5 @@ class CloudToScanNode(LazyNode):
 
 
 def _in_float32(value: float) -> float:
-    """Replace a number that is too large for float32 by infinity, as C++ does."""
+    """Replace a number that is too large for float32 with infinity, as C++ does."""
     return value if abs(value) < 3.402823466e38 else float("inf") * (1 if value > 0 else -1)

@@ -214,7 +214,7 @@ class StaticFrame:
         return ""
 
     def latest(self) -> tuple[int, str | None]:
-        """Return 0 as the timestamp, because the pose is valid at any time, and the parent."""
+        """Return 0 and the parent. The timestamp is 0, because the pose is valid at any time."""
         return (0, self.parents[0] if self.parents else None)
 
     def oldest_stamp(self) -> int:

@@ -40,9 +40,7 @@ class TransformListener:
     def at(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose:
         """Return the pose of `source` relative to `target` at a time.
 
-        If the pose is not available, wait for it up to `timeout_s`.
-
-        A time of 0 means the latest common time.
+        If the pose is not available, wait for it up to `timeout_s`. A time of 0 means the latest common time.
 
         Raises:
             TransformException: the transform is not available.

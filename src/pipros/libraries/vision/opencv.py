@@ -1,4 +1,4 @@
-"""Import OpenCV, with an error message that names the extra to install."""
+"""Import OpenCV; if it is not installed, raise an error that names the extra to install."""
 
 from __future__ import annotations
 

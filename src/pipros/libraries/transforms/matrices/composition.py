@@ -140,7 +140,10 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
 
 def _kabsch(source: Array, target: Array) -> Array:
-    """Return the rotation (3, 3) that minimizes the distances between two arrays of points (3, n)."""
+    """Return the rotation (3, 3) that minimizes the sum of squared distances between points.
+
+    Both arguments have the shape (3, n), with one point per column.
+    """
     left, _, right = np.linalg.svd(target @ source.T)
     rotation: Array = left @ right
     # a reflection would fit best, so flip the axis with the smallest singular value

@@ -53,7 +53,7 @@ def projection_matrix(
 
 
 def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projection:
-    """Return the arguments to `projection_matrix`: point, normal, direction, perspective and pseudo.
+    """Recover the arguments of `projection_matrix`: point, normal, direction, perspective and pseudo.
 
     The point is in homogeneous coordinates (shape (4,)). Raises ValueError if `matrix` is not a projection.
     """
@@ -91,7 +91,7 @@ def clip_matrix(
     The first six arguments bound the view volume along x, y and z. The volume is a box, or, if `perspective`
     is true, a frustum with its apex at the origin, cut off at `near`. Points mapped with perspective must be
     divided by their fourth coordinate. Raises ValueError if a lower bound is not below the upper bound, or if
-    `perspective` is true and `near` is not > 0.
+    `perspective` is true and `near` is not greater than 0.
     """
     if left >= right or bottom >= top or near >= far:
         raise ValueError(
