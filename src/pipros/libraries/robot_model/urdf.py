@@ -27,7 +27,7 @@ class UrdfError(PiprosError, ValueError):
 class Mimic:
     """Rule for a joint that mimics another joint.
 
-    Its position is `multiplier` times the position of `joint`, plus `offset`.
+    The position of the mimicking joint is `multiplier` times the position of `joint`, plus `offset`.
     """
 
     joint: str

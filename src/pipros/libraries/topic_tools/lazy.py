@@ -62,7 +62,7 @@ class LazyInputs:
 
 
 class LazyNode:
-    """Base of nodes that subscribe to `_inputs` only while an output has subscribers."""
+    """Base of nodes whose `_inputs` are subscribed to only while an output has subscribers."""
 
     _inputs: _Closable
 

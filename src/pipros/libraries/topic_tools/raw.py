@@ -17,7 +17,7 @@ class MissingType(PiprosError):
 def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
     """Return a message class with the type, MD5 sum and definition from a publisher's connection header.
 
-    Its messages are not decoded but keep their bytes in `body`, so the type's package is not needed.
+    Messages are not decoded, so the package that defines the type is not needed. `body` contains their bytes.
 
     Raises:
         MissingType: the header lacks the type or the MD5 sum.

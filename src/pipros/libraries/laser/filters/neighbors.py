@@ -24,7 +24,8 @@ class ShadowsFilter(ScanFilter):
 
     The line from a beam's point to the point of each beam within `window` beams forms an angle with the first
     beam. If the angle is less than `min_angle` or greater than `max_angle` (degrees), all more distant points
-    within `neighbors` beams of the first beam are removed.
+    within `neighbors` beams of the first beam are removed. If `remove_shadow_start_point` is true, the first
+    beam's point is removed, too.
     """
 
     settings = (

@@ -151,7 +151,7 @@ def quaternion_slerp(
 def random_quaternion(rand: ArrayLike | None = None) -> Array:
     """Return a uniformly distributed random unit quaternion.
 
-    `rand` contains the three random numbers in [0, 1] to use; ValueError is raised if it has another length.
+    `rand` contains the three random numbers in [0, 1] to use. Raises ValueError if it has another length.
     Method: K. Shoemake, "Uniform random rotations", Graphics Gems III.
     """
     if rand is None:
