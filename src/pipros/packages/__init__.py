@@ -70,9 +70,10 @@ class ImportablePackages:
         return self._modules.find(name, (*on_path, *editable) if package is None else (package,))
 
     def find_in_workspace(self, name: str, package: str) -> str | None:
-        """Return the path of a Python package or module `name` of the ROS package `package`, or None.
+        """Return the path of the Python package or module `name` in the ROS package `package`, or None.
 
-        Only packages on `ROS_PACKAGE_PATH` are considered. They are listed once per value of the variable.
+        Only packages on `ROS_PACKAGE_PATH` are considered. Their names are listed again only if the variable
+        changes.
         """
         folder = self.find_hiding(package)
         if folder is None:
@@ -83,7 +84,10 @@ class ImportablePackages:
         return self.find_module(name, folder)
 
     def find_hiding(self, package: str) -> str | None:
-        """Return the folder of a package on `ROS_PACKAGE_PATH`, which hides packages elsewhere, or None."""
+        """Return the folder of a package on `ROS_PACKAGE_PATH`, or None if no such package is listed there.
+
+        The package hides packages with the same name in all other places.
+        """
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         if not path:
             return None

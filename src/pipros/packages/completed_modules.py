@@ -2,7 +2,7 @@
 
 rospkg searches only the folders in `ROS_ROOT` and `ROS_PACKAGE_PATH`. Setting these variables whenever Python
 starts would affect child processes, too. Instead, the function with which rospkg lists these folders is
-replaced by one that adds folders: those of each package that pip installed, and pipros's own.
+replaced by one that adds the folder of each package that pip installed, and pipros's folder.
 
 pkg_resources, which is part of old versions of setuptools, reads the metadata files of distributions.
 `distributions.py` explains why pipros's packages do not have such files. Instead, the packages are added to
@@ -55,7 +55,7 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
 
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
-        """Return the folders in which rospkg searches for packages, with the shipped folder last."""
+        """Return the folders in which rospkg searches for packages, including `added`."""
         paths = original(env)
         if paths[-1:] == [folder]:  # the setup files of workspaces put it there
             paths = paths[:-1]

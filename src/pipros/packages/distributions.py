@@ -40,7 +40,8 @@ class ShippedDistribution(Distribution):
     def locate_file(self, path: Any) -> Any:
         """Return the path of one of the distribution's files.
 
-        `path` is relative to the folder that contains the distribution's modules.
+        Args:
+            path: a path relative to the folder that contains the distribution's modules.
         """
         from pathlib import Path
 

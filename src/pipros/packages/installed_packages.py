@@ -1,15 +1,16 @@
 """Find the ROS packages that pip installed.
 
 A wheel of a ROS package installs `share/NAME` beside the Python modules: below the prefix of a
-`site-packages` folder on `sys.path` (that of the environment, of the system or of the user), or below a
+`site-packages` folder on `sys.path` (in the environment, system-wide or in the user's home), or below a
 `--target` folder on `sys.path`. Folders are searched in the order of `sys.path`, so that a package and its
 modules come from the same installation.
 
 An editable installation instead has one file, `share/pipros/editable/NAME`, with the path of the package's
-source folder. `share/pipros/modules/MODULE` names the package to which a top-level Python module belongs.
+source folder. The file `share/pipros/modules/MODULE` contains the name of the package to which a top-level
+Python module belongs.
 
 The first import of a message in every process runs this module, so it imports little. Finding a package takes
-two system calls per folder, however many packages are installed.
+two system calls per folder, regardless of the number of installed packages.
 """
 
 from __future__ import annotations
@@ -112,7 +113,7 @@ def editable_folders() -> Iterator[str]:
 
 
 def modules() -> dict[str, str]:
-    """Return the ROS package of each top-level Python module that a wheel of a package installed."""
+    """Return the ROS packages by the top-level Python modules that their wheels installed."""
     found: dict[str, str] = {}
     for share in share_folders():
         folder = os.path.join(share, MODULES)

@@ -28,7 +28,7 @@ class PackageFolders:
     A root is crawled when it is first searched, and again if a name is missing and the disk has changed.
     Crawls of large roots are stored below `cache_folder`, so that the next process can find one of hundreds
     of packages in a millisecond. A cache that cannot be read or written, or that other users could have
-    written (`CacheFolder`), is not used. Thread-safe.
+    modified (`CacheFolder`), is not used. Thread-safe.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class PackageFolders:
         return folders
 
     def occurrences(self) -> Iterator[tuple[str, str]]:
-        """Yield the name and folder of every package. A package that hides another package precedes it."""
+        """Yield the name and folder of every package. Of equal names, the first one takes precedence."""
         for root in self._roots:
             for package in root.packages():
                 if package.kind in self._kinds:

@@ -1,11 +1,11 @@
 """Find the Python modules that packages declare in their `setup.py`, for imports without a build.
 
 The file is parsed, not run. Only literal arguments to `setup()` or `generate_distutils_setup()` are read.
-They may also be in a dictionary, or assigned to its keys (`d["packages"] = […]`). A computed list of
-packages, such as `find_packages()`, is assumed to contain every package in its folder.
+The arguments may also be items of a dictionary, or assigned to its keys (`d["packages"] = […]`). A computed
+list of packages, such as `find_packages()`, is assumed to contain every Python package in its folder.
 
-A failed import of any name may search all packages. Therefore, this module imports little, and parses only
-files that contain the name or `find_packages`.
+Any failed import may search all packages. Therefore, this module imports little, and parses only files that
+contain the imported name or `find_packages`.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class SetupModules:
 
 
 def declared_module(text: bytes, folder: str, name: str) -> str | None:
-    """Return the path of the module or package `name`, or None if it is not declared or does not exist.
+    """Return the path of the Python module or package `name`, or None if it is undeclared or does not exist.
 
     Args:
         text: the contents of the `setup.py`.
@@ -82,7 +82,7 @@ def declared_module(text: bytes, folder: str, name: str) -> str | None:
 
 
 def _arguments(tree: ast.Module) -> list[dict[str, ast.expr]]:
-    """Return the keyword arguments of each call, the items of each dictionary, and the items set by key."""
+    """Return the keyword arguments of each call, the items of each dictionary, and assignments to keys."""
     import ast
 
     groups: list[dict[str, ast.expr]] = []

@@ -37,8 +37,9 @@ def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: s
     folder, and Debian's.
 
     Args:
-        folders: the folders on `ROS_PACKAGE_PATH`. Debian's folder is moved to the end. So is pipros's folder
-        if it is the last one, where the setup files of workspaces put it.
+        folders: the folders on `ROS_PACKAGE_PATH`. Debian's folder is ignored here, because it is always
+            searched last. If the last other folder is pipros's, which the setup files of workspaces append,
+            it is searched after `installed`.
         installed: the share folders of installed packages.
         shipped: the folder of the packages shipped with pipros.
     """
@@ -77,7 +78,7 @@ def manifest_folders() -> Iterator[str]:
 def has_program_folder(name: str) -> bool:
     """Return whether `/usr/lib/NAME` contains a program that is linked with roscpp.
 
-    Folders of other software, which lack such a program, are not packages.
+    Other folders belong to other software, and are not treated as packages.
     """
     return name.isidentifier() and any(map(_uses_roscpp, programs(name)))
 

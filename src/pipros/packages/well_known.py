@@ -56,7 +56,7 @@ _DESKTOP = {
     "moveit_commander": "moveit_commander calls a library in C++ and plans with move_group, also in C++",
     "smach_viewer": "smach_viewer is a window of wxPython, which pip does not install without a compiler",
 }
-"""Packages whose Python programs need other software, with the reason."""
+"""Packages whose Python programs need other software, and explanations for users."""
 
 _QT_NAMES = """
     rqt_action rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
@@ -85,8 +85,8 @@ def why_not_here(package: str, programs: Iterable[str] = ()) -> str | None:
     """Return why pipros lacks a program and how to install it, or None if the package is unknown.
 
     Args:
-        programs: the package's programs that were found on this machine. If there are any other than
-            `.cfg` files, nothing is missing, and the result is None.
+        programs: the package's programs that were found on this machine. If any of them is not a `.cfg`
+            file, nothing is missing, and the result is None.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
     if package in _PYTHON and not is_here:

@@ -1,7 +1,7 @@
 """Translate the dependencies in a `package.xml` to requirements for pip.
 
 A dependency is part of pipros, a PyPI project (`python_keys.py`), or another ROS package, whose wheel is
-named after it. pip cannot install any others: C++ libraries, Debian packages and unknown names.
+named after it. Other dependencies, such as C++ libraries and Debian packages, cannot be installed by pip.
 """
 
 from __future__ import annotations
@@ -59,8 +59,9 @@ def dependencies_of(
     """Return the run-time dependencies of a package, sorted by name.
 
     Args:
-        project: the package's `CMakeLists.txt`, which may name ROS packages; None if it was not read.
-        is_ros_package: returns whether a ROS package is known, for example in the same workspace.
+        project: the package's parsed `CMakeLists.txt`, which may name ROS packages; None if it was not read.
+        is_ros_package: function that returns whether a name is that of a known ROS package with its own
+            wheel, for example a package in the same workspace.
         keys: requirements by rosdep key.
     """
     versions: dict[str, list[str]] = {}
@@ -93,7 +94,7 @@ def classify(
     """Return what provides the dependency `name`.
 
     Args:
-        is_ros_package: whether the name is known to be that of a ROS package with its own wheel.
+        is_ros_package: whether `name` is known to be a ROS package with its own wheel.
         bounds: the required versions of the ROS package, such as `>=1.2`.
     """
     if is_ros_package:

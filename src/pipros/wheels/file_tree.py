@@ -59,7 +59,8 @@ def collected(prefix: Path, source: Path) -> dict[str, ArchiveEntry]:
         source: the package's folder.
 
     Raises:
-        WheelRefused: a link leads out of both, the files are too large, or a file has an unsupported name.
+        WheelRefused: a link leads out of both folders or forms a cycle, the files are too large in total, or
+            a file has an unsupported name.
     """
     entries: dict[str, ArchiveEntry] = {}
     limit_bytes, total_bytes = process_limits().of(WheelLimits).wheel_bytes, 0

@@ -1,8 +1,8 @@
 """Write a static index of a folder of wheels (PEP 503), and a lock file with hashes.
 
 pip installs the highest version that it finds in any of its indexes, so a public project with the same name
-could replace a lab's own. An installation is safe if this index is the only one (`--index-url`), or with
-`--require-hashes` and the lock file.
+could replace a lab's package. An installation is safe if this index is the only one (`--index-url`), or if it
+uses the lock file with `--require-hashes`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _WHEEL = re.compile(
 )
 _METADATA_BYTES = 4 * 1024 * 1024
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""The compression methods that wheels use. With any other, `zipfile` cannot bound the decompressed size."""
+"""The compression methods that wheels use. For others, `zipfile` cannot bound the decompressed size."""
 _CHUNK_BYTES = 1024 * 1024
 
 
@@ -120,9 +120,9 @@ def metadata_of_wheel(file: Path) -> dict[str, str]:
 
 
 def _content(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
-    """Return the content of a file in an archive, without decompressing more than its stated size.
+    """Return the content of a file in an archive, without decompressing more than its declared size.
 
-    `ZipFile.read` decompresses everything first, up to 2 GiB, and truncates the result afterwards.
+    `ZipFile.read` first decompresses everything, up to 2 GiB, and then truncates the result.
 
     Raises:
         BadZipFile: the file is neither stored nor deflated, so its decompression cannot be bounded.

@@ -1,4 +1,4 @@
-"""Write the `pyproject.toml` with which plain `pip install .` builds a ROS package."""
+"""Write the `pyproject.toml` that lets `pip install .` build a ROS package."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def write_build_system(folder: Path) -> Path:
     """Add `BUILD_SYSTEM` to a package's `pyproject.toml`, and return the path of the file.
 
     Raises:
-        WheelRefused: the folder is not a package, or the file already names a build system.
+        WheelRefused: the folder is not a package, or the file already specifies another build system.
         OSError: the file cannot be written.
     """
     if not (folder / "package.xml").is_file():

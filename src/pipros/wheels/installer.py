@@ -28,7 +28,7 @@ class InstallFailed(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Installer:
-    """A command that installs into the running environment.
+    """A command that installs distributions into the running Python environment.
 
     Attributes:
         command: the program and arguments that run pip or uv.
@@ -70,7 +70,10 @@ class Installer:
             raise InstallFailed(f"[{' '.join(words[:4])} …] failed with exit code {code}")
 
     def has(self, distribution: str) -> bool:
-        """Return whether the index has a distribution. Nothing is installed. Blocks for up to two minutes."""
+        """Return whether a distribution is installed, or available in the index or the folders.
+
+        Nothing is installed. Blocks for up to two minutes, and returns False after that time.
+        """
         words = [*self.command, "install", *self.options(), "--dry-run", "--no-deps", "--quiet", distribution]
         try:
             ended = subprocess.run(  # noqa: S603

@@ -19,7 +19,7 @@ _SUMMARY_CHARACTERS = 200
 
 
 def base_name(package: SourcePackage) -> str:
-    """Return the prefix of the package's file names: `ros1_my_msgs-0.1.0`."""
+    """Return the start of the names of a package's wheel and archive, such as `ros1_my_msgs-0.1.0`."""
     return f"{escaped(distribution_name(package.name))}-{package.manifest.version}"
 
 
@@ -38,7 +38,7 @@ def metadata_text(package: SourcePackage, project: Project | None, dependencies:
     """Return the contents of the file `METADATA`. Its body lists the dependencies that pip does not install.
 
     Args:
-        project: the package's `CMakeLists.txt`; None if it was not read.
+        project: the package's parsed `CMakeLists.txt`; None if it was not read.
     """
     manifest = package.manifest
     description = " ".join(_TAGS.sub(" ", manifest.description or "").split())

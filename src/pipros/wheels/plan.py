@@ -1,4 +1,4 @@
-"""Determine what provides each dependency of packages, for `pipros install` and `rosdep`.
+"""Determine what provides each dependency of the given packages, for `pipros install` and `rosdep`.
 
 Only `package.xml` files are read, so `--dry-run` does not run any of the packages' code.
 """

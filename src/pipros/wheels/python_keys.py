@@ -117,15 +117,15 @@ def _table() -> dict[str, str]:
 
 
 PYTHON_KEYS: Mapping[str, str] = _table()
-"""Requirements by key of rosdep."""
+"""Requirements for pip, by rosdep key."""
 
 
 class BadPythonKeys(PiprosError):
-    """A file with a lab's own keys contains something other than keys and requirements."""
+    """A file with additional keys contains something other than keys and requirements."""
 
 
 def read_keys(file: str | None) -> Mapping[str, str]:
-    """Return `PYTHON_KEYS`, extended by a lab's own keys.
+    """Return `PYTHON_KEYS`, extended or overridden by the keys in a file.
 
     Args:
         file: a YAML file that maps keys to requirements for pip, such as `my_key: pyserial>=3.5`; None for no

@@ -24,7 +24,7 @@ _PROTOCOLS = "file:git:http:https:ssh"
 
 
 class BadSource(PiprosError):
-    """A source does not exist, or cannot be fetched."""
+    """A source does not exist, is invalid, or cannot be fetched."""
 
 
 @dataclass(frozen=True, slots=True)

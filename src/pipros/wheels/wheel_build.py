@@ -33,7 +33,7 @@ class WheelOptions:
 
     Attributes:
         is_strict: whether compiled targets are an error.
-        is_whole: whether packages' folders are added as a whole.
+        is_whole: whether each package's folder is added as a whole.
         is_editable: whether the wheels only point to the packages' folders.
         keys: requirements by rosdep key.
     """
@@ -57,7 +57,9 @@ def source_packages(folders: Sequence[Path]) -> list[SourcePackage]:
     """Return the packages below folders, in build order. In a workspace, only `src` is searched.
 
     Raises:
-        WheelRefused: a manifest or a package name is invalid, or there is no package.
+        WheelRefused: a manifest is invalid, there is no package, or two packages would have the same
+            distribution name.
+        InvalidName: a package name cannot be converted to a distribution name.
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
     """
     sources = [_source_of(folder) for folder in folders]

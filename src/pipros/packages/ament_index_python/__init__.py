@@ -1,1 +1,1 @@
-"""The part of ROS 2's package index that xacro 2 uses for `$(find …)`. It searches the ROS package path."""
+"""The part of ROS 2's package index that xacro 2 uses for `$(find …)`. It finds ROS 1 packages."""
