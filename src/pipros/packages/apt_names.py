@@ -1,4 +1,4 @@
-"""Find the apt packages that contain the genuine C++ programs of ROS, if the running distribution has them.
+"""Find the apt packages that contain genuine programs and nodelets, if the running distribution has them.
 
 Debian has fewer ROS 1 packages than Noetic for Ubuntu 20.04, and under different names. The tables were taken
 from the file lists of Debian 12's packages; Debian 13 and 14 have packages with the same names.

@@ -170,7 +170,10 @@ def read_package(folder: str, newest_trusted_ns: int = 0) -> CrawledPackage | No
 
 
 def _dry_package(manifest: os.DirEntry[str], folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
-    """Return the package for a `manifest.xml`, named after its folder; None if that is not a regular file."""
+    """Return the dry package in `folder`, or None if its manifest is not a regular file.
+
+    The package has the name of the folder.
+    """
     try:
         status = manifest.stat()
     except OSError:

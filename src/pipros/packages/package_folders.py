@@ -18,7 +18,7 @@ TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` ta
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-# With fewer folders and packages than this, a fresh crawl is as fast as reading the cache.
+# If there are fewer folders and packages than this, crawling is as fast as reading the cache.
 _WORTH_CACHING = 40
 
 

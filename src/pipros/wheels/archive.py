@@ -46,6 +46,7 @@ def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> N
         info: the name of the `.dist-info` folder.
 
     Raises:
+        BadDate: `SOURCE_DATE_EPOCH` is not a valid time.
         OSError: a file cannot be read or written.
     """
     date = time.gmtime(_timestamp())[:6]

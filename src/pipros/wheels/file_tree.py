@@ -96,7 +96,7 @@ def _files_below(folder: Path, allowed: tuple[Path, ...]) -> Iterator[Path]:
 
 
 def _place_of(path: str) -> str:
-    """Return the path that a file of the install space has in a wheel."""
+    """Return the path in a wheel for a file with the given path in the install space."""
     if path.startswith(f"{PYTHON_DESTINATION}/"):
         return path.removeprefix(f"{PYTHON_DESTINATION}/")
     if path.startswith("bin/") and path.count("/") == 1:

@@ -163,7 +163,7 @@ def write_index(folder: Path) -> list[Path]:
 
 
 def lock_text(wheels: Sequence[IndexedWheel]) -> str:
-    """Return requirements with hashes: the newest version of each distribution."""
+    """Return the contents of a lock file: the newest version of each distribution, with its hashes."""
     lines = ["# Written by pipros index. pip install --require-hashes -r requirements.lock"]
     for name in dict.fromkeys(wheel.name for wheel in wheels):
         matching = [wheel for wheel in wheels if wheel.name == name]
