@@ -42,7 +42,7 @@ def read_asset(
     Args:
         uri: `package://NAME/PATH`, percent-encoded or not.
         folders_of: function that returns the folders of a package.
-        read: reads a file of at most `limit_bytes`, for example `read_file`.
+        read: function that reads a file of at most `limit_bytes`, for example `read_file`.
 
     Raises:
         AssetRefused: the file cannot be read, or clients may not read it. The error text reveals nothing

@@ -83,7 +83,7 @@ def _of_others() -> Mapping[str, str]:
 
 
 def package_of(plugin: str) -> str:
-    """Return the package that a plugin's name starts with, such as `pcl_ros` for `pcl/VoxelGrid`."""
+    """Return the package that the prefix of a plugin's name denotes: `pcl_ros` for `pcl/VoxelGrid`."""
     prefix = plugin.partition("/")[0]
     return _PACKAGE_OF_PREFIX.get(prefix, prefix)
 

@@ -77,7 +77,7 @@ def _root(folder: str, cache: CacheFolder | None, kinds: Sequence[str]) -> _Syst
 class _SystemRoot:
     """Debian's packages.
 
-    Each call reads the disk: `get` reads one manifest, and `packages` all manifests, which takes 1 ms.
+    Each call reads the disk: `get` reads one manifest, and `packages` reads all of them, which takes 1 ms.
     """
 
     __slots__ = ("_kinds",)

@@ -57,7 +57,8 @@ class Places:
 
     Attributes:
         folders: folders with wheels.
-        has_in_index: returns whether the chosen index has a distribution; None if no index was chosen.
+        has_in_index: function that returns whether a distribution is in the chosen index or already
+            installed; None if no index was chosen.
         keys: requirements by rosdep key.
     """
 

@@ -140,8 +140,8 @@ def metadata_of(
     """Return the metadata of a package's wheel.
 
     Args:
-        is_ros_package: returns whether a ROS package has the given name; by default, packages in sibling
-            folders and installed packages are known.
+        is_ros_package: function that returns whether a name is that of a ROS package with its own wheel; by
+            default, packages in sibling folders and installed packages are known.
     """
     known = is_ros_package or _Surroundings([package]).is_ros_package
     return metadata_text(package, project, dependencies_of(package, project, known, options.keys))
