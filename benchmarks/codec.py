@@ -29,7 +29,7 @@ TARGETS = {  # the required minimum ratios to genuine genpy, for serialize, buff
     "String 16 B": (1.2, None, 1.2),
     "Imu": (1.5, None, 1.5),
     "JointState 50": (2, None, 1.5),
-    "JointState 50 of two": (2, None, 1.5),
+    "JointState 50 from two robots": (2, None, 1.5),
     "Image 1 MB": (8, 100, 1),
     "PointCloud2 4 MB": (8, 300, 1),
     "Path 1000": (1.5, None, 2),

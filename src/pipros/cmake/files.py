@@ -188,7 +188,7 @@ def _link(words: list[str], scope: Scope) -> None:
 
 
 def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Scope], None]:
-    """Return a subcommand that stores the result of `compute` in the variable that its first word names."""
+    """Return a subcommand that stores the result of `compute` in the variable given by its first word."""
 
     def carry_out(words: list[str], scope: Scope) -> None:
         scope.values[words[0]] = compute(words[1:], scope)
@@ -199,7 +199,7 @@ def _set(compute: Callable[[list[str], Scope], str]) -> Callable[[list[str], Sco
 def _relative_path(path: str, folder: str) -> str:
     """Return a path relative to a folder.
 
-    As in CMake, a path that consists only of `..` ends with a slash.
+    As in CMake, a path that consists only of `..` components ends with a slash.
     """
     relative = os.path.relpath(path, folder)
     if relative == ".":

@@ -83,8 +83,9 @@ class Interpreter:
             check: called before each command, except functions and macros defined in a file. Must raise
                 `CMakeError` if the command is unknown.
             on_unsupported: called with a command, and a description of the feature that only CMake provides.
-            include_module: called with the name of each included module that is not a file of the project.
-            commands: the names, besides CMake's own commands, for which `if(COMMAND name)` is true.
+            include_module: called with the name of each included module for which no file was found.
+            commands: further names for which `if(COMMAND name)` is true, besides CMake's own commands and
+                the functions and macros defined so far.
             targets: the names for which `if(TARGET name)` is true.
             forgives: called with each error. If it returns True, execution continues after the command.
         """

@@ -16,8 +16,8 @@ class CMakeError(PiprosError):
     """A CMake file is malformed, or a command in it fails.
 
     Attributes:
-        file, line: the position. Lines are counted from 1.
-        command: the command at fault; empty if the text itself is malformed.
+        file, line: the position. Lines are counted from 1; 0 if the file cannot be read.
+        command: the command that failed or is malformed; empty if the error is not in a command.
     """
 
     def __init__(self, file: str, line: int, command: str, reason: str) -> None:
@@ -197,7 +197,7 @@ class _Variables:
 def _expand(text: str, start: int, variables: _Variables, depth: int) -> tuple[str, int]:
     """Expand from `start` to the closing brace of the enclosing reference, or to the end of the text.
 
-    Return the expanded text and the position after it.
+    Return the expanded text, and the position at which to continue.
     """
     pieces: list[str] = []
     position = start

@@ -2,7 +2,7 @@
 
 Like CMake's own matcher, `re` backtracks: `(a+)+$` needs days for 40 characters. A timer therefore ends a
 match after `MATCH_S` of processor time; `re` calls Python's signal handlers while it matches. In threads
-other than the main thread, and on Windows, this timer is not available, and matches are not limited.
+other than the main thread, and on Windows, this timer is not available, and the time is not limited.
 """
 
 from __future__ import annotations

@@ -97,7 +97,10 @@ class Scope:
 
     @contextmanager
     def restored(self, names: Iterable[str]) -> Iterator[None]:
-        """Return a context manager that restores the current values of the given variables on exit."""
+        """Return a context manager that restores the current values of the given variables on exit.
+
+        The values are not restored after an exception.
+        """
         before = {name: self.values.get(name) for name in names}
         yield
         for name, value in before.items():

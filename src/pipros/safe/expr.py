@@ -76,8 +76,8 @@ def evaluate(
     The expression may contain literals, arithmetic, comparisons, `and`/`or`/`not`, `a if b else c`,
     subscripts, f-strings, comprehensions, the methods in `methods.py`, and calls to named functions. The
     functions and constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add
-    to or replace them. `map`, `filter` and `key=` take the name of a function. Generators and `map` return
-    lists. `a.b` calls `fields(a, "b")`, if `fields` is given; if the result is callable, it is a method,
+    others, or replace them. `map`, `filter` and `key=` take the name of a function. Generator expressions,
+    `map` and similar functions return lists. `a.b` calls `fields(a, "b")`, if `fields` is given; if the result is callable, it is a method,
     which the expression must call. The default limits are the process-wide limits.
 
     Raises:
@@ -96,7 +96,7 @@ class Expression:
     Takes the same arguments as `evaluate`.
 
     Raises:
-        ExpressionError: the text is malformed.
+        ExpressionError: the text is malformed or too long.
 
     >>> Expression("a + b").value({"a": 1, "b": 2})
     3
@@ -117,7 +117,7 @@ class Expression:
         self._fields = fields
 
     def names(self) -> set[str]:
-        """Return all names in the expression."""
+        """Return all names in the expression: of variables, functions and loop variables."""
         return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     def value(self, names: Mapping[str, Any]) -> Any:

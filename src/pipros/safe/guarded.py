@@ -112,7 +112,7 @@ class WorkBudget:
         return size
 
     def _size_of(self, value: Any) -> int:
-        """Return the size of a value when written out; counting stops above the limit.
+        """Return the size of a value, including its nested elements; counting stops above the limit.
 
         A long string that occurs a thousand times in a list counts a thousand times, as in `str` of the list.
         """

@@ -72,7 +72,7 @@ def construct_radians(loader: Any, node: Any) -> float:
 
 
 def construct_degrees(loader: Any, node: Any) -> float:
-    """Return an angle in radians. It is written in degrees, as `deg(90)` or `90`.
+    """Return an angle in radians that is written in degrees, as `deg(90)` or `90`.
 
     Raises the same errors as `construct_radians`.
     """
@@ -154,7 +154,7 @@ def load_texts(content: str | bytes, file: str = "<string>", *, limits: Limits |
     """Return the single document in the text, with scalars as strings: `true` is not converted to a boolean.
 
     Raises:
-        YamlError: see `load`.
+        YamlError: as in `load`.
     """
     return _only(_documents(content, file, _TextLoader, limits), file)
 

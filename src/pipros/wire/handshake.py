@@ -1,7 +1,7 @@
 """The headers that both ends of a TCPROS connection exchange first, and the rules for refusing a connection.
 
 This module performs no I/O: it takes headers and returns headers or a refusal. Sources:
-http://wiki.ros.org/ROS/TCPROS and, for rules that this page omits, genuine rospy and roscpp. The connecting
+http://wiki.ros.org/ROS/TCPROS and, for rules that are missing there, genuine rospy and roscpp. The connecting
 end sends its header first. A refusal is a header with the single field `error`, after which the connection
 closes.
 """
@@ -74,7 +74,7 @@ def accept_service_link(
 ) -> dict[str, str]:
     """Return the header with which a service server accepts a client.
 
-    If the request and response types are given, it includes them, because roscpp expects them.
+    The header includes the request and response types if they are given, because roscpp expects them.
     """
     fields = {
         "callerid": caller_id,

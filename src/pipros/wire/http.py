@@ -80,7 +80,10 @@ def build_request(host: str, target: str, body: bytes) -> bytes:
 
 
 def request_head(host: str, target: str, length: int) -> bytes:
-    """Return the head of `build_request` for a body of `length` bytes that is too large to copy."""
+    """Return the head of a request with a body of `length` bytes.
+
+    Callers that send head and body separately avoid copying a large body.
+    """
     return (
         f"POST {target} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pipros\r\n"
         f"Content-Type: text/xml\r\nContent-length: {length}\r\n\r\n"
@@ -100,7 +103,10 @@ def build_response(
 def response_head(
     length: int, status: int = 200, *, keep_alive: bool = True, send_keep_alive: bool = False
 ) -> bytes:
-    """Return the head of `build_response` for a body of `length` bytes that is too large to copy."""
+    """Return the head of a response with a body of `length` bytes.
+
+    Callers that send head and body separately avoid copying a large body.
+    """
     connection = "Connection: close\r\n"
     if keep_alive:
         connection = "Connection: keep-alive\r\n" if send_keep_alive else ""

@@ -11,8 +11,8 @@ from pipros.basics.limits import limit_text
 _SIZE_LINE = rb"([0-9A-Fa-f]{1,8})[ \t]*(?:;[^\r\n]*)?\r"
 _LINE_LIMIT: Final = 256
 CHUNKS_LIMIT: Final = 2_000
-"""Maximum number of chunks in one body, including the lines of its trailer. Each chunk takes time, even if it
-is a single byte. Clients usually send chunks of thousands of bytes.
+"""Maximum number of chunks and trailer lines in one body. Each chunk takes time, even if it is a single byte.
+Clients usually send chunks of thousands of bytes.
 """
 
 
@@ -29,7 +29,7 @@ class HttpError(ProtocolError):
 
 
 class HttpLimitExceeded(HttpError, LimitExceeded):
-    """The size of a head, or the received or announced size of a body, exceeds its limit."""
+    """The size of a head, the received or announced size of a body, or the number of chunks is too large."""
 
 
 def check_body_length(length: int, limit: int, limit_name: str) -> None:

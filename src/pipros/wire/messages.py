@@ -22,12 +22,13 @@ from pipros.wire.slot_frames import LENGTH as CONTROL_LENGTH
 
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
-"""Initial size of a buffer, and the size above which a buffer or a message counts as large. Buffers start
-small, because a node may have hundreds of quiet topics.
+"""Size above which a buffer or a message counts as large. A buffer starts with `_INITIAL_BYTES`, because a
+node may have hundreds of quiet topics.
 """
 
 _ROUNDS = 100
-"""A large buffer that has been emptied this many times is replaced by a smaller one if that would suffice."""
+"""A large buffer that has been emptied this many times is replaced by a smaller
+one if less than a quarter of it was used."""
 
 _REPLY_HEAD_BYTES = 5
 """Size of a reply's header: one byte for success, and four bytes for the length of the rest."""
@@ -193,7 +194,9 @@ class MessageReader:
         self.is_large = len(store) > _COMFORTABLE_BYTES
 
     def _reconsider(self) -> None:
-        """Shrink the buffer if it is empty and has been mostly unused for a while."""
+        """Count one use of a large buffer that is now empty. After `_ROUNDS` uses, shrink the buffer if less
+        than a quarter of it was used.
+        """
         self._largest = max(self._largest, self._end)
         self._rounds += 1
         if self._rounds >= _ROUNDS:

@@ -23,7 +23,7 @@ from pipros.basics.limits import limit_text, process_limits
 NESTING_LIMIT: Final = 100
 """Maximum nesting of lists and dictionaries in a call; far below Python's recursion limit."""
 ANSWER_NESTING_LIMIT: Final = 200
-"""Maximum nesting in a response. The depth of a parameter tree is that of its keys plus that of its values.
+"""Maximum nesting in a response. It is higher, because a parameter tree contains values below nested keys.
 """
 BRIEF_BYTES: Final = 16 * 1024
 BRIEF_DOCUMENTS: Final = 500
@@ -266,7 +266,7 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
         try:
             return xmlrpc_fast.decode_call(body, NESTING_LIMIT)
         except xmlrpc_fast.NeedsExpat:
-            pass  # the reader below raises the error
+            pass  # the complete reader reads the document or raises the error
     from pipros.wire import xmlrpc_expat
 
     return xmlrpc_expat.decode_call(body, NESTING_LIMIT)
@@ -286,7 +286,7 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
         try:
             return xmlrpc_fast.decode_response(body, ANSWER_NESTING_LIMIT)
         except xmlrpc_fast.NeedsExpat:
-            pass  # the reader below raises the error
+            pass  # the complete reader reads the document or raises the error
     from pipros.wire import xmlrpc_expat
 
     value, is_fault = xmlrpc_expat.decode_response(body, ANSWER_NESTING_LIMIT)

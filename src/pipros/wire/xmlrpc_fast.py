@@ -13,7 +13,7 @@ from typing import Any
 
 
 class NeedsExpat(Exception):
-    """The document uses XML features that only `xmlrpc_expat` reads, or is malformed."""
+    """The document contains something that only `xmlrpc_expat` reads, or is invalid."""
 
 
 def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
@@ -112,7 +112,7 @@ class _Scanner:
         # Read the document in slices, so that other threads can run in between.
         for start in range(0, len(body), _SLICE_BYTES):
             piece = body[start : start + _SLICE_BYTES + 2]
-            # "]]>" is not allowed in text, and U+FFFE and U+FFFF never are; xmlrpc_expat raises the error.
+            # Text must not contain "]]>"; xmlrpc_expat reads it in other places. The pieces overlap by two bytes.
             if len(piece.translate(None, _NOT_PLAIN_BYTES)) != len(piece) or b"]]>" in piece:
                 raise NeedsExpat
         try:
