@@ -77,8 +77,9 @@ def evaluate(
     subscripts, f-strings, comprehensions, the methods in `methods.py`, and calls to named functions. The
     functions and constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add
     others, or replace them. `map`, `filter` and `key=` take the name of a function. Generator expressions,
-    `map` and similar functions return lists. `a.b` calls `fields(a, "b")`, if `fields` is given; if the result is callable, it is a method,
-    which the expression must call. The default limits are the process-wide limits.
+    `map` and similar functions return lists. `a.b` calls `fields(a, "b")`, if `fields` is given; if the
+    result is callable, it is a method, which the expression must call. The default limits are the
+    process-wide limits.
 
     Raises:
         ExpressionError: the text is malformed, or evaluation failed. If a called function raised an

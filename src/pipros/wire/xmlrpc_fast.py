@@ -112,7 +112,7 @@ class _Scanner:
         # Read the document in slices, so that other threads can run in between.
         for start in range(0, len(body), _SLICE_BYTES):
             piece = body[start : start + _SLICE_BYTES + 2]
-            # Text must not contain "]]>"; xmlrpc_expat reads it in other places. The pieces overlap by two bytes.
+            # Only xmlrpc_expat decides whether "]]>" is allowed. The pieces overlap by two bytes to find it.
             if len(piece.translate(None, _NOT_PLAIN_BYTES)) != len(piece) or b"]]>" in piece:
                 raise NeedsExpat
         try:
