@@ -41,8 +41,8 @@ class MessageReader:
 
     Call `space()`, receive into it, and pass `received()` the number of bytes; or pass bytes that were
     received elsewhere to `feed()`. The messages that these methods yield are valid until the next `space()`
-    or `feed()`; copy a message to keep it. The buffer grows to at most twice the size of the data that has actually
-    arrived, so announcing a large length does not use memory.
+    or `feed()`; copy a message to keep it. The buffer grows to at most twice the size of the data that has
+    actually arrived, so announcing a large length does not use memory.
 
     >>> buffer = MessageReader(limit_bytes=1024)
     >>> [bytes(message) for message in buffer.feed(b"\\x02\\x00\\x00\\x00h")]
