@@ -74,7 +74,7 @@ class Client:
         self._client.send_goal(self.goal, self._on_end, self._on_active, self._on_feedback)
 
     def cancel(self) -> None:
-        """Request cancellation of the goal, if one is active."""
+        """Request cancellation of the goal, unless it has ended."""
         if not self._ended.is_set():
             self._client.cancel_goal()
 
@@ -89,7 +89,7 @@ class Client:
         print("The goal is active.", flush=True)
 
     def _on_feedback(self, feedback: Any) -> None:
-        with self._printing:  # another thread may have printed the result, and the prompt after it
+        with self._printing:  # drop feedback that arrives after the result was printed
             if not self._ended.is_set():
                 print(f"feedback:\n{indented(feedback)}", flush=True)
 

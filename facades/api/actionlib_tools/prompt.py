@@ -48,8 +48,9 @@ class Prompt:
             interrupt_main_thread()
 
     def run(self, do: Callable[[str, str], object]) -> None:
-        """Call `do(word, rest)` for each line until `quit` or shutdown. Print the ValueErrors that `do`
-        raises.
+        """Call `do(word, rest)` for each line, until `quit`, the end of the input or shutdown.
+
+        If `do` raises a ValueError, print the error and continue.
         """
         while (line := self.read()) is not None:
             word, _, rest = line.partition(" ")
@@ -70,7 +71,7 @@ def read_message(wanted: Any, text: str) -> Any:
     """Parse a message of the class `wanted` from YAML.
 
     Raises:
-        ValueError: the text is not a message of this type.
+        ValueError: the text is not a valid message of this class.
     """
     try:
         message = yaml_msg_str(wanted, text)

@@ -23,7 +23,7 @@ class DiagnosticTask:
         return self.name
 
     def run(self, stat: Any) -> Any:
-        """Write to the status and return it."""
+        """Return the status unchanged. Subclasses override this method to write a report to the status."""
         return stat
 
 

@@ -35,7 +35,7 @@ class DiagnosticTaskVector:
         self.lock = RLock()
 
     def addedTaskCallback(self, task: Any) -> None:
-        """Handle the addition of a task. Subclasses may override this method."""
+        """Do nothing. Called by `add` with the added task; subclasses may override this method."""
 
     def add(self, *args: Any) -> None:
         """Add a task, given as an object, or as a name and a function that takes a status and returns it."""

@@ -81,7 +81,7 @@ _PARTS: tuple[tuple[type, str, Any], ...] = (
 def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
     """Encode a configuration as a message.
 
-    A value that is a dictionary is encoded as a tree of parameter groups.
+    A value that is a dictionary is encoded as a tree of parameter groups, a list as a sequence of groups.
     """
     message = ConfigMsg()
     for name, value in config.items():
@@ -107,7 +107,7 @@ def _states_below(group: Any) -> Iterator[GroupState]:
 
 
 def initial_config(msg: Any, description: Any = None) -> Config:
-    """Decode a message.
+    """Decode a message to a configuration.
 
     If the message contains groups and `description` is given, add the tree of groups, with the groups' states
     from the description and the parameters' values from the message.

@@ -15,10 +15,10 @@ class Capability:
         self.protocol = protocol
 
     def handle_message(self, message: dict[str, Any]) -> None:
-        """Handle an operation. Subclasses override this method."""
+        """Do nothing. Subclasses override this method to handle operations."""
 
     def finish(self) -> None:
-        """Release the client's resources after its connection has closed. Subclasses override this method."""
+        """Do nothing. Subclasses release the client's resources here after its connection has closed."""
 
     def basic_type_check(self, msg: dict[str, Any], types_info: list[tuple[Any, ...]]) -> None:
         """Check the arguments of an operation.

@@ -43,7 +43,7 @@ class Protocol:
             self.log("error", f"{message.get('op')}: {error}", message.get("id"))
 
     def outgoing(self, message: str | bytes, compression: str = "none") -> None:
-        """Send data to the client. Servers replace this method with a function."""
+        """Do nothing. Servers replace this method with a function that sends data to the client."""
 
     def send(self, message: dict[str, Any], cid: Any = None, compression: str = "none") -> None:
         """Send an operation to the client."""

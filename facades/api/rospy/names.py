@@ -90,7 +90,7 @@ def resolve_name_without_node_name(name: str) -> str:
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
-    """Return the target of the remapping argument whose source is literally `name`, or `name` itself."""
+    """Return the target of the remapping argument whose source is literally `name`, otherwise `name`."""
     del resolved  # Noetic also ignores this argument.
     identity = session.identity
     return identity.remap(name, caller_id or identity.name)

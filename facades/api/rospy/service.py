@@ -205,7 +205,7 @@ class ServiceProxy(Generic[Request, Response]):
         *,
         timeout: float | msg_time.Duration | None = None,
     ) -> None:
-        """Store the settings; the first call connects. Also works before init_node.
+        """Store the settings, without connecting. A proxy can be created before `init_node`.
 
         Args:
             name: the service.

@@ -1,4 +1,4 @@
-"""The node's shutdown hooks, the threads that its shutdown waits for, and the waits that it ends."""
+"""The node's shutdown hooks, the threads that the shutdown waits for, and the waits that it ends."""
 
 from __future__ import annotations
 

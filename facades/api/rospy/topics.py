@@ -95,7 +95,7 @@ class Topic(Generic[AnyMessage]):
         return len(self.impl.connections) if self.impl is not None else 0
 
     def unregister(self) -> None:
-        """Release this handle."""
+        """Do nothing. Subclasses override this method to release the handle."""
 
 
 class Publisher(Topic[AnyMessage]):

@@ -43,7 +43,7 @@ def printlogerr(msg: str, *args: object) -> None:
 
 
 def printRostestSummary(result: unittest.TestResult, rostest_results: Result) -> None:
-    """Print the cases of test programs, and the programs that could not run."""
+    """Print the result of each test case, and the programs that could not run."""
     _latest[:] = [result]
     rosunit.print_runner_summary(result, rostest_results, runner_name="ROSTEST")
 

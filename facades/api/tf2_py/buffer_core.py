@@ -106,7 +106,10 @@ class BufferCore:
     def can_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[int, str]:
-        """Return (1, "") if `lookup_transform_full_core` would succeed, otherwise (0, reason)."""
+        """Return (1, "") if `lookup_transform_full_core` would succeed, otherwise (0, reason).
+
+        Invalid arguments are handled as in `can_transform_core`.
+        """
         _require_str(target_frame, 1), _require_str(source_frame, 3), _require_str(fixed_frame, 5)
         times = in_ns(target_time), in_ns(source_time)
         try:

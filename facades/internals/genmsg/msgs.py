@@ -77,7 +77,7 @@ def resolve_type(msg_type: str, package_context: str) -> str:
 
 
 def parse_type(msg_type: str | None) -> tuple[str, bool, int | None]:
-    """Return the base type, whether it is an array, and the length of a fixed-size array.
+    """Return the base type, whether the type is an array, and the length of a fixed-size array.
 
     Raises:
         ValueError: the type is empty or an array of arrays, or the length is not a number.

@@ -79,16 +79,16 @@ class ROSLaunchListener:
 
 
 class ROSRemoteRunnerIF:
-    """Base class of runners that start nodes on other machines."""
+    """Base class of runners that start nodes on other machines. pipros does not call their methods."""
 
     def setup(self) -> None:
-        """Prepare the launch. Called before nodes are started."""
+        """Do nothing. Subclasses prepare the launch."""
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name
-        """Add a listener that is called when processes on other machines exit."""
+        """Do nothing. Subclasses add a listener for the exits of processes on other machines."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
-        """Start the nodes. Return the names of the nodes that started and of the nodes that did not start."""
+        """Return empty lists. Subclasses start nodes, and return the names of started and failed nodes."""
         return [], []
 
 

@@ -120,11 +120,11 @@ class Process:
         return info if self.exit_code is None else {**info, "exit_code": self.exit_code}
 
     def is_alive(self) -> bool:
-        """Return whether the process is running."""
+        """Return False. Subclasses return whether the process is running."""
         return False
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """Stop the process. Problems are appended to `errors`."""
+        """Do nothing. Subclasses override this method to stop the process."""
 
 
 class Watched(Protocol):
@@ -255,7 +255,7 @@ class ProcessMonitor(threading.Thread):
 
 
 def start_process_monitor() -> ProcessMonitor | None:
-    """Start a monitor that ends with `pmon_shutdown` or with the program. After `rl_signal`, return None."""
+    """Start a monitor and return it. `pmon_shutdown` ends the monitor. After `rl_signal`, return None."""
     if _shutdown.has_begun:
         return None
     monitor = ProcessMonitor(f"ProcessMonitor-{next(_numbers)}")

@@ -90,7 +90,7 @@ def get_pkg_dir(
 def get_pkg_subdir(
     package: str, subdir: str, required: bool = True, env: Mapping[str, str] | None = None
 ) -> str | None:
-    """Return a folder in a package, or None if it is neither present nor `required`.
+    """Return a folder in a package, or None if the folder does not exist and is not `required`.
 
     A `required` folder is created if it does not exist.
 

@@ -30,7 +30,7 @@ class ROSEnvException(Exception):
 
 
 def get_ros_root(required: bool = True, env: Mapping[str, str] | None = None) -> str | None:
-    """Return `ROS_ROOT`, which ROS 1 no longer needs.
+    """Return `ROS_ROOT`, which ROS 1 no longer needs, or None if the variable is not set.
 
     Raises:
         ROSEnvException: `required` is true, and the variable is not set.
@@ -39,7 +39,7 @@ def get_ros_root(required: bool = True, env: Mapping[str, str] | None = None) ->
 
 
 def get_ros_package_path(required: bool = False, env: Mapping[str, str] | None = None) -> str | None:
-    """Return `ROS_PACKAGE_PATH`. Raises the same errors as `get_ros_root`."""
+    """Return `ROS_PACKAGE_PATH`, or None if it is not set. Raises the same errors as `get_ros_root`."""
     return _variable(ROS_PACKAGE_PATH, required, env)
 
 

@@ -217,7 +217,7 @@ def construct_yaml_binary(loader: Any, node: Any) -> Any:
 
 
 def represent_xml_binary(loader: Any, data: Any) -> Any:
-    """Represent an `xmlrpc.client.Binary` as `!!binary`. Serves as a PyYAML representer, for a dumper."""
+    """Represent an `xmlrpc.client.Binary` as `!!binary`. Serves as a PyYAML representer."""
     from base64 import encodebytes
 
     text = encodebytes(data.data).decode("ascii")

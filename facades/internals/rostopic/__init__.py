@@ -91,7 +91,7 @@ def _graph() -> Iterator[GraphClient]:
 def get_topic_type(
     topic: str, blocking: bool = False
 ) -> tuple[str, str, MessageEval | None] | tuple[None, None, None]:
-    """Return a topic's type, its full name, and a function that extracts the field named in `topic`.
+    """Return a topic's type and full name, and a function that extracts the field named in `topic`.
 
     The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
     None). If `blocking` is true, wait until the topic exists or the node is shut down. `topic` is not

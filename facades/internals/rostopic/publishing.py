@@ -21,7 +21,7 @@ from rospy.session import session
 from rostopic.errors import ROSTopicException
 
 SUBSCRIBER_TIMEOUT = 5.0
-"""Maximum time to wait for a subscriber before publishing the documents in a file, in seconds."""
+"""Maximum time to wait for a subscriber before publishing YAML documents, in seconds."""
 
 ONCE_S = 3.0
 POLL_PERIOD_S = 0.05
@@ -117,8 +117,8 @@ def stdin_publish(
     """Publish a message for each YAML document in a file or on standard input.
 
     Wait up to `SUBSCRIBER_TIMEOUT` for a subscriber first. If `once` is true, publish only the first message.
-    If `rate` (Hz) is set, publish at this rate, a single document repeatedly. If it is not set, the first
-    message is latched until the node is shut down.
+    If `rate` (Hz) is set, publish at this rate; if a file has only one document, publish it repeatedly, even
+    if `once` is true. If neither is set, the first message is latched until the node is shut down.
 
     Raises:
         ROSTopicException: the file does not exist, the YAML is invalid, or values do not match the type.

@@ -82,7 +82,7 @@ def _is_below(folder: str, mount_point: str) -> bool:
 
 
 class Kept:
-    """A cached report that states its age. It is refreshed after `period_s` seconds."""
+    """Cache for a report. `report` adds the report's age, and reads a new report after `period_s` seconds."""
 
     def __init__(self, read: Callable[[], Report], period_s: float) -> None:
         self._read, self._period_s = read, period_s

@@ -50,7 +50,7 @@ class Transport:
         self.remote_endpoint: tuple[Any, int] = (0, 0)
 
     def fileno(self) -> int | None:
-        """Return the file descriptor of the connection's socket, or None if there is no socket."""
+        """Return None. Derived classes return the file descriptor of the connection's socket."""
         return None
 
     def close(self) -> None:
@@ -96,19 +96,19 @@ class ProtocolHandler:
     """Base class for factories of connections that use one protocol."""
 
     def shutdown(self) -> None:
-        """Stop the handler."""
+        """Do nothing. Derived classes override this method to stop the handler."""
 
     def create_transport(self, topic: str, pub_uri: str, protocol_params: list[Any]) -> Any:
         """Connect to a publisher. Overridden by derived classes."""
         raise Exception("interface impl")
 
     def supports(self, protocol: str) -> bool:
-        """Return whether the protocol is supported."""
+        """Return False. Derived classes return whether the protocol is supported."""
         del protocol
         return False
 
     def get_supported(self) -> list[list[str]]:
-        """Return the supported protocols with their parameters."""
+        """Return an empty list. Derived classes return the supported protocols with their parameters."""
         return []
 
     def init_publisher(self, topic: str, protocol: list[Any]) -> Any:

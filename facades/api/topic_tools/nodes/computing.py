@@ -33,7 +33,7 @@ def _output_class(options: argparse.Namespace) -> type[Any]:
     """Check the topics on the command line, and return the output's message class.
 
     Raises:
-        SystemExit: a name is invalid, or the type is unknown. This is raised without waiting for a master.
+        SystemExit: a name is invalid, or the type is unknown. The check does not require a master.
     """
     field = options.input.partition("[")[0]
     check_names("topic", field, options.output_topic)

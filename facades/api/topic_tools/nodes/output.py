@@ -84,7 +84,7 @@ class Output(rospy.SubscribeListener):
             return True
 
     def publish(self, message: AnyMsg) -> None:
-        """Publish an undecoded message. Messages of another type are dropped, which is logged once."""
+        """Publish an undecoded message. Drop messages of other types; log this once per sender and type."""
         publisher = self._publisher
         if publisher is None:
             return
