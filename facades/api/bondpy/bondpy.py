@@ -183,8 +183,9 @@ class Bond:
     def break_bond(self) -> None:
         """Break the bond.
 
-        Does not block. Inactive statuses are published until the other side confirms the break or
-        `disconnect_timeout` expires. Do nothing if the bond is already broken.
+        Does not block. A formed bond is broken once the other side confirms this or `disconnect_timeout`
+        expires; until then, inactive statuses are published. A bond that is not formed is broken immediately.
+        Do nothing if the bond is already broken.
         """
         self._side.handle(BondEvent.BREAK)
 

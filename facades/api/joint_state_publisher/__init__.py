@@ -89,7 +89,10 @@ class JointStatePublisher:
                 rate.sleep()
 
     def update(self, delta: float) -> None:
-        """Move each free joint by `delta` (radians or metres), back and forth within its range."""
+        """Move each free joint with a known position by `delta` (radians or metres).
+
+        Continuous joints move only forward; other joints move back and forth within their range.
+        """
         self._values.sweep(delta)
 
 

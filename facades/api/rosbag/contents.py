@@ -68,7 +68,8 @@ class BagContents(ABC):
     ) -> TypesAndTopicsTuple:
         """Return the message types with their md5sums, and summaries of the topics.
 
-        By default, all topics are included.
+        The types are always those of the whole bag. `topic_filters` selects the topics to summarize; by
+        default, all topics are summarized.
         """
         bag = self._view()
         wanted = {topic_filters} if isinstance(topic_filters, str) else topic_filters

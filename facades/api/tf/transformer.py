@@ -145,8 +145,8 @@ class Transformer:
     ) -> tuple[Vector, Vector]:
         """Return the linear (m/s) and angular (rad/s) velocity of `tracking_frame` in `observation_frame`.
 
-        The velocities are averages over `averaging_interval` around `time`. If `time` is zero, use the latest
-        common time.
+        The velocities are averages over `averaging_interval` around `time`. If `time` is zero, or transforms
+        are not yet available for the whole interval, the interval ends at the latest common time.
         """
         return self.lookupTwistFull(
             tracking_frame,
