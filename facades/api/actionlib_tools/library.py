@@ -21,6 +21,7 @@ def findros(pkg: str, resource: str) -> str:
 
     Raises:
         ROSException: the file does not exist.
+        rospkg.ResourceNotFound: the package does not exist.
     """
     found = roslib.packages.find_resource(pkg, resource)
     if not found:

@@ -151,12 +151,12 @@ def failDuplicateRunner(testName: str) -> _Method:
 
 
 def setUp(self: unittest.TestCase) -> None:
-    """Start the master and the nodes. The classes created by `createUnitTest` use this as `setUp`."""
+    """Start the master and the nodes, like `setUp` in the classes created by `createUnitTest`."""
     _run_of(self).set_up()
 
 
 def tearDown(self: unittest.TestCase) -> None:
-    """Stop the master and the nodes. The classes created by `createUnitTest` use this as `tearDown`."""
+    """Stop the master and the nodes, like `tearDown` in the classes created by `createUnitTest`."""
     _run_of(self).tear_down()
 
 

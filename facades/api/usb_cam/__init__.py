@@ -55,7 +55,7 @@ class UsbCam:
         )
 
     def run(self) -> None:
-        """Publish images until the node is shut down or the camera stops providing images."""
+        """Publish images until the node is shut down. If reading an image fails, shut the node down."""
         due_s = time.monotonic()
         while not self._ended.is_set():
             if self._is_capturing.wait(0.1):

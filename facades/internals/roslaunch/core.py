@@ -408,7 +408,7 @@ class Test(Node):
 
 
 class Executable:
-    """A command to run before, during or after a launch."""
+    """A command in a configuration. pipros runs only `rosparam` commands, before it starts the nodes."""
 
     def __init__(self, cmd: str, args: Sequence[str], phase: str = PHASE_RUN) -> None:
         self.command = cmd

@@ -40,7 +40,7 @@ def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
     """Return the paths of launch files, given as `package file.launch` or as paths.
 
     Raises:
-        RLException: a file does not exist.
+        RLException: a file does not exist or is ambiguous.
     """
     return resolve_files(split_arguments(list(args))[1], PackageIndex.from_environment())
 
@@ -83,7 +83,7 @@ def check_log_disk_usage() -> None:
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """Return the errors in a launch file, one per line, or None if there are none.
+    """Return the errors in a launch file and its includes, one per line, or None if there are none.
 
     Missing package dependencies are also printed to standard error.
 

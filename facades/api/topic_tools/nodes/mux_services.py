@@ -14,7 +14,7 @@ from topic_tools.nodes.output import base_name, check_names
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
     """Wait indefinitely for a mux service, and call it. Print progress and errors.
 
-    Return None if the call fails.
+    Return the response, or None if the call fails.
     """
     print(f'Waiting for service "{name}"', flush=True)
     rospy.wait_for_service(name)
