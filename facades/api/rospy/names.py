@@ -90,7 +90,10 @@ def resolve_name_without_node_name(name: str) -> str:
 
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
-    """Return the target of the remapping argument whose source is literally `name`, otherwise `name`."""
+    """Return the target, as a global name, of the remapping argument whose source is literally `name`.
+
+    Without such an argument, return `name` unchanged.
+    """
     del resolved  # Noetic also ignores this argument.
     identity = session.identity
     return identity.remap(name, caller_id or identity.name)
@@ -132,7 +135,7 @@ def get_resolved_mappings() -> dict[str, str]:
 def reload_mappings(argv: Sequence[str]) -> None:
     """Replace the remappings with those from another command line.
 
-    They take effect when `initialize_mappings` is called.
+    The new remappings take effect when `initialize_mappings` is called.
     """
     session.before.read_arguments(argv)
 

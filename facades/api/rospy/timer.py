@@ -18,7 +18,7 @@ _star_names(__name__, "genpy rospy threading time")
 
 
 def sleep(duration: float | msg_time.Duration) -> None:
-    """Sleep for `duration` on the node's clock. A number is in seconds. Return immediately if it is negative.
+    """Sleep for `duration` on the node's clock. Numbers are in seconds. Return immediately if negative.
 
     As in Noetic, if the node uses wall time, its shutdown ends the sleep without an exception.
 

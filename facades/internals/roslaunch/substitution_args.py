@@ -1,4 +1,4 @@
-"""Substitution arguments such as `$(arg x)`: `resolve_args`."""
+"""`resolve_args`, which replaces substitution arguments such as `$(arg x)`."""
 
 from __future__ import annotations
 

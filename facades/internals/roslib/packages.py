@@ -196,7 +196,7 @@ def list_pkgs_by_path(
     cache: dict[str, str] | None = None,
     env: Mapping[str, str] | None = None,
 ) -> list[str]:
-    """Append the packages below a folder to `packages` and return it. Add their folders to `cache`."""
+    """Append the packages below a folder to `packages`, and return the list. Add their folders to `cache`."""
     del env
     found = packages if packages is not None else []
     for package in PackageIndex([Path(path)]):

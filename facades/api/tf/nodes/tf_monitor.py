@@ -18,7 +18,7 @@ PRINT_S = 0.25
 
 
 class Watch:
-    """Statistics on received transforms. Callbacks update them in the connections' threads.
+    """Statistics on received transforms, updated by callbacks in the connections' threads.
 
     Attributes:
         pair: source and target frame to report on, or None for all frames.

@@ -125,7 +125,7 @@ class Input:
         self._lock = threading.RLock()
 
     def subscribe(self) -> bool:
-        """Subscribe to the topic. Return False if it was already subscribed to."""
+        """Subscribe to the topic. Return False if there already was a subscription."""
         with self._lock:
             if self._subscriber is not None:
                 return False
@@ -133,7 +133,7 @@ class Input:
             return True
 
     def unsubscribe(self) -> bool:
-        """Unsubscribe from the topic. Return False if it was not subscribed to."""
+        """Unsubscribe from the topic. Return False if there was no subscription."""
         with self._lock:
             subscriber, self._subscriber = self._subscriber, None
         if subscriber is not None:
