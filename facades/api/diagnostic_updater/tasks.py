@@ -28,7 +28,7 @@ class DiagnosticTask:
 
 
 class FunctionDiagnosticTask(DiagnosticTask):
-    """Task that calls a function that takes a status and returns it."""
+    """Task implemented by a function, which takes a status and returns it."""
 
     def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
         super().__init__(name)

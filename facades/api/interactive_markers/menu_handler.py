@@ -54,7 +54,7 @@ class MenuHandler:
         """Add an entry to the menu, or to the submenu of the entry `parent`.
 
         Returns:
-            The handle of the entry, or None if the parent does not exist, which is logged as an error.
+            The handle of the entry. If the parent does not exist, log an error and return None.
         """
         if parent is not None and parent not in self.entry_contexts_:
             rospy.logerr(f"Parent menu entry {parent} not found.")

@@ -79,7 +79,7 @@ _condition = threading.Condition()
 def get_rostime_cond() -> threading.Condition:
     """Return a condition that is notified when simulated time changes.
 
-    With wall time, it is never notified.
+    If the node uses wall time, the condition is never notified.
     """
     clock = session.clock
     return clock.changed if isinstance(clock, SimulatedClock) else _condition

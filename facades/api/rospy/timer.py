@@ -105,8 +105,8 @@ class Timer(rate.Timer):
         """Start the thread. The thread ends if the callback raises an exception.
 
         Args:
-            period: interval between calls, on the node's clock. A callback that takes longer than this delays
-                the next call.
+            period: interval between calls, on the node's clock. A callback that takes longer than the period
+                delays the next call.
             callback: called with a TimerEvent, one call at a time.
             oneshot: whether to end after one call.
             reset: whether to restart instead of ending if simulated time moves backwards.

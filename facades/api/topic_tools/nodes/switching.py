@@ -31,7 +31,7 @@ class Services:
     """The services of a mux or demux, and the latched topic `selected`."""
 
     def __init__(self, kind: str, selection: Selection) -> None:
-        """Advertise `selected`. `kind` is `Mux` or `Demux`; in lower case, it is also the namespace."""
+        """Advertise `selected`. `kind` is `Mux` or `Demux`; its lower case is the namespace."""
         self._kind = kind
         self._selection = selection
         self._namespace = rospy.resolve_name(kind.lower())
