@@ -164,7 +164,7 @@ class ActionServer:
                 self.feedback_pub.publish(message)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
-        """Handle a request to cancel one goal, all goals up to a timestamp, or all goals."""
+        """Handle a request to cancel one goal, all goals up to a timestamp, both, or all goals."""
         with self._callback_lock:
             for handle in self._cancelled(goal_id):
                 self.cancel_callback(handle)

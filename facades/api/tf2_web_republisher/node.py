@@ -148,7 +148,7 @@ class Unused:
         self._last_used_s = time.monotonic()
 
     def is_over(self) -> bool:
-        """Return whether the timeout has elapsed since construction, or since a call last found a subscriber."""
+        """Return whether the timeout has elapsed since the start, or since a call last found a subscriber."""
         if self._publisher.get_num_connections():
             self._last_used_s = time.monotonic()
         return time.monotonic() - self._last_used_s >= self._timeout_s
