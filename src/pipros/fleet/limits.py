@@ -7,20 +7,21 @@ _MIB = 1024 * 1024
 
 
 class FleetLimits(NamedTuple):
-    """The limits of fleets. `limits.of(FleetLimits)` returns those in a `Limits` object.
+    """The limits of fleets. Get them with `limits.of(FleetLimits)`, where `limits` is a `Limits`.
 
     Attributes:
-        fleet_file_bytes: a fleet member's YAML file.
-        fleet_members: other members of a fleet that a member shows.
-        fleet_topics: topics and services of these members, in total.
-        fleet_directory_bytes: a member's directory of the topics and services that it offers.
-        fleet_message_bytes: a message, a request or a reply on a fleet link, compressed or decompressed.
-        fleet_queue_bytes: messages waiting to be sent over a fleet link.
-        fleet_latched_bytes: latched messages that a member keeps for others.
-        fleet_definition_bytes: the other members' message definitions that a member keeps, or that a router
-            keeps for its history.
-        fleet_history_files: files in a router's history, for all members together.
-        fleet_calls: calls from other members that a member handles at a time.
+        fleet_file_bytes: maximum size of a member's YAML file.
+        fleet_members: maximum number of other members that a member shows.
+        fleet_topics: maximum number of topics and services of these members, in total.
+        fleet_directory_bytes: maximum size of a member's directory of the topics and services that it offers.
+        fleet_message_bytes: maximum size of a message, request or reply on a fleet link, both compressed and
+            decompressed.
+        fleet_queue_bytes: maximum total size of the messages waiting to be sent over a fleet link.
+        fleet_latched_bytes: maximum total size of the latched messages that a member keeps for others.
+        fleet_definition_bytes: maximum total size of the other members' message definitions that a member
+            keeps, or that a router keeps for its history.
+        fleet_history_files: maximum number of files in a router's history, for all members together.
+        fleet_calls: maximum number of calls from other members that a member handles at a time.
     """
 
     fleet_file_bytes: int = 256 * _KIB

@@ -1,8 +1,8 @@
 """Which parts of the parameter tree a member's file lets others read and set. Performs no I/O.
 
-A namespace is read and set as a whole, and the rule for its name need not be the one for the parameters in
-it. A parameter whose own rule denies it is therefore left out when others read the namespace, and keeps
-others from replacing the namespace.
+A namespace is read and set as a whole, but the rules for the parameters in it may differ from the rule for
+its name. Therefore, a parameter that its own rule denies is left out when another member reads the namespace,
+and a member that may not set a parameter cannot replace the namespace that contains it.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def parameter_name(name: object) -> str:
     """Return a parameter's name as the master would use it, because rules are compared with such names.
 
     Raises:
-        PiprosError: it is not a global name.
+        PiprosError: `name` is not a global name.
     """
     if not isinstance(name, str) or not is_global(name):
         raise PiprosError(f"a parameter must have a global name, got [{printable(name, 200)}]")
@@ -43,7 +43,7 @@ def readable(file: FleetFile, member: str, name: str, value: Any) -> Any:
 
 
 def check_set(file: FleetFile, member: str, name: str, value: Any, tree: Any) -> None:
-    """Check a new value of a parameter whose name the file allows.
+    """Check a new value of a parameter. The caller has checked that the member may set this name.
 
     Args:
         tree: the current value of `top_of(name)`; None if it is not set.

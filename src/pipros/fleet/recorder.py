@@ -58,7 +58,7 @@ class _RecordedTopic:
     """A recorded topic of one agent instance."""
 
     def __init__(self, member: str, entry: DirectoryEntry, instance: str, latched: dict[int, int]) -> None:
-        """Create a topic. `latched`: size of each publisher's latched message, from all instances."""
+        """Create a topic. `latched` maps publishers to the sizes of their latched messages."""
         self.member = member
         self.entry = entry
         self.instance = instance
@@ -365,7 +365,7 @@ class FleetRecorder:
         return topic
 
     def _publish_requests(self, member: str) -> None:
-        """Request a member's topics that match the patterns and have a known definition."""
+        """Request a member's topics that match the patterns and have been processed by `_prepare`."""
         if member not in self._directories:
             return  # the member has left
         wanted = frozenset(

@@ -151,7 +151,7 @@ def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -
 def serve_router(options: RouterOptions) -> int:
     """Run a router until Ctrl-C or SIGTERM.
 
-    If its list of members changes, it restarts, which closes all links. Members that are still listed
+    The router restarts if its list of members changes, which closes all links. Members that are still listed
     reconnect within about a second.
 
     Raises:

@@ -86,7 +86,7 @@ PARAMETERS: Final[Mapping[str, Any]] = {
         },
     },
 }
-"""Parameters by node, as for `NavigationWorld`; the robot itself has those of `RobotSettings`."""
+"""Default parameters by node. The simulated robot is configured by `RobotSettings` instead."""
 
 
 def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

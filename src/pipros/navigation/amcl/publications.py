@@ -48,7 +48,10 @@ class Publications:
         self._clouds.publish(cloud)
 
     def publish_estimate(self, estimate: Estimate, stamp_ns: int, base: Pose) -> None:
-        """Publish an estimate for a time, and the transform that follows from the odometry pose `base`."""
+        """Publish an estimate and the transform, for the time `stamp_ns`.
+
+        `base` is the robot's pose in the odometry frame at this time.
+        """
         message = stamped(_ESTIMATE, self.settings.global_frame_id, stamp_ns)
         (message.pose.pose,) = plane.pose_messages([estimate.pose])
         covariance: Any = np.zeros((6, 6))

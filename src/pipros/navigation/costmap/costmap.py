@@ -176,7 +176,7 @@ class Costmap(CostmapCore):
         return True
 
     def start(self) -> None:
-        """Use the messages of the sensors again, and continue the updates."""
+        """Resume the updates, and process the messages of the sensors again."""
         self._set_active(is_active=True)
 
     def stop(self) -> None:

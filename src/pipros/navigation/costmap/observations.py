@@ -56,10 +56,10 @@ class ObservationSource:
     def add(
         self, points: Points3D, cloud: Pose, sensor: Pose, stamp_ns: int, now_ns: int, limit: int
     ) -> None:
-        """Add an observation. Drop the oldest ones while all together have more than `limit` points.
+        """Add an observation. Drop the oldest earlier ones while there are more than `limit` points in total.
 
-        `cloud` and `sensor` are the poses of the points' frame and of the sensor. Points that are not finite
-        or outside the source's range of heights are dropped.
+        `cloud` and `sensor` are the poses of the points' frame and of the sensor in the costmap's frame. Points
+        that are not finite or outside the source's range of heights are dropped.
         """
         placed = moved(points[np.isfinite(points).all(axis=1)], exact_matrix_of(cloud))
         height = placed[:, 2]

@@ -25,7 +25,8 @@ class VoxelLayer(ObstacleLayer):
     costs 254. Any other column that a ray passes is free, or unknown if too many of its voxels are unknown.
 
     Attributes:
-        columns: bits 0 to 15 are set for unknown and marked voxels, bits 16 to 31 for marked voxels.
+        columns: a grid of bit masks. Bits 0 to 15 are set for unknown and marked voxels, bits 16 to 31 for
+            marked voxels.
         origin_z, z_resolution, z_voxels: the lowest height, and the size and number of voxels.
         after_update: called after each update.
     """

@@ -145,7 +145,8 @@ class DwaLocalPlanner:
     def _local(self, pose: Triple) -> Poses | None:
         """Return the first part of the plan that is within half the costmap's longer side of the robot.
 
-        The next pose of the plan is included. Return None if the transform to the costmap's frame is unknown.
+        The pose after this part is included. With `prune_plan`, the poses before the first pose within 1 m of
+        the robot are dropped. Return None if the transform to the costmap's frame is unknown.
         """
         frame = self._frame()
         if frame is None:

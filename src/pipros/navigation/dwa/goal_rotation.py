@@ -28,7 +28,7 @@ class GoalRotation:
         self._was_there = False
 
     def is_there(self, pose: Triple, goal: Triple) -> bool:
-        """Return whether the robot is at the goal's position."""
+        """Return whether the robot is at the goal's position or, with `is_latching`, has been there."""
         distance = math.hypot(goal[0] - pose[0], goal[1] - pose[1])
         if distance <= self.settings.xy_goal_tolerance:
             self._was_there = True

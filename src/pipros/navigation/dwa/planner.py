@@ -118,7 +118,10 @@ class DwaPlanner:
         return Choice((x, y, turn), tried.way(best), tried, scores)
 
     def is_legal(self, pose: Triple, velocity: Triple, command: Triple) -> bool:
-        """End all oscillation bans, and return whether the trajectory with velocity `command` is legal."""
+        """End all oscillation bans, and return whether the trajectory with velocity `command` is legal.
+
+        A velocity for which `simulated` returns no trajectory, such as standstill, is legal.
+        """
         self._oscillation.reset()
         tried = simulated(self.settings, pose, velocity, np.array([command]))
         return not len(tried) or bool(self.scores(tried)[0] >= 0)

@@ -193,7 +193,10 @@ class FilterNode:
         return (*place, x / norm, y / norm, z / norm, w / norm)
 
     def _is_expected(self, sensor: InputSettings, stamp_ns: int) -> bool:
-        """Return False if no variables of the input are used, or a later message has already arrived."""
+        """Return False if no variables of the input are used, or a later message has already arrived.
+
+        In the second case, reset the filter if `reset_on_time_jump` is set and the time is simulated.
+        """
         if not sensor.flags.any():
             return False
         if stamp_ns < self._last_stamps.get(sensor.source, 0):

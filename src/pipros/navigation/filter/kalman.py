@@ -150,7 +150,7 @@ class ExtendedKalmanFilter:
         return noise
 
     def _apply_control(self, time_s: float, delta_s: float) -> None:
-        """Set the accelerations of controlled axes, and change the controlled rates."""
+        """Set the controlled linear accelerations, and change the controlled angular velocities."""
         if self.control is not None:
             used, accelerations = self.control.accelerations(self.state[TWIST], time_s)
             self.state[RATES] += accelerations[3:] * delta_s

@@ -101,7 +101,10 @@ class Readings:
     def pose(
         self, sensor: InputSettings, frame: str, stamp_ns: int, pose: Pose, covariance: Array, child: str = ""
     ) -> Measurement | None:
-        """Make a measurement from the pose of the frame `child` (or the robot) and its 6 x 6 covariance."""
+        """Make a measurement from the pose of the frame `child` and its 6 x 6 covariance.
+
+        If `child` is empty, the pose is that of the robot.
+        """
         frame = frame or self.world
         target = self._find(self.world, self.world if sensor.is_differential else frame, stamp_ns)
         source = self._find(child, self.base, stamp_ns) if child else IDENTITY

@@ -102,7 +102,7 @@ def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
 
 
 def make_timeline(parameters: PrivateParameters, *, unscented: bool) -> Timeline:
-    """Create the filter with its initial estimate.
+    """Create the filter with its initial estimate, and the timeline that applies measurements to it.
 
     Raises:
         InvalidParameter: a list parameter has the wrong length or invalid elements.

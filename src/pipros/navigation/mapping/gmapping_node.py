@@ -112,10 +112,10 @@ class GmappingNode:
             self._judge_speed(slam, ranges, message)
 
     def _find_laser(self, message: Any) -> tuple[Pose, bool, int] | None:
-        """Return the pose, in the laser's frame, of an upright laser whose angles are centred on 0.
+        """Return the pose, in the laser's frame, of an equivalent upright laser with angles centred on 0.
 
-        Also return whether the ranges must be reversed for this laser, and their number. If the laser is not
-        horizontal, or the transform is not available, warn and return None.
+        Also return whether the ranges must be reversed for that laser, and their number. If the laser is not
+        horizontal, the scan is invalid, or the transform is not available, warn and return None.
         """
         frame, stamp_ns = message.header.frame_id.removeprefix("/"), in_ns(message.header.stamp)
         base = self._frames.awaited(self._settings.base_frame, frame, stamp_ns, TRANSFORM_S)

@@ -36,7 +36,7 @@ _ALIGNMENTS: Final = 12
 _DAMPING: Final = 1.0
 """Damping of the least squares, which keeps the pose in directions that walls do not constrain."""
 _NEIGHBOURS_M: Final = 0.5
-"""Maximum distance between neighbouring ends on a wall; `_OFF_LINE_M` is that from a straight line."""
+"""Maximum distance between neighbouring ends on a wall. `_OFF_LINE_M` limits their offset from its line."""
 _OFF_LINE_M: Final = 0.03
 _MOVES: Final = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
 

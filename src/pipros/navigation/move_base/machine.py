@@ -97,7 +97,7 @@ class GoalMachine:
         self._retries = 0
 
     def begin(self, now_s: float, *, replaces: bool) -> None:
-        """Start a goal. If it replaces another goal, do not stop the robot before there is a new plan."""
+        """Start a goal. If it replaces another goal, the robot is not stopped."""
         self.state, self._index = DrivingState.PLANNING, 0
         self.wants_plan = True
         if not replaces:

@@ -40,7 +40,7 @@ class PlanService:
 
         Args:
             maps: the global and the local costmap.
-            clearing_radius: half the side, in metres, of the square around the robot that is set to free.
+            clearing_radius: half the side, in metres, of the square around the robot that `~make_plan` frees.
             locate: function that converts a PoseStamped to a pose in the global frame, or returns None.
             is_active: function that returns whether move_base has a goal.
             settings: function that returns the parameters of move_base.

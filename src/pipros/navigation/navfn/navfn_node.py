@@ -88,7 +88,10 @@ class NavfnPlanner:
         return poses
 
     def _nearest_legal(self, grid: CostGrid, field: PotentialField, goal: Pose2D) -> Pose2D | None:
-        """Return the reachable pose nearest to the goal, whose x and y may differ by the tolerance."""
+        """Return the reachable pose nearest to the goal, or None if there is none within the tolerance.
+
+        The tolerance applies to x and y separately.
+        """
         steps = math.floor(2 * self._tolerance / grid.resolution + 1e-9) + 1
         offsets = [at * grid.resolution - self._tolerance for at in range(min(steps, 2 * grid.width + 1))]
         best: Pose2D | None = None

@@ -75,8 +75,10 @@ class ReaderProxy:
         wanted: the last sample that the reader should have.
         acked: the sample up to which the reader has acknowledged all samples.
         asked: number of times that the reader has asked for a heartbeat.
-        given_up: the last sample that the reader has requested in vain; at first, the one before `first`.
-        is_greeted: whether the reader has answered a heartbeat.
+        given_up: the last sample that was counted as lost for the reader, or that the reader requested
+            although it was not available; at first, the one before `first`.
+        is_greeted: whether the reader has received a heartbeat: it has answered one, or has asked for one
+            `ENOUGH_QUESTIONS` times.
         due: time of the next heartbeat.
     """
 
@@ -113,8 +115,8 @@ class Writer:
     Attributes:
         dropped: number of samples that were displaced before all reliable readers had acknowledged them.
             Most of these have arrived.
-        lost: number of samples that were displaced before they were sent completely, or that a reader has
-            requested in vain.
+        lost: number of samples that were displaced before they were sent completely, or that a reader
+            requested after they had been displaced.
     """
 
     prefix: bytes
