@@ -6,22 +6,24 @@ _MIB = 1024 * 1024
 
 
 class Ros2Limits(NamedTuple):
-    """The limits of gateways to ROS 2. `limits.of(Ros2Limits)` returns those in a `Limits` object.
+    """The limits of gateways to ROS 2. Get them with `limits.of(Ros2Limits)`, where `limits` is a `Limits`.
+
+    `ros2_topics` and `ros2_calls` are maximum numbers; all others are maximum sizes.
 
     Attributes:
-        ros2_topics: topics, services and actions that a gateway bridges.
+        ros2_topics: topics, services and actions that a gateway passes.
         ros2_calls: calls of one service or action that a gateway has open at a time.
-        ros2_definition_bytes: definitions of ROS 1 types that are not installed.
-        zenoh_message_bytes: a message from ROS 2 through Zenoh, and all static transforms of ROS 2.
+        ros2_definition_bytes: all definitions of ROS 1 types that are not installed.
+        zenoh_message_bytes: a message from ROS 2 through Zenoh, and a message with all static transforms.
         ros2_discovery_bytes: all stored announcements of ROS 2 participants and endpoints.
-        ros2_peer_bytes: the announcements of one participant.
-        ros2_graph_bytes: the endpoints of other processes that a gateway to ROS 2 remembers.
+        ros2_peer_bytes: the stored announcements of one participant.
+        ros2_graph_bytes: all endpoints of other processes that a gateway remembers.
         ros2_sample_bytes: a message from ROS 2.
-        ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
-        ros2_incomplete_total_bytes: fragments and early messages of all participants together.
+        ros2_incomplete_bytes: the fragments and early messages of one participant, until they are complete.
+        ros2_incomplete_total_bytes: the fragments and early messages of all participants together.
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
-        ros2_backlog_bytes: datagrams from ROS 2 that a participant has read but not yet handled.
-        ros2_inbox_bytes: ROS 2 messages that are queued for one callback, or requests queued for one service.
+        ros2_backlog_bytes: the datagrams from ROS 2 that a participant has read but not yet handled.
+        ros2_inbox_bytes: the ROS 2 messages queued for one callback, or the requests queued for one service.
     """
 
     ros2_topics: int = 1000

@@ -21,11 +21,11 @@ from pipros.ros2.node_queries import NodeQueries
 _ANSWERS_S = 0.3
 """Maximum time that `poll` waits for nodes to respond."""
 _RESTART_S = 5.0
-"""How long an action remains after its server has gone.
+"""How long an action is still forwarded after its server has gone.
 
-If the gateway closed and opened its topics while the server restarts, a rospy server that is just connecting
-to them could lose one of the connections: it ignores an update about a publisher whose last connection it has
-not yet removed.
+If the gateway closed and reopened the action's topics while the server restarts, a rospy server that is just
+connecting to these topics could lose a connection: rospy ignores an update about a publisher whose last
+connection it has not yet removed.
 """
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (empty for services) and nodes of a topic or service."""

@@ -58,8 +58,8 @@ class ObservationSource:
     ) -> None:
         """Add an observation. Drop the oldest earlier ones while there are more than `limit` points in total.
 
-        `cloud` and `sensor` are the poses of the points' frame and of the sensor in the costmap's frame. Points
-        that are not finite or outside the source's range of heights are dropped.
+        `cloud` and `sensor` are the poses of the points' frame and of the sensor in the costmap's frame.
+        Points that are not finite or outside the source's range of heights are dropped.
         """
         placed = moved(points[np.isfinite(points).all(axis=1)], exact_matrix_of(cloud))
         height = placed[:, 2]

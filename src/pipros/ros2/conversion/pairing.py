@@ -40,7 +40,7 @@ class Pair:
 
     @property
     def only_ros1(self) -> tuple[str, ...]:
-        """The fields that a conversion to ROS 2 drops."""
+        """The fields that a conversion to ROS 2 drops, and that a conversion to ROS 1 fills with defaults."""
         linked = {link.ros1[0] for link in self.links}
         return tuple(field.name for field in self.ros1.fields if field.name not in linked)
 

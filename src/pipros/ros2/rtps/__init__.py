@@ -1,6 +1,6 @@
 """A participant of RTPS 2.3, the wire protocol of DDS, limited to what ROS 2 uses.
 
-These modules use neither sockets nor a clock. In order, from bytes to samples:
+The following modules use neither sockets nor a clock. In order, from bytes to samples:
 
     submessages, encoding, parameters   bytes to values, and back
     announcements, qos                  announcements of participants and endpoints, and which endpoints match
