@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import InvalidName
 
 GATEWAY_PREFIX = "/ros2_gateway_"
-"""Prefix of the node names of gateways; the domain's number follows."""
+"""Prefix of the names of gateways' ROS 1 nodes; the domain's number follows."""
 
 _NAME_LIMIT = 255
 """Maximum length of a DDS topic name, in characters."""

@@ -114,8 +114,9 @@ class GatewayRules:
     def verdict(self, kind: RuleKind, direction: Direction, name: str, *, is_local: bool) -> Verdict:
         """Return whether a topic, service or action passes.
 
-        Without an allow list, all topics pass to ROS 2. Topics of ROS 2, and its services and actions, enter
-        ROS 1 if the gateway reaches ROS 2 on this machine only; those of ROS 1 are never offered in ROS 2.
+        Names that match a deny list do not pass; internal names pass only if an allow list contains them.
+        Without an allow list, all other topics of ROS 1 pass to ROS 2, but services and actions of ROS 1 are
+        not offered in ROS 2. Topics, services and actions of ROS 2 enter ROS 1 only if `is_local` is true.
 
         Args:
             is_local: whether the gateway reaches ROS 2 on this machine only.
@@ -132,7 +133,7 @@ class GatewayRules:
         if chosen.allow:
             passes = any(fnmatchcase(name, each) for each in chosen.allow)
             return Verdict(passes, "" if passes else f"the allow list ({where}) does not match it")
-        # Messages enter ROS 1 with their direction; the names of services and actions against it.
+        # Topics enter ROS 1 in the direction to_ros1, services and actions in the direction to_ros2.
         enters_ros1 = (direction is Direction.TO_ROS1) is (kind is RuleKind.TOPIC)
         if enters_ros1 and not is_local:
             reason = f"{kind.value} from other machines enter ROS 1 only if an allow list ({where}) matches"

@@ -38,7 +38,7 @@ _FRAG_FIXED: Final = 32
 
 
 def datagram_head(own_prefix: bytes, destination: bytes | None = None) -> bytes:
-    """Return the start of a datagram: the header, and INFO_DST if it is for one participant only."""
+    """Return the start of a datagram: the header and, if a destination is given, INFO_DST."""
     head = MAGIC + PROTOCOL_VERSION + OWN_VENDOR + own_prefix
     return head if destination is None else head + bytes((INFO_DST, LITTLE, 12, 0)) + destination
 

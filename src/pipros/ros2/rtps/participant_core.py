@@ -210,7 +210,7 @@ class ParticipantCore:
         """Return the state of a local writer.
 
         Raises:
-            NotFound: it was removed.
+            NotFound: the writer was removed.
         """
         if entity not in self._connections.writers:
             raise NotFound("the writer was closed")
@@ -220,7 +220,7 @@ class ParticipantCore:
         """Return the state of a local reader.
 
         Raises:
-            NotFound: it was removed.
+            NotFound: the reader was removed.
         """
         local = self._connections.local(entity)
         if local is None or not isinstance(local.end, Reader):

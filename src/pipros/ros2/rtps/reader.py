@@ -38,7 +38,7 @@ MAX_GAPS: Final = 32
 MAX_ASSEMBLIES: Final = 256
 MAX_FRAGMENTS: Final = 1 << 17
 MAX_EARLY: Final = 8192
-"""The budgets limit memory; these numbers limit the work that one submessage causes."""
+"""`MAX_GAPS` to `MAX_EARLY` limit the work that one submessage causes; the budgets limit memory."""
 KEPT_PER_WORK: Final = 64
 """Number of early samples and assemblies that a heartbeat walks through for one unit of work."""
 ABANDONED_S: Final = 5.0
@@ -68,7 +68,8 @@ class WriterProxy:
         question_base: base of the ACKNACKs that ask for the first heartbeat.
         expected: the next sample to deliver.
         announced: the last sample that the writer is known to have.
-        early: samples after `expected`.
+        is_greeted: whether a heartbeat or a GAP of the writer has arrived.
+        early: samples after `expected` that have arrived, by sequence number.
         skipped: ranges of samples after `expected` that do not exist, each as its start and exclusive end.
         has_progressed: whether expected or requested data has arrived since `poll` last handled this writer.
         requested: the samples of the last request that are still missing, in whole or in part.

@@ -1,4 +1,4 @@
-"""ROS 2 programs of a domain that run on this machine but are not found."""
+"""Detect ROS 2 programs that run on this machine but are not found."""
 
 from __future__ import annotations
 
