@@ -75,7 +75,8 @@ class FleetRule:
     Attributes:
         name: global name, possibly with wildcards.
         is_allowed: whether matching names are shared or accepted.
-        members: names, possibly with wildcards, of members that may send the input or read the parameter.
+        members: names, possibly with wildcards, of the members that may publish to the topic, call the
+            service, or read or set the parameter.
         rate_hz: maximum message rate; 0 for no limit. Surplus messages are dropped, except the last.
         is_latest_only: whether a newer message replaces a message that waits for the link.
         priority: see `Priority`.

@@ -236,7 +236,7 @@ class SentTopic:
         return before + self._sender.dropped(self.key)
 
     def send(self, link: Sends, message: SourceMessage, *, is_up: bool) -> None:
-        """Number a message and send it. Called by `Sender`."""
+        """Number a message, keep it if it is latched, and send it if the link is up. Called by `Sender`."""
         body = compressed(message.body) if self.rule.is_compressed else message.body
         with self._lock:
             attachment = pack(

@@ -319,7 +319,7 @@ def connect(
     """Connect to a router. The link reconnects whenever it is lost.
 
     Blocks for at most about a second if the router is near or refuses the connection, and otherwise for up to
-    `TCP_S` and 15 round trips. A signal handler that raises ends the wait.
+    `TCP_S`, then `CONNECT_S` and 15 round trips. A signal handler that raises ends the wait.
 
     Args:
         bandwidth_kbit: the bandwidth in the member's file. The operating system's send buffer is limited to

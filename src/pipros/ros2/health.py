@@ -45,7 +45,7 @@ def gateway_report(text: str) -> GatewayReport:
 
 
 def report(node: str, reply: RoomReply) -> Findings:
-    """Yield findings if a gateway does not answer, drops messages, or omits topics that no rule excludes."""
+    """Yield findings if a gateway does not answer, drops messages, or omits names that no rule excludes."""
     name = f"[{listed(node)}]"
     found = GatewayReport(reply.failure) if reply.failure else gateway_report(reply.message)
     if found.failure:

@@ -32,7 +32,7 @@ class Estimates:
         self._accel = advertise(node, "accel/filtered", accel, 20) if settings.publish_acceleration else None
 
     def reset(self) -> None:
-        """Publish the next estimate regardless of its time."""
+        """Allow the next estimate to be older than the last published one."""
         self._published_s = None
 
     def publish(self, time_s: float, kalman: ExtendedKalmanFilter, angular: Array, interval_s: float) -> bool:

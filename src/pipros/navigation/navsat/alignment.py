@@ -54,7 +54,7 @@ class Alignment:
         """Use a fix as the start. Use its zone for all positions, unless a zone was set.
 
         Raises:
-            OutOfRange: the fix has no coordinates.
+            OutOfRange: the fix has no coordinates in the zone.
         """
         if self.is_local:
             self._plane = LocalPlane(latitude, longitude)

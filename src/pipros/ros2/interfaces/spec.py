@@ -23,7 +23,7 @@ HEADER = "std_msgs/msg/Header"
 
 
 class Form(Enum):
-    """Form of a field: a single value, an array or a sequence."""
+    """Form of a field: a single value, a fixed array, a bounded sequence or an unbounded sequence."""
 
     SINGLE = "single"
     ARRAY = "array"

@@ -47,7 +47,7 @@ def message_hash(message: Ros2Message, lookup: Lookup) -> str:
 
     Raises:
         NotFound: an embedded type is unknown.
-        DefinitionError: a type contains itself.
+        DefinitionError: a type contains itself, or messages are nested too deeply.
     """
     embedded = embedded_messages(message, lookup)
     description = {

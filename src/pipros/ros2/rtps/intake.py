@@ -21,7 +21,7 @@ _LOG = logging.getLogger("pipros.ros2")
 class Intake:
     """Passes datagrams to a `ParticipantCore`, at most `WORK_AT_ONCE` units at a time. Not thread-safe.
 
-    If a datagram causes more work, the next call continues it.
+    If a datagram causes more work, the next call continues with the same datagram.
 
     Attributes:
         failures: number of datagrams that revealed a bug in the core.

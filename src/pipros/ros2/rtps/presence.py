@@ -20,7 +20,7 @@ class ParticipantPresence:
     """Announces a participant: frequently at first, then three times per lease duration.
 
     Attributes:
-        due: when to announce next.
+        due: time of the next announcement.
     """
 
     def __init__(self, settings: RtpsSettings, outbox: DatagramOutbox, now: float) -> None:

@@ -181,7 +181,7 @@ class ZenohEngine:
     def start(self, name: str, run: Callable[[], None]) -> None:
         thread = threading.Thread(target=run, name=f"zenoh {name}", daemon=True)
         thread.start()
-        with self._lock:  # only started threads, which `close` can join
+        with self._lock:  # after the start, because `close` can join only started threads
             self._threads = [each for each in self._threads if each.is_alive()] + [thread]
 
     def new_endpoint(
