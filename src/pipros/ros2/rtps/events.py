@@ -77,7 +77,7 @@ class OverLimit(NamedTuple):
 
 
 class Elsewhere(NamedTuple):
-    """A participant or an endpoint is ignored, because all its addresses are in other networks; see `Peer`."""
+    """A participant or endpoint is ignored, because all its addresses are in other networks; see `Peer`."""
 
     prefix: bytes
     host: str
