@@ -319,7 +319,7 @@ class ActionToRos2:
                 goal = self._find(info.goal)
                 if goal is None:
                     others.append((info, status))
-                elif not goal.ended_s and not status.has_ended:  # the result ends the goal
+                elif not goal.ended_s and not status.has_ended:  # a goal ends with its result
                     goal.status = TO_ROS1[status]
             self._others = others
         self._publish_status()

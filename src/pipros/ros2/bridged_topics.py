@@ -169,7 +169,7 @@ class TopicToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # not nodes that were never listed: they may be new
+        self._forget(self._publishing - now)  # keep nodes that were never listed: they may be new
         self._publishing = now
         is_wanted = self._is_latched or any(each.subscriber_count for each in list(self._publishers.values()))
         if is_wanted and self._subscriber is None:
@@ -184,7 +184,7 @@ class TopicToRos2:
         if self._subscriber is not None:
             total = self._subscriber.statistics()["dropped"]
             self.counts.overflow("", total, f"{self.route.ros1}: the gateway is too slow")
-        for caller, each in self._publishers.copy().items():  # a copy, because callbacks add to it
+        for caller, each in self._publishers.copy().items():  # a copy, because callbacks add publishers
             reason = f"{self.route.ros2}: a ROS 2 subscriber is too slow"
             self.counts.overflow(("to", caller), each.dropped, reason)
 

@@ -178,7 +178,7 @@ class Gateway:
         for (_, _, name), (_, each) in list(self._open.items()):
             try:
                 _update_open(each, graph.topics.get(name), found.publishers.get(name, ()))
-            except PiprosError as error:  # one error must not stop the others
+            except PiprosError as error:  # the others must still be updated
                 each.counts.fail(f"{name}: {error}")
 
     def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:

@@ -101,7 +101,7 @@ class Ros1Poller:
             if providers:
                 key = name, "", tuple(providers)
                 services[key] = name
-                if self._queries.answer(key) is None:  # the same servers keep their type
+                if self._queries.answer(key) is None:  # known types are kept
                     self._queries.ask(key, partial(self._service_type, name))
         self._queries.wait(_ANSWERS_S)
         self._queries.forget_all_but({*topics, *services})

@@ -87,7 +87,7 @@ class MappingRules:
 
     def actions_in_ros2(self, ros1: str, *, is_builtin: bool) -> list[str]:
         """Return the ROS 2 actions for a ROS 1 action, according to the built-in or the user's rules."""
-        # by identity, because a user's rule may equal a built-in one
+        # compare by identity, because a user's rule may equal a built-in one
         builtin = {id(each) for each in BUILTIN_RULES.actions}
         rules = [each for each in self.actions if (id(each) in builtin) is is_builtin]
         return list(dict.fromkeys(each.ros2 for each in rules if each.ros1 == ros1))
