@@ -6,7 +6,7 @@ The following modules use neither sockets nor a clock. In order, from bytes to s
     announcements, qos                  announcements of participants and endpoints, and which endpoints match
     writer, reader, incomplete, outbox  the two ends of a reliable or best-effort connection
     peers, connections, presence        other participants, matched endpoints, our own announcements
-    participant_core                    all of these: datagrams in, datagrams and events out
+    participant_core                    combines all of these, still without sockets
 
 `participant` adds sockets and threads; `topics`, `services` and `nodes` are its thread-safe interface, which
 `engine` adapts to the gateway. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2

@@ -1,4 +1,4 @@
-"""A participant without sockets: datagrams and the time in, datagrams and events out.
+"""A participant without sockets, which turns datagrams and the time into datagrams and events.
 
 Theory of operation. The participant announces itself repeatedly for as long as it exists (SPDP), so that
 participants find each other. Two built-in pairs of writers and readers (SEDP), which are reliable and keep

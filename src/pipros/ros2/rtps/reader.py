@@ -235,7 +235,7 @@ class Reader:
         samples that their history no longer contains.
         """
         early = writer.early
-        if end - writer.expected < len(early):  # fast for short GAPs, of which a datagram can contain thousands
+        if end - writer.expected < len(early):  # fast for short GAPs; a datagram can hold thousands of them
             arrived = [each for each in range(writer.expected, end) if each in early]
         else:
             arrived = sorted(each for each in early if each < end)
