@@ -191,7 +191,7 @@ class Authority:
 
 @contextlib.contextmanager
 def _writable_by_owner_only() -> Iterator[None]:
-    """In the block, new files and folders are writable only by their owner, regardless of the umask."""
+    """Make new files and folders in the block writable only by their owner, regardless of the umask."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:

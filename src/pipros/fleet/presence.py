@@ -14,7 +14,7 @@ RETURN_S: Final = 3.0
 
 
 class PresenceListener(Protocol):
-    """Methods that `Presence` calls."""
+    """Interface through which `Presence` reports changes."""
 
     def on_joined(self, token: Token) -> None:
         """Handle a member that has joined, or whose newest agent instance has changed."""

@@ -1,4 +1,4 @@
-"""A simple action server on a `Node`: one goal at a time, which a new goal replaces.
+"""A simple action server on a `Node`, which executes one goal at a time. A new goal replaces the current one.
 
 The status texts are those of actionlib. The thread that executes goals calls `accept` and the methods that
 end a goal; messages arrive in other threads.
