@@ -262,7 +262,7 @@ def test_long_lists_continue_with_the_cursor(make_node: MakeNode, assistant: Loc
 def test_without_a_master_the_answer_says_so() -> None:
     reply = LocalAssistant("http://127.0.0.1:1").call("list_topics")
     assert reply.is_error
-    assert reply.fields["error"] == "the master does not answer; the tool doctor finds the reason"
+    assert reply.fields["error"] == "the master does not answer; call the tool `doctor` to find the reason"
     assert LocalAssistant("http://127.0.0.1:1").call("doctor").fields["is_running"] is False
 
 

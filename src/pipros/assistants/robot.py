@@ -94,7 +94,7 @@ class RobotAccess:
                 yield client
         except Unreachable as error:
             raise ToolRefused(
-                "the master does not answer; the tool doctor finds the reason", str(error)
+                "the master does not answer; call the tool `doctor` to find the reason", str(error)
             ) from None
 
     def state(self, below: str = "/") -> tuple[SystemState, dict[str, str]]:

@@ -27,8 +27,8 @@ class CallTurns:
     """Runs calls that may block for minutes. Thread-safe; no method blocks.
 
     Each client may always run one call. Beyond these, the calls of all clients share `at_once` threads. A
-    client gets at most a quarter of them, and at most half of those that the other clients leave; its further
-    calls wait.
+    client gets at most a quarter of these threads, and at most half of the threads that the other clients
+    leave free; its further calls wait.
     """
 
     def __init__(self, name: str, at_once: int) -> None:

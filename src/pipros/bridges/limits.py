@@ -19,14 +19,14 @@ class BridgeLimits(NamedTuple):
         bridge_parsed_bytes: the approximate memory for a client's parsed message, and also for the requests
             of its pending service calls; a quarter of it for a client that may not change the system. In
             addition, the memory for a client's published messages that are kept for later subscribers.
-        bridge_asset_bytes: an asset that a Foxglove client fetches. All assets being sent may have twice this
-            size together.
+        bridge_asset_bytes: an asset that a Foxglove client fetches. All assets that are being sent may
+            together have twice this size.
         bridge_kept_bytes: the names and ids that a server stores for one client.
         bridge_client_bytes: everything that a server holds for one client: incomplete, parsed, queued and
             latched messages, names and ids. The sum of `bridge_queue_bytes` and three times
             `bridge_message_bytes` applies instead if it is larger.
         bridge_total_bytes: the same for all clients of a server together, besides 256 KiB per client. A
-            client receives at most half of what the others leave.
+            client may use at most half of the memory that the others leave.
         bridge_stall_s: the time after which a client that does not read from a full connection is
             disconnected.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.

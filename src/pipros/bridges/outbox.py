@@ -65,7 +65,7 @@ class ClientTraffic:
 class _Waiting:
     number: int  # position in the sequence of all messages and responses
     frames: Sequence[WebSocketFrame]
-    size: int  # with `frame_bytes` of each frame
+    size: int  # including `frame_bytes` per frame
     subscription: _Subscription | None = None  # None for responses
 
 
@@ -97,7 +97,7 @@ class ClientOutbox:
             limit_bytes: maximum size of the queue. An empty queue accepts one message of any size.
             wake: called in any thread when the outbox is no longer empty, or is overrun.
             budget: memory for the queue, beyond `UNCOUNTED_BYTES`.
-            frame_bytes: what a frame counts besides its data.
+            frame_bytes: number of bytes that are counted for a frame in addition to its data.
         """
         self.total = ClientTraffic()
         self.is_overrun = False
@@ -154,7 +154,7 @@ class ClientOutbox:
             self._wake()
 
     def hold(self, size: int) -> bool:
-        """Count data for the client that waits elsewhere until `let_go`. Return False if it does not fit."""
+        """Count data that waits elsewhere as queued, until `let_go`. Return False if it does not fit."""
         with self._lock:
             if self._is_closed or self._held_bytes + size > self._limit_bytes // 2 or not self._fits(size):
                 return False
@@ -163,7 +163,7 @@ class ClientOutbox:
             return True
 
     def let_go(self, size: int) -> None:
-        """Stop counting data; see `hold`."""
+        """Stop counting `size` bytes of data that `hold` has counted."""
         with self._lock:
             if self._is_closed:
                 return

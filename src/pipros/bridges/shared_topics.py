@@ -2,7 +2,7 @@
 
 The node shares its subscriptions, and passes latched messages to callbacks that are added later. This module
 adds four guarantees for bridges: subscribing never blocks, because a thread calls the master; a client that
-subscribes and unsubscribes often delays only itself, because that thread serves the clients in turns; all
+subscribes and unsubscribes often delays only itself, because that thread serves the clients in turn; all
 clients of a topic share one object per message, which includes the time of arrival; and a client that expects
 a type never receives messages of other types.
 """

@@ -1,7 +1,7 @@
 """Divide a server's memory and topics among its clients. Performs no I/O.
 
 If all clients shared a limit, one client could use up everything. Here, each client has its own share, and
-receives at most half of what the other clients leave. `close` gives back whatever a client still holds.
+may use at most half of what the other clients leave. `close` gives back whatever a client still holds.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ PATIENCE: Final = 1
 
 
 class ExceedsShare(LimitExceeded):
-    """A client exceeds its share again, after an error. It should be disconnected."""
+    """A client exceeds its share again, although it has received an error. It should be disconnected."""
 
 
 class TopicShares:
@@ -115,7 +115,7 @@ class Charge:
         return True
 
     def pass_to(self, budget: Budget, *, is_forced: bool = False) -> bool:
-        """Move the amount to another budget. Return False if too little is left there, unless forced."""
+        """Move the amount to another budget. Return False if it has too little left and not `is_forced`."""
         if is_forced:
             budget.charge(self._amount)
         elif not budget.take(self._amount):

@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class UnknownEncoding(RuntimeError):
-    """An encoding is unknown. The text equals Noetic's, because scripts compare it."""
+    """An encoding is unknown. The error text is the same as in Noetic, because scripts compare it."""
 
 
 class Color(Enum):

@@ -1,4 +1,4 @@
-"""Acts that a policy allows and a human approves, one by one, logged on `/pipros/acts`.
+"""Acts that a policy allows and a human approves. They are logged on `/pipros/acts`.
 
 This module serves clients that are not trusted with their own connection to ROS; `act_gate.py` serves the
 others.
@@ -39,7 +39,7 @@ T = TypeVar("T")
 
 
 class Caller(NamedTuple):
-    """A client during one call: its identity, and an event set when it disconnects or the call is over."""
+    """A client during one call: its identity, and an event that is set when it leaves or the call ends."""
 
     identity: Hashable
     over: threading.Event

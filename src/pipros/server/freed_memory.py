@@ -1,9 +1,9 @@
 """Return memory to the system after clients have left.
 
 Threads that parse large messages each get an arena from glibc's allocator. Each arena may keep as much memory
-as two of the largest messages need, and no call returns it. Therefore all threads share one arena, which
-costs little, because Python runs one thread at a time, and `malloc_trim` returns its free parts. Other
-systems lack such calls.
+as two of the largest messages need, and no function returns it to the system. Therefore, all threads share
+the main arena, whose free parts `malloc_trim` returns. Sharing costs little, because Python runs one thread
+at a time. Systems without glibc lack these functions.
 
 The objects of a client form reference cycles, which Python collects only after many new objects have been
 created.

@@ -3,7 +3,7 @@
 The server writes lines of JSON to the standard input: the message that stops each topic, and each act that
 starts a time limit. This process measures the time, on the monotonic clock. It publishes the stop when the
 limit has passed, and all pending stops when the input ends, for whatever reason. A stop is repeated, because
-a command that the server sent before may still be on its way over another connection.
+an earlier command from the server may arrive late over another connection.
 
 Each line has one of these values of `op`: `watch` adds a topic or a service with its stop, and is confirmed
 by a line with its key (for a topic, once its known subscribers have connected); `arm` starts or restarts a
@@ -61,10 +61,10 @@ class Stops:
         self._stops: dict[tuple[str, str], Stop] = {}
 
     def arm(self, key: str, identity: str, message: Any, due_s: float) -> None:
-        """Schedule a message, which replaces an earlier one for the same topic.
+        """Schedule a stop. It replaces a pending stop for the same topic or service.
 
-        One for the same goal id remains as it is: servers ignore a goal that they already have, so a client
-        that sends it again must not postpone its end.
+        A pending stop for the same goal id is not replaced: action servers ignore a goal that they already
+        have, so a client that sends the goal again must not postpone its cancellation.
         """
         if identity and (key, identity) in self._stops:
             return
@@ -118,7 +118,7 @@ class ServiceStop:
             self._is_calling.release()
 
     def finish(self) -> None:
-        """Wait for the end of a running call."""
+        """Wait up to `ENDING_S` for a running call to end."""
         self._is_calling.acquire(timeout=ENDING_S)
 
 

@@ -1,9 +1,9 @@
 """A private file that redirects a browser to an address that other users must not see.
 
-Every user can read command lines, so an address with a code must not appear in one. A file of mode 0600 in a
-folder of mode 0700 passes it on instead. Browsers from a snap or a Flatpak can read neither the system's
-temporary folder nor hidden folders below HOME. A snap may read the other folders below HOME, and a Flatpak
-the folder for downloads, so the file is created in one of these folders.
+Every user can read command lines, so they must not contain an address with a code. Instead, they name a file
+of mode 0600 in a folder of mode 0700, which contains the address. Browsers from a snap or a Flatpak can read
+neither the system's temporary folder nor hidden folders below HOME. A snap may read the other folders below
+HOME, and a Flatpak the folder for downloads, so the file is created in one of these folders.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ READY_S: Final = 20.0
 
 
 def key_of(rule: ActRule) -> str:
-    """Return the key of a rule's stop in the process: the topic, or the service with `CALL`."""
+    """Return the guardian process's key for a rule's stop: the topic, or `CALL` and the service."""
     return f"{CALL}{rule.name}" if rule.kind is ActKind.SERVICE else rule.stop_topic
 
 
@@ -103,7 +103,7 @@ class StopGuardian:
                 self._send({"op": "disarm", "key": key, "id": ""})
 
     def left(self, key: str, client: object) -> bool:
-        """Stop what a client has started on a topic, because the client leaves. Return whether it had."""
+        """Stop what a departing client has started on a topic. Return whether there was anything to stop."""
         with self._changed:
             started = [each for each, who in self._pending.items() if who is client and each[0] == key]
             for found, identity in started:

@@ -49,7 +49,7 @@ def simulated_robot(environment: Environment) -> Iterator[Environment]:
 
 
 def _wait_for(topic: str, environment: Environment, process: LimitedProcess) -> None:
-    """Wait until a topic is published. Raise `PiprosError` if the process ends or `START_S` passes before."""
+    """Wait until a topic is published. Raise `PiprosError` if the process ends first, or after `START_S`."""
     end_s = time.monotonic() + START_S
     while time.monotonic() < end_s and process.is_running:
         with suppress(PiprosError), GraphClient("practice", environment, timeout_s=1.0) as client:

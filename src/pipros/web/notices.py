@@ -45,7 +45,10 @@ class Notices:
         self._failing: dict[tuple[Kind, str], str] = {}
 
     def note_stale(self, kind: Kind, ages_s: Mapping[str, float], now_s: float) -> None:
-        """Note sources of a kind that became stale or recovered. `ages_s` has the stale sources' ages."""
+        """Note which sources of a kind have become stale or recovered.
+
+        `ages_s` contains the ages of all stale sources of this kind.
+        """
         before = {name for of_kind, name in self._stale if of_kind == kind}
         for name in sorted(ages_s.keys() - before):
             self._stale[kind, name] = now_s - ages_s[name]
@@ -60,7 +63,10 @@ class Notices:
             self._stale.pop((kind, name), None)
 
     def note_failing(self, kind: Kind, texts: Mapping[str, str], now_s: float) -> None:
-        """Note an error for each source of a kind that has begun to fail. `texts` are the reasons."""
+        """Note an error for each source that has begun to fail.
+
+        `texts` contains the reasons for all sources of this kind that are failing now.
+        """
         before = {name for of_kind, name in self._failing if of_kind == kind}
         for name in sorted(texts.keys() - before):
             self._failing[kind, name] = texts[name]
@@ -85,5 +91,5 @@ class Notices:
         return recent[::-1]
 
     def stale(self) -> list[tuple[Kind, str, float]]:
-        """Return the kind and name of each stale source, and the time of its last data; the newest first."""
+        """Return the kind and name of each stale source, and the time of its last data, newest first."""
         return sorted(((*key, since_s) for key, since_s in self._stale.items()), key=lambda each: -each[2])

@@ -1,6 +1,6 @@
 """Decide whether data is stale, because regular messages, transforms or reports have stopped.
 
-This is decided only here and, for messages that the browser receives, in `page/stale.js`.
+Only this module and, for messages that the browser receives, `page/stale.js` make this decision.
 """
 
 from __future__ import annotations

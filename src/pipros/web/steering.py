@@ -21,7 +21,7 @@ ZERO = Velocity()
 
 
 class VelocityCommands:
-    """Selects the velocity to publish: the last command or, once that is zero or too old, a single zero."""
+    """Selects the velocity to publish: the last command or, once it is zero or too old, a single zero."""
 
     def __init__(self, limit: Velocity) -> None:
         """Limit the absolute value of each component to `limit`."""

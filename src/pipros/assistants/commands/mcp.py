@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `pipros mcp approve`, or serve until the client disconnects or Ctrl-C. Return the exit code."""
+    """Run `pipros mcp approve`, or serve until the client leaves or Ctrl-C. Return the exit code."""
     parser = ArgumentParser(
         prog="pipros mcp",
         description="Serves assistants (Model Context Protocol) with tools that read the running system and "
@@ -116,7 +116,7 @@ def _serve(options: Namespace) -> int:
 
 
 def _acts(policy: str, robot: RobotAccess, environment: Environment) -> ApprovedActs:
-    """Return the acts that a policy allows, and make it possible to approve them in other programs."""
+    """Return the acts that a policy allows. Other programs can approve them from now on."""
     from pipros.policy.policy_file import read_policy
     from pipros.server.approved_acts import ActLimits, ApprovedActs
 

@@ -416,7 +416,7 @@ class FoxgloveSession:
         self._bridge.watch_parameters()
 
     async def _fetch_asset(self, request: FetchAsset) -> None:
-        """Send an asset. It is read after all earlier responses have been sent, so only one is in memory."""
+        """Send an asset. Assets are read one at a time, after all earlier responses have been sent."""
         if self._open_assets >= OPEN_ASSETS:
             text = f"{OPEN_ASSETS} asset requests are pending; wait until one ends"
             self._client.send(frames.asset_failure(request.request, text))

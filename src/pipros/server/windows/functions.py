@@ -45,7 +45,7 @@ class WindowFunctions:
         self._open(winname)
 
     def imshow(self, winname: str, mat: Any) -> None:
-        """Show an image, converted to 8 bits with the same scale as OpenCV."""
+        """Show an image, converted to 8 bits with the same scaling as in OpenCV."""
         image = self._in_8_bits(mat)
         window = self._open(winname)
         with self._windows.lock:

@@ -140,7 +140,7 @@ class RecentMessages:
 
 
 class Recording(BagReader):
-    """Reader of messages in memory. The recording ends at the time when it was taken.
+    """Reader of messages in memory. The recording ends at the time of its creation.
 
     Args:
         messages: sorted by time.

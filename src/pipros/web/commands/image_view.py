@@ -14,7 +14,9 @@ NOT_REMAPPED = "image_view: topic 'image' has not been remapped; type image_view
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Serve the page with the topic that `image` is remapped to, until Ctrl-C. Return the exit code.
+    """Show images on the page until Ctrl-C. Return the exit code.
+
+    The topic is the name to which `image` is remapped.
 
     The argument `compressed`, or `_image_transport:=compressed`, selects the compressed topic.
     """

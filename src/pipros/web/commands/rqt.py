@@ -21,8 +21,9 @@ Main = Callable[[Sequence[str] | None], int]
 def _tool(
     name: str, tab: str, argument: str = "", *, max_arguments: int | None = 1, change: str = ""
 ) -> Main:
-    """Return a command that opens a tab. `argument` describes its arguments, and is empty if it takes none.
+    """Return a command that opens a tab.
 
+    `argument` describes the command's arguments, and is empty if the command takes none.
     `max_arguments` is the maximum number of arguments; None for no limit.
 
     `change` is the view or action that the page may use on loopback even without `--control`; see

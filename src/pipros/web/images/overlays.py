@@ -36,8 +36,8 @@ Lines = Iterator[tuple[Vector, Vector]]
 def detection_shapes(message: Any) -> list[Shape]:
     """Return the boxes and best results of a `Detection2DArray`.
 
-    The fields are read by the names of the publisher's definition, which differ between releases of
-    vision_msgs: `bbox.center.x` or `bbox.center.position.x`, and `results[].id` or
+    The fields have the names in the publisher's definition, which differ between releases of vision_msgs:
+    `bbox.center.x` or `bbox.center.position.x`, and `results[].id` or
     `results[].hypothesis.class_id`.
 
     Raises:
@@ -76,7 +76,7 @@ def _result_text(detection: Any) -> str:
 
 
 class OverlayMarkers:
-    """The current markers of a topic. Beyond `MAX_MARKERS`, new ones are left out."""
+    """The current markers of a topic. If there are already `MAX_MARKERS`, new markers are ignored."""
 
     def __init__(self) -> None:
         self._markers: dict[tuple[str, int], tuple[Any, float]] = {}

@@ -31,7 +31,7 @@ class SceneFile:
             self.load(path)
 
     def load(self, path: Path) -> None:
-        """Read a file, and make it the one to which `save` writes.
+        """Read a file. From now on, `save` writes to this file.
 
         Raises:
             RvizFileError: the file is not an rviz configuration.

@@ -117,7 +117,7 @@ class PendingMessages:
             return list(self._messages)
 
     def pop_all(self) -> tuple[list[tuple[AnyMsg, float]], int]:
-        """Return the messages added since the last call, and the number of lost ones; 0 if `limit` is 1."""
+        """Return the messages added since the last call, and how many were lost (0 if `limit` is 1)."""
         with self._lock:
             found, lost = list(self._messages), self._lost
             self._messages.clear()

@@ -165,10 +165,11 @@ class BagViews:
                 await asyncio.sleep(STATE_INTERVAL_S)
 
     async def rewind(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Watch the `KEPT_TOPICS` that are published. Yield how much of the past is recorded: `seconds` and
-        `bytes`, of at most `span` seconds. If nothing is recorded, yield `{"span": 0}` and end.
+        """Watch the `KEPT_TOPICS` that are published. Yield the duration and size of the recorded
+        messages (`seconds` and `bytes`), and the maximum duration (`span`, in seconds). If the page does not
+        record messages, yield `{"span": 0}` and end.
 
-        After the last browser has left, the past is kept for another `span` seconds, and then dropped.
+        After the last browser has left, the messages are kept for another `span` seconds, and then dropped.
         """
         recent = self._system.recent
         if recent is None:
@@ -251,7 +252,7 @@ class BagViews:
             yield {"marks": piece["samples"], "lost": piece["lost"]}
 
     async def bag_events(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the `marks` of the bag that this browser has opened, in pieces; then its `notes`, at once and
+        """Yield the `marks` of the bag that this browser has opened, in pieces; then its `notes`, and again
         after each change. See `BagMarks` and `BagNotes`.
         """
         read, work = self._source(arguments), self._system.computations.run

@@ -253,7 +253,7 @@ def key_values(key: Key) -> Mapping[str, str]:
 def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[float] | None]:
     """Return each edge's messages and bytes per second, and its last message's age (s) if the edge is stale.
 
-    The age is 0 for other edges. Edges with unknown traffic have None.
+    The age is 0 for other edges. The value of an edge with unknown traffic is None.
     """
     sums: dict[tuple[Key, Key, str], list[float]] = {}
     for connection, traffic in observation.connections.items():

@@ -88,8 +88,9 @@ class ImageViews:
         """Yield a topic's shapes, to draw over the images of the topic `image`, and an error (may be empty).
 
         The shapes are a list of dictionaries with `stamp` (ns) and `shapes`, in pixels of the image. There is
-        one dictionary for each `Detection2DArray` since the last value. For markers, there is a single one,
-        with the stamp 0; they are projected with the image's `camera_info` and the newest transforms.
+        one dictionary for each `Detection2DArray` since the last value. For markers, there is a single
+        dictionary with the stamp 0, and they are projected with the image's `camera_info` and the newest
+        transforms.
         """
         image = topic_name({"name": arguments.get("image")})
         with self._system.topics.watch(topic_name(arguments)) as watch, contextlib.ExitStack() as stack:
@@ -181,7 +182,7 @@ def _unstamped(shapes: Sequence[Mapping[str, Any]], error: str) -> Mapping[str, 
 
 
 def info_topic(image: str, types: Mapping[str, str]) -> str:
-    """Return an image's CameraInfo topic: in the image's namespace, or one level up (for a transport)."""
+    """Return an image's CameraInfo topic: in its namespace, or one level up for `…/compressed`."""
     parent = image.rpartition("/")[0]
     base = parent.rpartition("/")[0]
     names = (f"{parent}/camera_info", f"{base}/camera_info")
