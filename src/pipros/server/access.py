@@ -52,8 +52,8 @@ class Access:
     def check_origin(self, origin: str | None, host: str | None) -> None:
         """Raise `Denied` unless an `Origin` header has this server's scheme, and passes `check_host`.
 
-        An address must also be that in the request's `Host` header. Otherwise, a site that is opened by its
-        address and listens on the same port could connect.
+        An IP address must also equal the address in the request's `Host` header. Otherwise, a site that is
+        opened by its IP address and listens on the same port could connect.
         """
         try:
             parts = urlsplit(origin or "")
@@ -66,7 +66,7 @@ class Access:
             raise Denied(f"Pages from {origin} may not connect to {host or 'this server'}.")
 
     def _own_name(self, host: str | None) -> str:
-        """Return the name in a `Host` header. Raise `Denied` if `check_host` does."""
+        """Return the name in a `Host` header; see `check_host`."""
         found = _HOST.fullmatch(host or "")
         name = found["name"].lower() if found else ""
         port = (found["port"] if found else None) or ("443" if self.is_secure else "80")

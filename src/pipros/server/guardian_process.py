@@ -1,7 +1,7 @@
 """Process that stops robots if their clients' server cannot, because it was killed, hangs or is cut off.
 
-The server writes lines of JSON to the standard input: the message that stops each topic, and each act that
-starts a time limit. This process measures the time, on the monotonic clock. It publishes the stop when the
+The server writes lines of JSON to the standard input: the messages that stop topics and services, and the
+acts that start time limits. This process measures the time, on the monotonic clock. It publishes the stop when the
 limit has passed, and all pending stops when the input ends, for whatever reason. A stop is repeated, because
 an earlier command from the server may arrive late over another connection.
 
@@ -51,9 +51,9 @@ class Stop:
 
 
 class Stops:
-    """Pending stops, keyed by topic and, for goals, by id. Performs no I/O.
+    """Pending stops, by topic or service and, for goals, by id. Not thread-safe; performs no I/O.
 
-    `publish` sends a message on a topic. Not thread-safe.
+    `publish` publishes a message on a topic, or calls a service with it.
     """
 
     def __init__(self, publish: Callable[[str, Any], object]) -> None:

@@ -104,7 +104,7 @@ class LimitedProcesses:
             return self._started
 
     def get(self, number: int) -> LimitedProcess | None:
-        """Return a program that is running or has ended since the last start, or None."""
+        """Return the program with this number, or None if `start` has forgotten it or never returned it."""
         with self._lock:
             return self._found.get(number, ("", None))[1]
 

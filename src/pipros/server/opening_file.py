@@ -34,7 +34,7 @@ class OpeningFile:
         """Write the file.
 
         Raises:
-            OSError: no folder can be written.
+            OSError: the file cannot be created.
         """
         self._folder = _new_folder(variables)
         self.path = self._folder / "open.html"

@@ -62,7 +62,7 @@ class Secret:
         raise Denied("The token is missing or wrong. Open the address that the server printed.")
 
     def check_authorization(self, header: str | None) -> None:
-        """Raise `Denied` unless the value of an `Authorization` header is `Bearer` and the token."""
+        """Raise `Denied` unless an `Authorization` header consists of `Bearer` and a valid token."""
         scheme, _, value = (header or "").partition(" ")
         if scheme.lower() != "bearer" or not self.is_token(value.strip()):
             raise Denied(

@@ -1,4 +1,4 @@
-"""`rqt_robot_steering`: sliders for the linear and angular velocity of a robot, published on `/cmd_vel`."""
+"""`rqt_robot_steering`: sliders for a robot's linear and angular velocity, by default on `/cmd_vel`."""
 
 from __future__ import annotations
 

@@ -142,10 +142,10 @@ class BagTopics(TopicWatches):
 
     @contextlib.contextmanager
     def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
-        """Watch a topic of the recording.
+        """Watch a topic of the bag.
 
         Raises:
-            RequestRefused: the topic was not recorded.
+            RequestRefused: `recorded` does not contain the topic.
         """
         if self._recorded is not None and topic not in self._recorded:
             raise not_recorded(topic)

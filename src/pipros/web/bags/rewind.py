@@ -33,7 +33,7 @@ OVERHEAD_BYTES: Final = 300
 
 @dataclass(slots=True)
 class _Source:
-    """A connection, the key that identifies it, its size in bytes, and its number of messages."""
+    """A connection, the key that identifies it, the size of its header, and its number of messages."""
 
     key: tuple[str, ...]
     connection: Connection
