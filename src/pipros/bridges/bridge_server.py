@@ -334,9 +334,9 @@ class BridgeServer:
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.
 
-        It is chosen from the unused clients (see `Session.is_unused`) or, if there are none, from the clients
-        of an address that has more than half of all clients, unless the new client has the same address.
-        Return whether there is room now.
+        The client is chosen from the unused clients (see `Session.is_unused`) or, if there are none, from the
+        clients of an address that has more than half of all clients, unless the new client has the same
+        address. Return whether there is room now.
         """
         by_silence = sorted(self._clients, key=lambda client: client.active_s)
         hosts = Counter(client.host for client in by_silence)

@@ -105,7 +105,7 @@ class BridgeConnection(PortConnection):
             self.transport.set_write_buffer_limits(high=0)
 
     def enter(self, shares: ClientShares) -> None:
-        """Admit a client of a bridge. When the connection is lost, its shares are given back."""
+        """Admit a client of a bridge. When the connection is lost, the client's shares are given back."""
         self.shares = shares
         self.admit(shares.input, shares.message_bytes)
 

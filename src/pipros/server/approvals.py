@@ -2,8 +2,8 @@
 
 Theory of operation. The program that acts has an `Approvals`, whose `wait` blocks until a human has answered.
 Other programs list the waiting acts and answer them through `net/local_requests.py`. The operating system
-identifies their user, so only programs of this user and root can answer. Approving acts over ROS is
-not possible. Requests and responses:
+identifies their user, so only programs of this user and root can answer. Approving acts over ROS is not
+possible. Requests and responses:
 
     {"do": "list"}                                     {"master": …, "waiting": […], "acts": […]}
     {"do": "answer", "id": …, "verdict": "once"}       {}

@@ -1,9 +1,9 @@
 """Process that stops robots if their clients' server cannot, because it was killed, hangs or is cut off.
 
 The server writes lines of JSON to the standard input: the messages that stop topics and services, and the
-acts that start time limits. This process measures the time, on the monotonic clock. It publishes the stop when the
-limit has passed, and all pending stops when the input ends, for whatever reason. A stop is repeated, because
-an earlier command from the server may arrive late over another connection.
+acts that start time limits. This process measures the time, on the monotonic clock. It publishes a stop when
+its time limit has passed, and all pending stops when the input ends, for whatever reason. A stop is repeated,
+because an earlier command from the server may arrive late over another connection.
 
 Each line has one of these values of `op`: `watch` adds a topic or a service with its stop, and is confirmed
 by a line with its key (for a topic, once its known subscribers have connected); `arm` starts or restarts a

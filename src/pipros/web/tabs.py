@@ -1,7 +1,7 @@
 """The server side of the page's tabs: views, actions, and which of them change the system.
 
-The browser requests these lists with the action `about`. If a browser has opened a bag, its views of messages
-(`of_messages`) show the bag; all other views show the running system.
+The action `about` sends `CHANGING`, `CONTROLS` and `OF_MESSAGES` to the browser. If a browser has opened a
+bag, its views and actions in `OF_MESSAGES` show the bag; all others show the running system.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Tab:
         views, actions: its methods, by the names that browsers use.
         changing: the views and actions that change the system, with their effects, such as `send goals`.
         of_messages: the views and actions that show messages, either of the system or of a bag.
-        controls: for tabs of the page, by name, the view or action in `changing` that the tab's controls use.
+        controls: the view or action in `changing` that the tab's controls use, by the tab's name on the page.
     """
 
     make: Callable[[PageContext], Any]

@@ -46,7 +46,7 @@ class WatchedSystem:
         node: the page's own node, which is registered with its first subscription.
         gate: allows or refuses the browsers' acts.
         topics: watched topics.
-        recent: the last minute of all watched topics; None if it is not recorded.
+        recent: the recent messages of all watched topics; None if they are not recorded.
         calls: service calls from browsers.
         questions: threads for calls to the master and to the nodes' APIs.
         computations: threads that decode and draw.
@@ -113,7 +113,7 @@ class WatchedSystem:
         return time.time()
 
     def shared(self, make: Callable[..., AbstractContextManager[T]], *arguments: Hashable) -> Shared[T]:
-        """Return the value that `make(system, *arguments)` creates. All views share it."""
+        """Return the value that `make(system, *arguments)` creates. Calls with equal arguments share it."""
         key = make, arguments
         return self._shared.setdefault(key, Shared(lambda: make(self, *arguments)))
 

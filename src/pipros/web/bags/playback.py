@@ -124,8 +124,8 @@ class BagSystem(WatchedSystem):
 class BagTopics(TopicWatches):
     """Watched topics whose messages are provided by a playback.
 
-    `on_change` is called after a topic has been added or removed. `recorded` contains the topics
-    that can be watched; None for all.
+    `on_change` is called after a topic has been added or removed. `recorded` contains the topics that can be
+    watched; None for all.
     """
 
     def __init__(

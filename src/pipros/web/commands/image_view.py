@@ -14,11 +14,10 @@ NOT_REMAPPED = "image_view: topic 'image' has not been remapped; type image_view
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Show images on the page until Ctrl-C. Return the exit code.
+    """Show a topic's images on the page until Ctrl-C. Return the exit code.
 
-    The topic is the name to which `image` is remapped.
-
-    The argument `compressed`, or `_image_transport:=compressed`, selects the compressed topic.
+    The topic is the name to which `image` is remapped. An argument such as `compressed`, or
+    `_image_transport:=compressed`, selects the topic of this transport.
     """
     arguments = parse_arguments(list(sys.argv[1:] if argv is None else argv))
     words = list(arguments.rest)

@@ -44,8 +44,9 @@ def page_parser(name: str, usage: str) -> OptionParser:
 def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int:
     """Open the page at a tab, and serve the page until Ctrl-C.
 
-    `more` are additional fields of `PageOptions`. `usual` is the kind of change for which the command is
-    intended. On loopback, the page may make such changes without `--control`.
+    `more` contains additional fields of `PageOptions`. `usual` is the view or action in `CHANGING` for which
+    the command is intended. On loopback, the page may use it without `--control`, unless `--read-only` is
+    set.
     """
     from pipros.web.serve_page import PageOptions, serve_page
     from pipros.web.tabs import CHANGING

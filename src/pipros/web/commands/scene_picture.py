@@ -49,9 +49,10 @@ def save_picture(
 ) -> tuple[list[str], list[str]]:
     """Write the scene that `rviz` shows with these arguments as a PNG.
 
-    Return all statuses other than OK, and a list of missing parts: meshes that are not loaded, and enabled
-    displays without a message. Each list has at most 100 entries. The picture is taken as soon as nothing is
-    missing, all displays are OK and two pictures in a row are equal, or `timeout_s` after the first picture.
+    Return the displays' statuses other than OK, and the missing parts: meshes that are not loaded, and
+    enabled displays without a message. Each list has at most 100 entries. The picture is taken as soon as
+    nothing is missing, all displays are OK and two pictures in a row are equal, or `timeout_s` after the
+    first picture.
 
     Raises:
         CommandError: Chromium is not installed, Chromium or the server does not start, the file cannot be

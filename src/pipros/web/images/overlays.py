@@ -37,8 +37,7 @@ def detection_shapes(message: Any) -> list[Shape]:
     """Return the boxes and best results of a `Detection2DArray`.
 
     The fields have the names in the publisher's definition, which differ between releases of vision_msgs:
-    `bbox.center.x` or `bbox.center.position.x`, and `results[].id` or
-    `results[].hypothesis.class_id`.
+    `bbox.center.x` or `bbox.center.position.x`, and `results[].id` or `results[].hypothesis.class_id`.
 
     Raises:
         AttributeError: the definition has neither.

@@ -85,7 +85,7 @@ class SceneTopic:
 
 
 class PendingMessages:
-    """Messages for one browser, limited in number and in bytes. The oldest are dropped."""
+    """Messages for one browser. Beyond a limit in number or in bytes, the oldest are dropped."""
 
     def __init__(self, limit: int) -> None:
         self._lock = threading.Lock()

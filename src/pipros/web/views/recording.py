@@ -30,9 +30,9 @@ class RecordingViews:
         self._recording = recording
 
     async def recording(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the running system's topics, the free space, and the current or last recording.
+        """Yield the running system's topics, the space for a recording, and the current or last recording.
 
-        The space for a recording (bytes) is None if the page has no bag folder.
+        The space is in bytes, or None if the page has no bag folder.
         """
         recording = self._recording
         observations = self._system.observations()
