@@ -111,13 +111,13 @@ class FoxgloveHandler:
         self._session_id = secrets.token_hex(8)
 
     def start(self) -> None:
-        """Start the threads."""
+        """Start the threads, and subscribe to `/clock` if time is simulated."""
         self._graph_watch.start()
         if isinstance(self.node.clock, SimulatedClock):
             self.topics.take("/clock", "rosgraph_msgs/Clock", self._on_clock)
 
     def close(self) -> None:
-        """Stop the threads."""
+        """Stop the threads, close the gate, and interrupt pending calls."""
         self.gate.close()
         self._graph_watch.close()
         self._parameter_watch.close()
@@ -163,7 +163,7 @@ class FoxgloveHandler:
         return is_allowed(name, self._rules.parameters)
 
     def correct(self, topic: str, header: Mapping[str, str]) -> None:
-        """Replace a topic's definition with the one from a publisher's header. Called in a link's thread."""
+        """Replace a topic's definition by that in a publisher's header. Called in a link's thread."""
         if self._definitions.correct(topic, header):
             self._graph_watch.set_needed(True)
 

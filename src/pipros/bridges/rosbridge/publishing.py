@@ -74,7 +74,7 @@ class SharedPublishers:
         queue_size: int,
         shares: ClientShares,
     ) -> None:
-        """Advertise a topic (a global name) for a client. Kept messages count against its shares.
+        """Advertise a topic (a global name) for a client. Kept messages count against the client's shares.
 
         Raises:
             ActRefused: the policy does not allow the topic.
@@ -223,7 +223,7 @@ class _SharedPublisher:
             before.unregister()
 
     def publish(self, message: Any, shares: ClientShares, end_parsing: Callable[[], int]) -> None:
-        """Publish a message, or queue it until there is a subscriber. The order is kept."""
+        """Publish a message, or queue it until there is a subscriber. Messages stay in order."""
         with self._lock:
             has_to_wait = self._early or not self._publisher.connection_count
             is_early = bool(has_to_wait) and time.monotonic() < self._early_until_s

@@ -26,7 +26,8 @@ class TopicStream:
 
     With `throttle_s`, at most one message is sent per interval. Of the messages that arrive before the
     interval is over, the newest `queue_length` are queued and the others are dropped. Queued messages count
-    as part of the client's queue; if it has no room left, only the newest message is kept. """
+    as part of the client's queue; if it has no room left, only the newest message is kept.
+    """
 
     # A client may have thousands of these objects.
     __slots__ = (

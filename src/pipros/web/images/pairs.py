@@ -26,7 +26,7 @@ class ImagePairs:
     """Matches images like Noetic's `ApproximateTimeSynchronizer`. Images are added by the links' threads.
 
     Attributes:
-        newest: number of pairs so far, and the newest one; None before the first.
+        newest: number of pairs so far, and the newest pair; None before the first pair.
     """
 
     def __init__(self) -> None:

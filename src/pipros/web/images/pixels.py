@@ -23,7 +23,7 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[str, Any], bytes]:
-    """Encode a `sensor_msgs/Image` or `CompressedImage` for the browser: a header, and the pixels.
+    """Encode a `sensor_msgs/Image` or `CompressedImage` for the browser. Return a header and the pixels.
 
     Raises:
         RequestRefused: the encoding is unknown, or pixels are missing.

@@ -35,7 +35,7 @@ class KnownTopic:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[None]:
-        """Pass on messages within the context, beginning as `TopicWatch.listening` does for `from_newest`."""
+        """Pass messages to `take` within the context; see `TopicWatch.listening` with `from_newest`."""
         with self._watch.listening(self._add, from_newest=True):
             yield
 

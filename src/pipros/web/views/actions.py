@@ -108,7 +108,7 @@ class ActionViews:
             withdraw(self._system, advertised)
 
     async def _publish(self, topic: str, message_class: Any, message: Any) -> Future[Any]:
-        """Publish one message as soon as all known subscribers have connected. Return the publisher.
+        """Publish one message as soon as all known subscribers have connected. Return its publisher's future.
 
         If only some have connected after `CONNECTING_S`, publish it then; if none, raise `RequestRefused`.
         """

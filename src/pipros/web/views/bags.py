@@ -110,7 +110,7 @@ class BagViews:
             await asyncio.sleep(LIST_INTERVAL_S)
 
     async def bag(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Open a bag. Yield the progress, then its tracks, and then each change of the playback's state.
+        """Open a bag. Yield the progress, then the bag's tracks, and then each new state of the playback.
 
         Until this view is closed, the browser's other views show the bag at its current moment. With the
         argument `rewind`, the bag is the last minute of the running system.
