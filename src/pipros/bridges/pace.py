@@ -67,10 +67,9 @@ class ReadPace:
         self._noted_s = clock()
 
     def delay_s(self, size: int, worked_s: float = 0.0) -> float:
-        """Count a message of `size` bytes.
+        """Count a message of `size` bytes. Return the delay (s), 0.0 if the client stays within the limits.
 
-        `worked_s` is the processor time that all messages of the client have taken so far. Return the delay
-        in seconds; 0.0 if the client stays within the limits.
+        `worked_s` is the processor time that all messages of the client have taken so far.
         """
         now_s = self._clock()
         earliest_s = now_s - BURST_S

@@ -50,7 +50,7 @@ class TcpInput:
         return await self._read(CHUNK_BYTES, incomplete_bytes)
 
     async def read_all(self, count: int) -> bytes:
-        """Return exactly `count` bytes, or none at the end of the stream.
+        """Return exactly `count` bytes, or no bytes if the stream ends earlier.
 
         The bytes count against the client's share of memory until `end_message`.
 

@@ -33,8 +33,8 @@ class CheckViews:
     async def why_no_data(self, arguments: Mapping[str, Any]) -> Any:
         """Return the steps up to the first that fails, as `pipros doctor TOPIC --json` prints them.
 
-        A check takes `WAIT_S`, and a few seconds more if nodes do not answer. Browsers that request a check of
-        the same topic meanwhile share it.
+        A check takes `WAIT_S`, and a few seconds more if nodes do not answer. Browsers that request the same
+        topic meanwhile share the check.
 
         Raises:
             RequestRefused: too many checks run, or the master does not answer.

@@ -60,7 +60,8 @@ class ImageViews:
         """Yield the newest pair of images of two topics, up to ten times a second.
 
         A pair is a JSON header with the sizes in bytes of both images and the difference of their timestamps
-        (s, the second's minus the first's), a newline, and the images as `image` yields them.
+        (s, the second's minus the first's), a newline, and the images as `image` yields them. After
+        `UNMATCHED_S` without a pair, yield the numbers of images received on both topics instead.
         """
         pairs = ImagePairs()
         with (

@@ -336,7 +336,7 @@ def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes
     Files in the same folders, such as a mesh's materials, can also be read.
 
     Raises:
-        RequestRefused: no file in this folder is named by a description, or the file has another type or is
+        RequestRefused: no robot description names a file in this folder, or the file has another type or is
             unreadable.
     """
     path = Path(unquote(uri.removeprefix(FILE)))
