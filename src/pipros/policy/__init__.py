@@ -1,1 +1,1 @@
-"""Policies, which define what a server's clients may do: read them from files, and apply them to acts."""
+"""Read policies, which define what a server's clients may do, and apply them to the clients' acts."""

@@ -53,7 +53,7 @@ def members(node: Node) -> list[str]:
 
 
 class Lockstep:
-    """The simulator's side. Not thread-safe."""
+    """The simulator's side of the lockstep. Not thread-safe."""
 
     def __init__(self, node: Node, names: list[str], log: logging.Logger) -> None:
         self._node, self._log = node, log
@@ -105,7 +105,10 @@ class Lockstep:
         return missing
 
     def settle(self, now: Time, *, has_scans: bool) -> bool:
-        """Call the members that may have work to do. Return whether one of them requires the time to stop."""
+        """Call the members that may have work to do, and wait until their messages have been handled.
+
+        Return whether one of the members requires the time to stop.
+        """
         due = [name for name in self._clients if has_scans or self._due_ns[name] <= in_ns(now)]
         if not due:
             return False

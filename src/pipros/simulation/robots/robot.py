@@ -36,7 +36,7 @@ class SimulatedRobot:
         self.reset()
 
     def reset(self) -> None:
-        """Move back to the starting pose, with a full battery and a restarted noise sequence."""
+        """Move back to the starting pose, reset the odometry and battery, and restart the noise sequence."""
         self.battery = Battery(self.settings.battery)
         self.random = np.random.default_rng(self._seed)
         self.odometry = Pose()

@@ -113,7 +113,8 @@ class RobotsNode:
         """Advance the time without moving anything until all members are ready. Return False at shutdown.
 
         Time must advance, because starting nodes wait for transforms. The lockstep begins at a multiple of
-        `START_STEPS`, so that timestamps are repeatable: at the first one unless a member starts very slowly.
+        `START_STEPS`, so that timestamps are repeatable: at the first multiple unless a member starts very
+        slowly.
         """
         missing = [""]
         while missing or self.simulation.steps % START_STEPS:

@@ -83,7 +83,7 @@ class SimPage:
             robot.command(linear, angular, simulation.time_s)
 
     async def reset(self, _: Mapping[str, Any]) -> None:
-        """Move all robots back to their starting poses."""
+        """Move all robots and obstacles back to their starting poses."""
         with self._robots.lock:
             self._robots.simulation.reset()
 

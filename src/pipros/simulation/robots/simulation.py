@@ -1,6 +1,7 @@
 """Robots in a world, step by step in simulated time. This module reads no clock and performs no I/O.
 
-The same settings, seed and commands (at the same steps) produce the same trace, regardless of the scans.
+The same settings, seed and commands (at the same steps) produce the same trace, whichever scans are
+requested.
 """
 
 from __future__ import annotations
@@ -111,7 +112,7 @@ class Simulation:
     def _is_blocked(self, robot: SimulatedRobot, pose: Pose) -> bool:
         """Return True if a robot must not move to `pose`.
 
-        It may touch neither a wall nor an obstacle, and may only move away from a robot that it touches.
+        A robot may touch neither a wall nor an obstacle, and may only move away from a robot that it touches.
         """
         if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
             return True

@@ -55,7 +55,7 @@ def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
     """Return the walls and the robots of a world file.
 
     Raises:
-        InvalidSettings: the file cannot be read or is invalid, or has no bitmap or no robot.
+        InvalidSettings: the file cannot be read, is invalid, or lacks a bitmap or a robot.
         MapError: the bitmap cannot be read.
     """
     models = _StageReader().read(file, 0)
