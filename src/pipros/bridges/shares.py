@@ -47,7 +47,7 @@ class TopicShares:
         """Count a topic for a user. A user may enter a topic repeatedly, and must leave it as often.
 
         Raises:
-            LimitExceeded: the user has more than its share of topics.
+            LimitExceeded: another topic would exceed the user's share of topics.
         """
         users = self._users.get(topic)
         if users is None:

@@ -119,7 +119,7 @@ def shown_encoding(name: str) -> Encoding:
     """Return the encoding used to show an image on the web page and in saved pictures.
 
     Types that do not define colours, such as 8UC3, are shown in the order of OpenCV's arrays: grey, BGR or
-    BGRA. `cv_bridge` conversions, as in Noetic, treat them as having no colours.
+    BGRA. Conversions of `cv_bridge` treat these types as having no colours, as in Noetic.
 
     Raises:
         UnknownEncoding: the name is unknown.
