@@ -6,8 +6,8 @@ a child may have children for single topics or requests. An amount is taken from
 ancestors, or from none of them. Closing a client's budget returns everything that the client still
 holds, so no amount can leak when a client disconnects.
 
-The unit is the caller's: bytes, threads or slots. All budgets of a tree are thread-safe, and `take` never
-blocks.
+The caller chooses the unit, such as bytes, threads or slots. All budgets of a tree are thread-safe, and
+`take` never blocks.
 
     server = Budget(256 * MIB)
     client = Budget(64 * MIB, server, part=0.5)

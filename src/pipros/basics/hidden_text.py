@@ -10,7 +10,7 @@ from typing import Any, Final
 from pipros.basics.printable import listed
 
 LONGEST_TEXT: Final = 4000
-"""Maximum number of characters of one string; the rest is cut off."""
+"""Maximum number of characters in one string; the rest is cut off."""
 
 _INVISIBLE = re.compile(
     "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U0001d173-\U0001d17a\U000e0000-\U000e0fff]"

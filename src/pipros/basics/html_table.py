@@ -7,7 +7,7 @@ from html import escape
 from typing import Any, Final
 
 CELL: Final = 200
-"""Maximum number of characters of a cell."""
+"""Maximum number of characters in a cell."""
 _LEFT: Final = 'style="text-align: left"'
 
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from pipros.basics.errors import InvalidName
 
 REPLACED = "new node registered with same name"
-"""The reason with which a master ends the older of two nodes of the same name."""
+"""The reason that a master gives when it shuts down the older of two nodes with the same name."""
 
 # Not compiled on import: `re` compiles and caches patterns on first use, and many tools use none of them.
 _LEGAL = r"[~/A-Za-z][A-Za-z0-9_/]*"

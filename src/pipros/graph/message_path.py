@@ -24,7 +24,7 @@ class InvalidIndex(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class PathStep:
-    """One field of a path, with its index.
+    """One field of a path, with an optional index.
 
     Attributes:
         text: the field and index as written, such as `ranges[0]`.

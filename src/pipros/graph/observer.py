@@ -86,7 +86,8 @@ class GraphObservation:
         connections: the connections with their traffic, which is None until it has been measured.
         transports: the transport of each connection: `TCPROS`, or the name of another protocol.
         wrong_types: missing connections whose ends have different types.
-        error: why the master did not respond; all other attributes are then unchanged.
+        error: why the master did not respond; empty if it responded. After a failure, all other attributes
+            are those of the previous observation.
     """
 
     state: SystemState = field(default_factory=lambda: SystemState({}, {}, {}))

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class FindingSeverity(Enum):
-    """Severity of a finding. An error breaks something; the cause of a warning may be intentional."""
+    """Severity of a finding. An error means that something does not work; a warning may be intentional."""
 
     ERROR = "error"
     WARNING = "warning"

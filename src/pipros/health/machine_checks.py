@@ -114,7 +114,7 @@ def missing_paths(machine: MachineReport) -> Findings:
 def missing_setup_files(machine: MachineReport) -> Findings:
     """Find shell startup files that source a missing ROS setup file.
 
-    Many courses tell students to add a line that sources it.
+    Many courses tell students to add a line that sources the setup file of genuine ROS.
     """
     for start_file, setup_file in machine.missing_setup_files.items():
         yield warning(

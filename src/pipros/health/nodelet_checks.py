@@ -11,7 +11,7 @@ from pipros.health.finding import Findings, warning
 from pipros.health.system_report import SystemReport
 
 INPUTS = "/inputs"
-"""Suffix of the name of the std_srvs/Trigger service of pipros's nodelet managers."""
+"""Name suffix of the std_srvs/Trigger service that pipros's nodelet managers offer."""
 
 _DROPPED = re.compile(r"(\S+) [\d.]+ Hz, ([1-9]\d*) of (\d+) dropped")
 

@@ -65,7 +65,7 @@ class LaunchBuilder:
         """Add a node.
 
         Raises:
-            LaunchError: another node has that name.
+            LaunchError: another node has the same name.
         """
         first = self._nodes.get(node.full_name)
         if first is not None:
@@ -85,7 +85,7 @@ class LaunchBuilder:
         """Add a machine.
 
         Raises:
-            LaunchError: a different machine has that name.
+            LaunchError: a different machine has the same name.
         """
         if self._machines.setdefault(machine.name, machine) != machine:
             raise LaunchError(

@@ -1,7 +1,7 @@
 """Let this user's other programs list, stop and restart a running roslaunch's nodes, and read their output.
 
-Each roslaunch answers requests of this user's programs (`net/local_requests.py`). Other users can reach only
-the XML-RPC server, which has no methods that stop or restart nodes. Requests and responses:
+Each roslaunch answers requests from this user's programs (`net/local_requests.py`). Other users can reach
+only the XML-RPC server, which has no methods that stop or restart nodes. Requests and responses:
 
     {"do": "list"}                           {"run_id": …, "files": […], "nodes": […], "more": 0}
     {"do": "output", "node": "talker-2"}     {"output": [["/…/talker-2-stdout.log", "…"]]}

@@ -1,7 +1,7 @@
 """The contents of launch files as plain values that can be printed, compared and tested.
 
-`launch.xml` builds a `Launch` from files; `launch.run` executes it. Nothing here reads a file or starts a
-process.
+`launch.xml` builds a `Launch` from files; `launch.run` executes it. This module reads no files and starts no
+processes.
 """
 
 from __future__ import annotations

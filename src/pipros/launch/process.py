@@ -73,7 +73,7 @@ class NodeProcess:
 
     @property
     def popen(self) -> subprocess.Popen[bytes]:
-        """The process itself, for inspection by scripts. Only this object may wait for it."""
+        """The process itself, for inspection by scripts. Only `NodeProcess` may wait for it."""
         return self._popen
 
     @property

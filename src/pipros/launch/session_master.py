@@ -102,8 +102,8 @@ class SessionMaster:
         """Start a master unless `find` has found one. If the existing master has no run id, set `run_id`.
 
         Raises:
-            LaunchError: a master is already running but a core was requested; ROS_MASTER_URI names another
-                computer; or the port is in use.
+            LaunchError: a master is already running but a core was requested; ROS_MASTER_URI refers to
+                another computer; or the port is in use.
             Unreachable: the master found earlier no longer answers.
         """
         if self._is_running:
@@ -190,14 +190,14 @@ class SessionMaster:
 def choose_run_id(requested: str | None, running: str | None, console: Console) -> str:
     """Return the id of the run that a launch joins: the requested id, the running master's id, or a new id.
 
-    If the master's id cannot name a log folder, a warning is printed, and the id is ignored.
+    If the master's id is not a valid folder name, a warning is printed and the id is ignored.
 
     Args:
         requested: value of `--run_id`.
         running: result of `SessionMaster.find`.
 
     Raises:
-        LaunchError: the requested id cannot name a log folder, or differs from the master's.
+        LaunchError: the requested id is not a valid folder name, or differs from the master's.
     """
     if requested and not is_run_id(requested):
         raise LaunchError(run_id_problem(requested, "--run_id"))

@@ -34,7 +34,7 @@ class UnsetArgument(SubstitutionError):
     """`$(arg x)` refers to an argument that has no value.
 
     Attributes:
-        is_declared: whether there is an `<arg>` of that name.
+        is_declared: whether there is an `<arg>` with this name.
     """
 
     def __init__(self, name: str, *, is_declared: bool) -> None:

@@ -249,11 +249,11 @@ def _owner(path: Path) -> Owner:
 
 
 class Figures(NamedTuple):
-    """Numbers of launch files, by whether pipros ships replacements for the C++ programs of their `<node>`s.
+    """Counts of launch files with C++ nodes, by how completely pipros replaces these nodes.
 
     Attributes:
-        with_packages: files for which pipros ships all packages of these programs, complete or not.
-        with_programs: files for which pipros ships all these programs and nodelets.
+        with_packages: files for which pipros ships the packages of all C++ nodes, complete or not.
+        with_programs: files for which pipros ships the programs or nodelets of all C++ nodes.
         lacking: for each package, the number of files that lack programs of this package only.
     """
 

@@ -165,7 +165,7 @@ class Loader:
     def _is_unset(self, error: BaseException | None) -> bool:
         """Return whether an unset argument, and not an undeclared argument, caused the error.
 
-        Once text has been skipped, an unknown argument may be declared there.
+        Once text has been skipped, undeclared arguments count as unset, because that text may declare them.
         """
         return isinstance(error, UnsetArgument) and (error.is_declared or self.before_unset is not None)
 

@@ -33,7 +33,7 @@ PROBES_PER_S: Final = 100
 CONFIRMATIONS: Final = 3
 PROBES_AT_A_TIME: Final = 20
 SLOW_S: Final = 0.1
-"""After this time, a probe does not count towards `PROBES_AT_A_TIME`."""
+"""After this time, a probe no longer counts towards `PROBES_AT_A_TIME`."""
 
 
 Ask = Callable[[str, str, float], Awaitable[Any]]

@@ -140,7 +140,7 @@ class IncomingLink:
         """Store the settings; `start` begins reading.
 
         Args:
-            sock: accepts messages in shared memory if it is a `DescriptorSocket`.
+            sock: the connection; a `DescriptorSocket` can also receive messages in shared memory.
             keeps_large: whether to pass large messages as `bytes`, which `deliver` can keep without a copy.
             received: the bytes that followed the handshake.
             timings: delays for reading again and for letting other links deliver; see `LinkTimings`.

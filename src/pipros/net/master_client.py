@@ -49,7 +49,7 @@ class MasterClient:
     ) -> Any:
         """Call any method; the caller_id is added as the first parameter.
 
-        `meanwhile` is called when the request has been sent, and again if it has to be sent once more.
+        `meanwhile` is called when the request has been sent, and again if the request has to be resent.
         """
         code, text, value = self.call_raw(method, *params, timeout_s=timeout_s, meanwhile=meanwhile)
         if code != 1:
@@ -156,7 +156,7 @@ class MasterClient:
     def lookup_service(self, service: str, meanwhile: Callable[[], None] | None = None) -> str:
         """Return a service's URI, `rosrpc://HOST:PORT`. Raises `Refused` if no node offers it.
 
-        `meanwhile` is called when the request has been sent, and again if it has to be sent once more.
+        `meanwhile` is called when the request has been sent, and again if the request has to be resent.
         """
         return str(self.call("lookupService", service, meanwhile=meanwhile))
 

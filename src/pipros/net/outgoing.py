@@ -35,7 +35,7 @@ from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, 
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 
 CHECK_STALLED_INTERVAL_S = 0.1
-"""Interval between checks whether a stalled link has caught up."""
+"""Interval between checks of whether a stalled link has caught up."""
 
 TURN_BYTES = 4 * 1024 * 1024
 """After sending this many bytes on a link, the event loop turns to other links, because a peer might read as

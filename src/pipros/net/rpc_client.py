@@ -88,7 +88,7 @@ class RpcClient:
     ) -> Any:
         """Call `method` and return its value. Blocks until the response arrives or the timeout expires.
 
-        `meanwhile` is called when the request has been sent, and again if it has to be sent once more.
+        `meanwhile` is called when the request has been sent, and again if the request has to be resent.
 
         Raises:
             Unreachable: the connection failed or was lost, or no response arrived in time.

@@ -56,7 +56,7 @@ class NoSharedMemory(ProtocolError):
 class DescriptorSocket(socket.socket):
     """A Unix stream that can receive file descriptors together with bytes.
 
-    Before `accept_descriptors`, it is as fast as any socket. Afterwards, the receiving methods raise
+    Before `accept_descriptors`, it is as fast as an ordinary socket. Afterwards, the receiving methods raise
     NoSharedMemory if more descriptors arrive than a frame can announce.
     """
 

@@ -95,7 +95,7 @@ def listen_all(hosts: Sequence[str], port: int | PortRange = 0, backlog: int = 1
 
 
 def with_other_loopback(hosts: Sequence[str]) -> list[str]:
-    """Return the addresses, extended such that a server has all addresses that `localhost` may stand for.
+    """Return the addresses, and the other loopback address if `localhost` may refer to it as well.
 
     A loopback address that this machine lacks is not added.
     """
@@ -141,7 +141,7 @@ def connections_that_fit(share: float = 0.5) -> int:
 
 
 def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
-    """Close sockets in forked children, so that a port closes with the process that opened it.
+    """Close sockets in forked children, so that a port closes when the process that opened it ends.
 
     `descriptors` is called in each child. The descriptor numbers stay in use in the child, because objects
     refer to them.
@@ -313,7 +313,7 @@ def local_port(sock: socket.socket) -> int:
 
 
 def peer_name(sock: socket.socket) -> str:
-    """Return the `host:port` of the other end; `this machine` for a Unix stream, `?` if it is closed."""
+    """Return the `host:port` of the other end; `this machine` for a Unix stream, `?` if not connected."""
     try:
         name = sock.getpeername()
     except OSError:

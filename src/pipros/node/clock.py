@@ -121,7 +121,7 @@ class SimulatedClock:
         return self._now_ns
 
     def sleep(self, duration_s: float) -> bool:
-        """Wait for a duration of simulated time. If it has not started yet, wait for its start first."""
+        """Wait for a duration of simulated time. If the clock has not started, wait for its start first."""
         self._wait_for_start()
         with self.changed:
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps

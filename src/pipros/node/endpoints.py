@@ -188,7 +188,7 @@ class Endpoints:
     def _join(self, publication: Publication | None, subscription: Subscription | None) -> None:
         """Make the node's publication pass its messages directly to the node's subscription.
 
-        If their message classes differ or are `AnyMsg`, they are connected like those of two nodes.
+        If the message classes differ or are `AnyMsg`, messages are sent as between different nodes.
         """
         if self.own_uri is None or publication is None or subscription is None:
             return

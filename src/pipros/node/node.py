@@ -125,7 +125,7 @@ class Node:
         self.params = Parameters(self.master, self.resolve, self._registrations_if_started)
         self.clock: Clock = WallClock()
         self._on_shutdown_request = on_shutdown_request or self._end_by_request
-        self.calls = OpenCalls()  # the running calls of services, which the shutdown interrupts
+        self.calls = OpenCalls()  # the running service calls, which the shutdown interrupts
         self._loop = BackgroundLoop(f"node {self.name}", Lookups(self.limits.lookups))
         self._running: RunningNode | None = None
         self._lock = threading.Lock()

@@ -41,14 +41,14 @@ class OpenCalls:
             self._open.discard(call)
 
     def begin(self) -> None:
-        """Note that the current thread calls a service, until it calls `end`."""
+        """Record that the current thread is calling a service, until it calls `end`."""
         self._callers.add(threading.get_ident())
 
     def end(self) -> None:
         self._callers.discard(threading.get_ident())
 
     def wait_for_callers(self, limit_s: float) -> None:
-        """Wait until no thread calls a service, for at most `limit_s`."""
+        """Wait until no thread is calling a service, for at most `limit_s`."""
         deadline = time.monotonic() + limit_s
         while self._have_callers() and time.monotonic() < deadline:
             time.sleep(_POLL_S)

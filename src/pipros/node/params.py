@@ -234,7 +234,7 @@ class Parameters:
     def update(self, key: str, value: Any) -> bool:
         """Apply a change that the master announced; return False if the parameter is not cached.
 
-        The key may name a parameter below a cached namespace. Source: the `paramUpdate` call in
+        The key may refer to a parameter below a cached namespace. Source: the `paramUpdate` call in
         http://wiki.ros.org/ROS/Slave_API
         """
         key = names.canonicalize(key)

@@ -18,8 +18,8 @@ other delays.
 """
 
 LOST_GRACE_S = 3.0
-"""Time after a link has ended in which failures to connect again are not logged: the publisher's process may
-have ended, and the master notifies subscribers only afterwards.
+"""How long failures to reconnect are not logged after a link has ended: the publisher's process may have
+ended, and the master notifies subscribers only afterwards.
 """
 
 LinkEnd = asyncio.Future[str]

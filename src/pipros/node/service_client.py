@@ -64,7 +64,7 @@ class ServiceClient:
         Args:
             service: the global name.
             service_class: the service class.
-            master: the master that is queried for the service's URI.
+            master: function that returns the client of the master, which is queried for the service's URI.
             calls: the group of running calls to which this client's calls are added, so that all can be
                 interrupted together.
             persistent: whether to keep one connection for all calls.
@@ -213,8 +213,8 @@ class ServiceClient:
         """Look up the server and connect to it. Return the link, and whether an earlier call has used it.
 
         The server is usually the same as for the last call. While the client waits for the master's response,
-        it therefore connects to that server unless it has an idle link to it, and uses this link if the
-        master returns the same URI.
+        it therefore connects to that server, unless it still has an idle link to the server. The link is used
+        if the master returns the same URI.
         """
         # Extra header fields may be secrets, which only the server that the master names should receive.
         expected = None if self._persistent or self._headers else self._expected_uri

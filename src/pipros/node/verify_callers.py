@@ -15,7 +15,7 @@ class CallerVerification:
 
     The first query is sent immediately. Queries that are requested while it is running, or within
     `interval_s` after its response, are sent together afterwards, without duplicates. A peer that calls a
-    thousand times therefore costs the master one call, and a notice from a master with an unexpected address
+    thousand times therefore costs the master few calls, and a notice from a master with an unexpected address
     still takes effect, though later. Queries run in a separate thread, so that the event loop never waits.
     """
 

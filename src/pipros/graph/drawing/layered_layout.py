@@ -50,7 +50,7 @@ class GraphLayout(Generic[Key]):
 
     Attributes:
         boxes: the box for each vertex.
-        routes: the points along each arrow, including its ends, in the given order of arrows.
+        routes: the points along each arrow, including its ends. Routes are in the order of the given arrows.
         bands: the box for each group. Vertices that have no group are outside all bands.
         width, height: total size; the upper left corner is (0, 0).
     """

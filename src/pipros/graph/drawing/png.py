@@ -14,7 +14,7 @@ from pipros.graph.drawing.svg import middle_of
 
 _SCALE = 2
 _SMOOTHING = 2
-"""Factor by which the picture is enlarged for drawing and then reduced, because Pillow draws hard edges."""
+"""Factor by which the picture is drawn larger and then scaled down, because Pillow does not antialias."""
 _MAX_PIXELS = 60_000_000
 _CURVE_STEPS = 24
 
