@@ -37,7 +37,8 @@ def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]
 def view_decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:
     """Return a decoder that creates read-only arrays over the data, for `uint8[]` and `char[]` fields.
 
-    Classes with `_has_numpy_arrays` also get them for other numeric fields. The data of a `memoryview` is copied, unless it belongs to a numpy array, because the receive buffer is reused. Classes from genuine
+    Classes with `_has_numpy_arrays` also get them for arrays of other numbers. The data of a `memoryview` is
+    copied, unless it belongs to a numpy array, because the receive buffer is reused. Classes from genuine
     generators, and `AnyMsg`, are decoded as usual.
 
     Raises:
