@@ -9,7 +9,10 @@ from typing import Any
 
 
 class FindingSeverity(Enum):
-    """Severity of a finding. An error means that something does not work; a warning may be intentional."""
+    """Severity of a finding.
+
+    An error means that something does not work. The cause of a warning may be intentional.
+    """
 
     ERROR = "error"
     WARNING = "warning"

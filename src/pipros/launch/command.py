@@ -112,7 +112,8 @@ class CommandMaker:
             extra_arguments: words appended to the node's arguments.
 
         Raises:
-            CannotLaunch: the package or the program does not exist, or a quote is not closed.
+            CannotLaunch: the package or the program does not exist, a quote is not closed, or the nodelet
+                cannot be loaded.
         """
         overlay = {"ROS_MASTER_URI": master_uri}
         if node.namespace != "/":

@@ -140,7 +140,7 @@ class LaunchSession:
         return self._master.is_own
 
     def start(self) -> None:
-        """Start everything: server, master, nodes.
+        """Load the launch files, then start the server, the master and the nodes.
 
         Raises:
             PiprosError, OSError: startup failed. Nothing is left running once `stop` has been called.
@@ -277,7 +277,11 @@ class LaunchSession:
             self._console.bold(f"setting /run_id to {run_id}")
 
     def _start_nodes(self, launch: Launch, placement: Placement, log: LauncherLog) -> None:
-        """Start the nodes. While they start up, start `/rosout`, which gets the first process number."""
+        """Set the parameters and start the nodes.
+
+        If this session started the master, start `/rosout` while the nodes start up. `/rosout` gets the first
+        process number.
+        """
         if self.owns_master:
             next(self._numbers)  # as in Noetic, `/rosout` counts as the first process
         run = LaunchRun(

@@ -112,7 +112,8 @@ def read_trees(folders: Collection[str], on_error: Callable[[str], None]) -> lis
     """Read the launch files below folders: `.launch`, `.test`, and `.xml` files whose root is `<launch>`.
 
     Args:
-        on_error: receives the error of each file that cannot be read; the file is skipped.
+        on_error: receives the error of each `.launch` or `.test` file that cannot be read. The file is
+            skipped, as are unreadable `.xml` files.
 
     Raises:
         NotFound: a folder does not exist.

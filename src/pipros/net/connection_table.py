@@ -175,7 +175,7 @@ class ConnectionTable:
             self._deadlines.pop(connection, None)
 
     def close_overdue(self, now: float, idle_s: float) -> None:
-        """Close connections that have missed a deadline or been idle for too long."""
+        """Close connections that missed a deadline or were idle for over `idle_s`, and report refusals."""
         late: list[TableEntry] = []
         idle: list[TableEntry] = []
         with self._lock:

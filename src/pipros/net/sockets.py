@@ -95,9 +95,9 @@ def listen_all(hosts: Sequence[str], port: int | PortRange = 0, backlog: int = 1
 
 
 def with_other_loopback(hosts: Sequence[str]) -> list[str]:
-    """Return the addresses, and the other loopback address if `localhost` may refer to it as well.
+    """Return the addresses, plus `::1` or `127.0.0.1` if they cover only the other loopback address.
 
-    A loopback address that this machine lacks is not added.
+    Clients may resolve `localhost` to either. A loopback address that this machine lacks is not added.
     """
     result = list(dict.fromkeys(hosts))
     if {"127.0.0.1", "0.0.0.0"} & {*hosts} and not {"::1", "::"} & {*hosts}:  # noqa: S104 # only compared
