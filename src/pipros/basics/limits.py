@@ -224,7 +224,7 @@ class Limits(NamedTuple):
     def parse(cls, text: str) -> "Limits":
         """Read `name=value` pairs, separated by commas; all other limits keep their defaults.
 
-        The names are those of this class and of all installed rooms.
+        A name is a field of this class, or of the class that defines the limits of an installed room.
 
         Raises:
             InvalidLimits: a name is unknown, or a value is not a number greater than zero. 0 is allowed if it

@@ -37,7 +37,7 @@ messages.
 """
 
 LONGEST_PAUSE: Final = 1024
-"""Maximum number of opportunities that are skipped after trials that did not pay."""
+"""Maximum number of opportunities that are skipped after trials that were not useful."""
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
 MAY_POLL: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
@@ -66,7 +66,7 @@ class AdaptiveBackoff:
 
     def __init__(self, longest_pause: int = LONGEST_PAUSE) -> None:
         self._longest_pause = longest_pause
-        self._pause = 0  # opportunities to skip after the last trial that did not pay
+        self._pause = 0  # opportunities to skip after the last trial that was not useful
         self._passing = 0  # number of opportunities still to be skipped
 
     def is_due(self) -> bool:

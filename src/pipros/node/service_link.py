@@ -172,7 +172,7 @@ class ServiceLink:
     def _open(
         self, host: str, port: int, header: Mapping[str, str], deadline: float | None
     ) -> tuple[Mapping[str, str], bytes]:
-        """Connect and exchange headers. The result is that of `_exchange_headers`."""
+        """Connect and exchange headers. Return the result of `_exchange_headers`."""
         if local_stream.is_enabled():
             try:
                 self._adopt(local_stream.connect(local_stream.name_of(self.uri)))

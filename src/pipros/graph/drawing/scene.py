@@ -85,7 +85,7 @@ def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)
     joined = {}
     for same in pairs.values():
-        same.sort(key=lambda arrow: not arrow.wrong)  # an arrow with wrong types represents the others
+        same.sort(key=lambda arrow: not arrow.wrong)  # the label shows an arrow with wrong types, if any
         more = f" +{len(same) - 1}" if len(same) > 1 else ""
         joined[same[0]] = printable(same[0].topic, _MAX_LABEL_CHARACTERS // 2) + more
     return joined
