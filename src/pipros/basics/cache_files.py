@@ -50,7 +50,7 @@ class CacheFolder:
         return None
 
     def write(self, name: str, content: bytes) -> None:
-        """If possible, create or replace a file that only this user can read."""
+        """Create or replace a file that only this user can read, if possible."""
         try:
             self.store(name, content)
         except Untrusted as error:

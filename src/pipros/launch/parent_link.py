@@ -143,7 +143,7 @@ class ParentLink:
             self._refusals = 0
 
     def _watch_input(self) -> None:
-        """If standard input is a pipe or socket, wait until it closes. This means that ssh has exited."""
+        """Wait until standard input, if it is a pipe or socket, is closed, because ssh has exited."""
         with suppress(OSError, ValueError, AttributeError):
             number = sys.stdin.fileno()
             mode = os.fstat(number).st_mode

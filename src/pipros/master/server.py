@@ -137,9 +137,10 @@ class MasterServer:
         return True
 
     async def _get_param_names(self, *params: Any) -> Any:
-        """Traverse the tree in a thread, because traversing a large tree takes a long time.
+        """Return the names of all parameters.
 
-        This is safe, because the tree's values are never changed.
+        A thread traverses the tree, because this takes a long time if the tree is large. It is safe, because
+        the tree's values are never changed.
         """
         answer = self._api.methods["getParamNames"]
         return await asyncio.get_running_loop().run_in_executor(self.rpc.large_values, answer, *params)

@@ -156,7 +156,7 @@ class TopicMemory:
         return PlacedMessage(segment, slot, encode(ControlFrame(SLOT, slot[0], slot[1], size)))
 
     def release(self, slot: Slot) -> None:
-        """Give up the publisher's hold on a slot."""
+        """Remove the publisher from the holders of a slot."""
         with self._lock:
             self._table.release(slot)
             self._close_unused()

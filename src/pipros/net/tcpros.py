@@ -147,7 +147,7 @@ class TcprosServer:
         self._close_overdue()
 
     def listen_locally(self, name: str) -> str | None:
-        """Also accept Unix streams at an abstract socket name, once `start` is called.
+        """Accept Unix streams at an abstract socket name, too, once `start` is called.
 
         Return the name, or None if it cannot be opened.
         """
