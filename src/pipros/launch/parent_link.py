@@ -143,7 +143,10 @@ class ParentLink:
             self._refusals = 0
 
     def _watch_input(self) -> None:
-        """Wait until standard input, if it is a pipe or socket, is closed, because ssh has exited."""
+        """Wait until standard input is closed, which means that ssh has exited.
+
+        Return immediately if standard input is neither a pipe nor a socket.
+        """
         with suppress(OSError, ValueError, AttributeError):
             number = sys.stdin.fileno()
             mode = os.fstat(number).st_mode

@@ -95,7 +95,7 @@ class Substitution:
             self.budget.add_bytes(len(value))
             return value
         self._check_brackets(text)
-        # `find` is substituted second, so that `$(find pkg)/$(arg x)` is one path.
+        # `find` is substituted after the others, so that `$(find pkg)/$(arg x)` is one path.
         text = _SUBSTITUTION.sub(self._limit_growth(self._replace), text)
         return _FIND.sub(self._limit_growth(self._replace_find), text)
 

@@ -3,10 +3,11 @@
 Theory of operation. A subscriber on a Unix stream says in its connection header that it accepts slots
 (`pipros.wire.slot_frames`). When the first large message is published, the publisher offers slots, and the
 subscriber accepts. Each later message of LEAST_BYTES or more is copied once into a slot of a segment
-(`shared_segment`), and each of these subscribers gets a 28-byte frame through its stream, which wakes it and
-preserves the order of messages. A subscriber returns the slot through a pipe, which the publisher reads
-before the next large message. (Returning it through the stream would wake the publisher's event loop for each
-slot.) Only the publisher writes to the memory, so nothing depends on the order of memory accesses.
+(`shared_segment`). Each of these subscribers gets a 28-byte frame through its stream. This wakes the
+subscriber and preserves the order of messages. A subscriber returns the slot through a pipe, which the
+publisher reads before the next large message. (Returning it through the stream would wake the publisher's
+event loop for each slot.) Only the publisher writes to the memory, so nothing depends on the order of memory
+accesses.
 
 If no slot is available (`slot_table`), the message is sent through the streams, with their queues and limits.
 The total size of the segments is limited, for each topic and for the node. After `LinkTimings.keep_memory_s`

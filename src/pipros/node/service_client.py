@@ -89,7 +89,7 @@ class ServiceClient:
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
         self._kept_lock = threading.Lock()  # held while the kept link is used
-        self._idle: deque[ServiceLink] = deque()  # connections of earlier calls that are not persistent
+        self._idle: deque[ServiceLink] = deque()  # idle connections of a client that is not persistent
         weakref.finalize(self, _close_all, self._idle).atexit = False
 
     def call(self, request: Message, timeout_s: float | None = None) -> Any:
