@@ -30,13 +30,14 @@ class BagLayout:
         version: format version.
         connections: connections by number, in file order.
         chunks: chunks in file order.
-        indexes: index entries by chunk position, then by connection, for bags whose index was rebuilt. For
-            other bags, they are read from the file.
+        indexes: index entries by chunk position, then by connection, if the file was scanned instead of read
+            from its index: bags in format 1.2, and bags whose index was rebuilt. Otherwise, the entries are
+            read from the file when needed.
         index_bytes: total size of `indexes`.
         headers: chunk headers by position, if they were found by a scan.
         index_position: byte position of the index; 0 if there is none.
         end: byte position after the last chunk.
-        damage: descriptions of the damage, if the index was rebuilt.
+        damage: descriptions of the damage that a scan found.
     """
 
     version: Version

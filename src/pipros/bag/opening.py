@@ -28,7 +28,14 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
 
 
 def is_ros1_bag(path: str | os.PathLike[str]) -> bool:
-    """Return False for folders, MCAP files and SQLite databases, which may contain ROS 2 messages."""
+    """Return whether to open a path as a ROS 1 bag.
+
+    Return False for folders, MCAP files and SQLite databases, which may contain ROS 2 messages, and True for
+    all other files.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
     if os.path.isdir(path) or is_mcap(path):
         return False
     with open(path, "rb") as file:

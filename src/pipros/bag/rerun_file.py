@@ -1,8 +1,8 @@
 """Write the messages of a bag as a rerun recording (`.rrd`), with rerun's library.
 
-Images, point clouds, scans, transforms, paths and log messages become the corresponding rerun types. The
-numbers in all other messages become curves, at most `CURVES` per topic. There are two timelines: the times of
-receipt, and the stamps in the headers.
+Images, point clouds, scans, transforms, paths, log messages and strings become the corresponding rerun types.
+The numbers in all other messages become curves, at most `CURVES` per topic. There are two timelines: the
+times of receipt, and the stamps in the headers.
 """
 
 from __future__ import annotations
@@ -144,7 +144,11 @@ def _scan(message: Any) -> list[tuple[float, float, float]]:
 
 
 def _numbers(value: Any, path: str) -> Iterator[tuple[str, float]]:
-    """Yield the path and value of each number in a message. Times and headers are skipped."""
+    """Yield the path and value of each number in a message.
+
+    Times, durations, headers, strings and octets are skipped, and so are all but the first `CURVES` elements
+    of an array.
+    """
     if isinstance(value, bool | int | float):
         yield path, float(value)
     elif isinstance(value, TVal) or path.endswith("/header"):

@@ -55,6 +55,8 @@ def replaced_file(path: Path) -> Iterator[Any]:
 def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, progress: Progress) -> None:
     """Write a bag with the same chunks but another compression, using one thread per processor.
 
+    The messages of a bag in format 1.2, which has no chunks, are copied in time order, in one thread.
+
     Raises:
         BagError: the bag is damaged, or the compression is not available.
     """
@@ -94,7 +96,7 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, prog
 def copy_chosen(bag: BagReader, writer: MessageSink, choice: Choice | None, progress: Progress) -> int:
     """Copy the chosen messages and their connections to a writer, in time order, and finish the writer.
 
-    Return the number of copied messages.
+    If `choice` is None, copy all messages. Return the number of copied messages.
     """
     connections: dict[int, Connection] = {}
     done = count = 0

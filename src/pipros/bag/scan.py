@@ -65,7 +65,7 @@ def scan(source: Source, start: int, limits: Limits, progress: Progress | None =
 
 
 def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limits) -> int:
-    """Read the record at `position`, and return the position of the next record."""
+    """Add the contents of the record at `position` to the layout. Return the position of the next record."""
     fields, data_position, data_size = source.header(position)
     where = source.at(position)
     op = op_of(fields, where)

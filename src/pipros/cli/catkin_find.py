@@ -20,7 +20,7 @@ _FOLDERS = {
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the paths found. Return 1 on errors, otherwise 0, even if nothing is found."""
+    """Print the paths found. Return 1 on errors, or if `--first-only` finds nothing; otherwise 0."""
     from pipros.workspace.find_files import WrongFolders, find_files
     from pipros.workspace.index import SHARED_PACKAGES
     from pipros.workspace.overlays import BuiltWorkspace, built_workspaces

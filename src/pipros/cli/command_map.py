@@ -1,4 +1,4 @@
-"""Lists all commands by purpose."""
+"""A list of all commands, by purpose."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "catkin_test_results": "summarize test results",
     },
 }
-"""Headings, each with the programs of ROS and their purposes. Only installed programs are printed."""
+"""Headings, each with ROS programs and their purposes. Only installed programs are printed."""
 
 
 ROOMS_AFTER = "Inspect and control a running system"

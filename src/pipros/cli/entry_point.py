@@ -15,7 +15,7 @@ from typing import Any, ParamSpec
 from pipros.basics import interrupts
 
 OUTPUT_FAILED = 120
-"""Python's exit code for failed writes to standard output, and therefore also that of Noetic's commands."""
+"""The exit code of Python, and thus of Noetic's commands, if standard output cannot be written to."""
 
 INTERRUPTED = 130
 """The exit code that shells report for a command that SIGINT ended."""

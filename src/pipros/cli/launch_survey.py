@@ -41,6 +41,8 @@ def survey_trees(folders: Sequence[str]) -> int:
 def survey_csv(path: str, without: Collection[str]) -> int:
     """Print the programs listed in a CSV file, with their providers, and statistics about C++ nodes.
 
+    Return 0 if no program is missing, otherwise 1.
+
     Args:
         without: packages shipped with pipros. The files are also counted as if pipros lacked these packages.
     """

@@ -1,4 +1,4 @@
-"""`roslaunch-complete`: prints the arguments of a launch file, for shell completion."""
+"""`roslaunch-complete`: prints the arguments that a launch file accepts, for shell completion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.cli.entry_point import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the arguments' names on one line and return 0. Return 1 silently if the file cannot be read."""
+    """Print the names of the settable arguments on one line. Return 1 silently if the file cannot be read."""
     words = list(sys.argv[1:] if argv is None else argv)
     from pipros.launch.find_launch_files import resolve_files
     from pipros.launch.load_context import LoadContext

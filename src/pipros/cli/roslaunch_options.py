@@ -176,7 +176,10 @@ def run_options(options: Values) -> RunOptions:
 
 
 def _store(options: Values) -> Path | None:
-    """Return the file in which `roscore --resume` stores parameters and registrations, one per port."""
+    """Return the file in which `roscore --resume` stores parameters and registrations, one file per port.
+
+    Return None if `--resume` is not given.
+    """
     if not getattr(options, "resume", False):
         return None
     from pipros.basics.env import DEFAULT_MASTER_PORT, Environment

@@ -1,4 +1,4 @@
-"""Parses YAML values from command lines and pipes."""
+"""Parse YAML values from command lines and pipes."""
 
 from __future__ import annotations
 

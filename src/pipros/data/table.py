@@ -143,7 +143,7 @@ class Table(Mapping[str, Any]):
         Args:
             on: the times to compare: `receipt`, or `header` for the stamps of the headers.
             tolerance: maximum difference between the times in seconds, inclusive. Rows without a message
-            within this time are gaps.
+                within this time are gaps.
             direction: `backward` for the last message that is not later, `forward` for the first message that
                 is not earlier, or `nearest` (the earlier of two equally near messages).
             prefix: added to the names of the columns; by default, the topic and a dot: `odom.`.

@@ -1,8 +1,9 @@
 """An on-disk cache of the declarations in `.cfg` files.
 
-The key of an entry is a digest of the file's path and contents, the interpreter that ran the file, and the
-code that reads it. The entry is valid as long as the modules imported by the file, except Python's and
-pipros's, are unchanged. Other inputs, such as the environment or other files, are not checked.
+The key of an entry is a digest of the file's path and contents, the interpreter that ran the file, and
+pipros's code for such files. The entry is valid as long as the modules that the file imported are unchanged.
+Modules of pipros and modules installed in the interpreter's environment are not checked. Neither are other
+inputs, such as environment variables and other files.
 """
 
 from __future__ import annotations
@@ -27,7 +28,10 @@ _CODE = ("cache.py", "cfg_file.py", "generator.py")
 
 
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
-    """Return the path, size and modification time of each module's file, except Python's and pipros's."""
+    """Return the path, size and modification time of each module's file.
+
+    Modules of pipros and modules installed in the interpreter's environment are omitted.
+    """
     source_folder = str(Path(__file__).resolve().parents[2])
     fixed = tuple(
         os.path.join(os.path.realpath(folder), "")

@@ -42,7 +42,10 @@ class BareTest:
         self.suites: list[Suite] = []
 
     def case(self) -> unittest.TestCase:
-        """Return a test case that passes if the program exits and has written its results."""
+        """Return a test case that passes if the program exits and has written its results.
+
+        With `text`, the program need not write results.
+        """
         owner = self
 
         def run_test(case: unittest.TestCase) -> None:

@@ -1,7 +1,8 @@
 """pipros's pytest plugin: fixtures that provide a ROS system, and the collection of launch files with tests.
 
 Every pytest run in the environment loads this plugin (entry point `pipros`, disabled by `-p no:pipros`), so
-it does not import other modules of pipros before a test needs them.
+it imports other modules of pipros only when they are needed: to collect a launch file with tests, by a test,
+or to write a JUnit file.
 """
 
 from __future__ import annotations

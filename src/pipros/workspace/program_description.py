@@ -19,7 +19,8 @@ class ProgramDescription:
     Attributes:
         program: the file.
         interpreter: the interpreter; empty if the program is started without one, or not at all.
-        reason: the reason, as the rest of a sentence that begins with the program or its interpreter.
+        reason: the end of the sentence that `str` returns, such as `because it names no interpreter`; the
+            whole sentence if the program cannot be started.
         is_startable: whether the program can be started.
     """
 

@@ -36,7 +36,7 @@ def run_tests(
     leave_error: LeaveError,
     script_runner: Sequence[str],
 ) -> None:
-    """Run tests one after another. As in Noetic, call `catkin_test_results` later to check for failures.
+    """Run tests one after another. As in Noetic, failures are only reported later, by `catkin_test_results`.
 
     Args:
         targets: the `catkin_make` targets, such as `run_tests`.

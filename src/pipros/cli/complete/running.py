@@ -1,4 +1,4 @@
-"""Completes names in the running system: topics, nodes, services and parameters.
+"""Complete names in the running system: topics, nodes, services and parameters.
 
 Only legal graph names are offered, because arbitrary text from peers must not reach a command line.
 """

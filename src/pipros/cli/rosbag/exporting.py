@@ -127,7 +127,10 @@ def _images(bag: BagReader, topic: str, folder: Path) -> int:
 
 
 def _arrays(bag: BagReader, topic: str, path: Path) -> int:
-    """Write one array per field; omit strings, lists of varying length, and lists of strings or times."""
+    """Write one array per field, and return the number of messages.
+
+    Strings, lists of varying length, and lists of strings, times or messages are omitted.
+    """
     try:
         import numpy
     except ImportError:

@@ -27,7 +27,7 @@ class OtherBags(Protocol):
         ...
 
     def add_writing_options(self, parser: OptionParser) -> None:
-        """Add the options of `rosbag convert`."""
+        """Add the options of `rosbag convert` for writing bags in this format."""
 
     def is_chosen(self, parser: OptionParser, options: Any) -> bool:
         """Return whether the options request a bag in this format. Report contradictory options."""

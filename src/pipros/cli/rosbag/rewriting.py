@@ -1,4 +1,7 @@
-"""`rosbag compress`, `decompress` and `reindex`: rewrite bags and keep the originals next to them."""
+"""`rosbag compress`, `decompress` and `reindex`: rewrite bags.
+
+The originals are kept next to the rewritten bags, unless `--output-dir` is given.
+"""
 
 from __future__ import annotations
 

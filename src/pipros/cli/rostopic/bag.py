@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def opened(path: str) -> Iterator[BagReader]:
-    """Open the bag at a path.
+    """Context manager that opens the bag at a path, and closes it at the end.
 
     Raises:
         CommandError: the file does not exist or cannot be read.

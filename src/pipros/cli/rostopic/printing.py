@@ -1,4 +1,4 @@
-"""Prints messages for `rostopic echo` in the selected format."""
+"""Print messages for `rostopic echo` in the selected format."""
 
 from __future__ import annotations
 

@@ -15,7 +15,10 @@ from pipros.cli.entry_point import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Make or describe a data set. Return the exit code: 1 after an error, or if no episode was written."""
+    """Make a data set, suggest a description, or run a node that marks episodes.
+
+    Return the exit code: 1 after an error, or if no episode was written.
+    """
     parser = ArgumentParser(
         prog="pipros dataset",
         description="Writes episodes at a constant rate, as described in robot.yaml. Repeat the command to "

@@ -53,7 +53,7 @@ def build(
 
     Raises:
         BadSettings: the description does not fit the bags, the folder contains a different data set or other
-        files, or an episode cannot be read.
+            files, or an episode cannot be read.
         BagError: a bag is damaged. Finished episodes are kept.
         MissingExtra: a library is not installed.
     """

@@ -20,7 +20,7 @@ STORES = ("video", "jpeg")
 STOPS = ("zero", "hold", "")
 
 CHECKS = {"missing": 1.5, "clock": 0.1, "frozen": 2.0, "saturated": 0.1, "stopped": 1.0}
-"""The thresholds of the checks, see `pipros.data.datasets.checks`; 0 turns a check off."""
+"""Default thresholds of the checks in `pipros.data.datasets.checks`. A threshold of 0 turns a check off."""
 
 _SECTIONS = ["observations", "cameras", "actions", "checks"]
 _KEYS = ["rate", "time", "tolerance", "gaps", "episodes", "task", "watchdog", *_SECTIONS]

@@ -26,9 +26,10 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     """Return a first version of a description, for the user to correct.
 
     Topics of known numeric types become actions if their names suggest commands, otherwise observations. The
-    rate is that of the slowest camera, or without cameras that of the slowest observation, or without either
-    that of the slowest action. Topics below 10 Hz only count if there are no faster ones, and the rate is at
-    most 50. Only the first messages of each topic are read.
+    rate is the rate of the slowest camera. Without cameras, it is the rate of the slowest observation, and
+    without observations, of the slowest action. Topics below 10 Hz are only considered if there are no faster
+    ones. The rate is rounded and limited to the range from 1 to 50. Only the first messages of each topic are
+    read.
 
     Raises:
         BadSettings: no topic has a known type.

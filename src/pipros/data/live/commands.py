@@ -52,7 +52,7 @@ class DriveCommand:
 
         Raises:
             BadSettings: the description does not fit the type or does not say how to stop, or the message
-            is too large.
+                is too large.
             NotFound: the type is not installed.
             RobotSilent: the master has no type for the topic by the monotonic time `end_s`.
         """

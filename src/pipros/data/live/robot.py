@@ -127,7 +127,7 @@ class LiveRobot:
 
         Raises:
             RobotSilent: a topic is no longer published or, unless `gaps` is `hold`, its last message is older
-            than its tolerance. The robot is stopped.
+                than its tolerance. The robot is stopped.
         """
         try:
             self._require_messages()

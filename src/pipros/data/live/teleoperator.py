@@ -44,7 +44,10 @@ class LiveTeleoperator:
         self.action_names = full_names(self._sources)
 
     def read(self) -> NDArray[np.float64]:
-        """Return the last action. A velocity that is older than its tolerance is replaced by zero.
+        """Return the last action.
+
+        If zeros stop an action (see `is_stopped_by_zeros`), its numbers are replaced by zeros once they are
+        older than its tolerance, or no publisher is connected.
 
         Raises:
             RobotSilent: a message lacks numbers.

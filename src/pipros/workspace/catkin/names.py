@@ -45,7 +45,7 @@ CATKIN_COMMANDS: Mapping[str, tuple[str, ...] | None] = {
     "roslint_add_test": None,
     "roslint_custom": None,
 }
-"""Commands of catkin and of ROS packages, each with the components that define it, the usual one first.
+"""Commands of catkin and of ROS packages, each with the components that define it, the usual component first.
 
 Any one of these components is sufficient; None for commands that need no component.
 """
