@@ -17,7 +17,10 @@ _RULE = "-" * 49
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the files with failures and the totals; return 1 if there are failures."""
+    """Print the files with errors, failures or skipped tests, and the totals.
+
+    Return 1 if there are errors or failures, otherwise 0.
+    """
     parser = ArgumentParser(
         prog="catkin_test_results",
         description="Outputs a summary of the test results. If there are any test errors or failures the "

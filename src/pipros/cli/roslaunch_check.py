@@ -25,7 +25,10 @@ _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Check the files. Return 0 if there are no errors; otherwise print all errors to stderr and return 1."""
+    """Check the files. Return 0 if there are no errors; otherwise print all errors to stderr and return 1.
+
+    For the exit codes with `--survey` and `--csv`, see `launch_survey`.
+    """
     parser = OptionParser(
         usage="usage: %prog [options] <file|directory> [env=value...]\n"
         "       %prog --survey DIRECTORY...\n       %prog --csv FILE [--without PACKAGES]",

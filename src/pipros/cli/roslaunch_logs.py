@@ -16,7 +16,10 @@ NO_MASTER = 2
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the folder. Return 2 if no master answers, and 1 if the run id is not a valid folder name."""
+    """Print the folder.
+
+    Return 2 if no master answers or the master has no run id, and 1 if the run id is not a valid folder name.
+    """
     _ = argv
     environment = Environment.from_os()
     client = MasterClient(environment.master_uri, "/roslaunch", timeout_s=5.0)

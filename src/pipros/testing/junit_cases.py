@@ -27,7 +27,7 @@ def as_property(cases: Iterable[Case]) -> tuple[str, str]:
 
 
 def with_cases(text: str) -> str:
-    """Return the JUnit file with each item that has the property replaced by its cases.
+    """Return the JUnit file, in which each item with the property is replaced by the item's cases.
 
     The output of the item is kept in its first case.
     """

@@ -50,7 +50,7 @@ def _format_printed(text: str) -> str:
 
 
 def escape_controls(text: str) -> str:
-    """Return the text with each character that XML forbids replaced by a visible reference."""
+    """Replace each character that XML forbids with a visible reference."""
     return "".join(
         char if char in "\n\t" or (char >= " " and not _is_outside_xml(char)) else f"&#x{ord(char):04X};"
         for char in text

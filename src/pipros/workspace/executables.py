@@ -68,7 +68,7 @@ def find_executables(
 ) -> Executables:
     """Return the programs called `name` in `package`.
 
-    `workspaces` are the built workspaces to search; defaults to the workspaces in `CMAKE_PREFIX_PATH`. Only
+    `workspaces` are the built workspaces to search, by default the workspaces in `CMAKE_PREFIX_PATH`. Only
     the first workspace that has programs for this package is used. If no program is found, the package of the
     same name that is shipped with pipros is searched, then Debian's.
     """

@@ -56,8 +56,8 @@ class PackageIndex:
     def advice(self) -> str:
         """Advice on correcting ROS_PACKAGE_PATH, for errors about missing packages.
 
-        Empty if the path lists at least one folder besides pipros's and Debian's, and all listed folders
-        exist.
+        Empty if the path lists at least one folder other than those of pipros, pip and Debian, and all of
+        these other folders exist.
         """
         cure = (
             "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "

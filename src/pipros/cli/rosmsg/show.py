@@ -96,7 +96,8 @@ def _print_mistakes(beginning: str, error: DefinitionError) -> None:
 def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
     """Return the type on the command line or, without one, the types read from standard input.
 
-    For example, `rostopic type /x | rosmsg show` reads one type."""
+    For example, `rostopic type /x | rosmsg show` reads one type.
+    """
     if len(arguments) > 1:
         parser.error("you may only specify one message type")
     if arguments:

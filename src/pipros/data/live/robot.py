@@ -142,7 +142,7 @@ class LiveRobot:
     def act(self, values: Any) -> NDArray[np.float64]:
         """Publish an action, given as numbers in the order of `action_names`, and return it as an array.
 
-        After any of these errors, the robot is stopped.
+        After an error, the robot is stopped.
 
         Raises:
             ActionRefused: the number of values is wrong, or one is outside its limits.

@@ -21,7 +21,7 @@ from pipros.msg.language.spec import NUMBERS, TIMES, DefinitionError, FieldType,
 
 LENGTH = np.dtype("<u4")
 _MAX_BYTES = 1 << 30
-"""Limit on the minimum size of a message. Larger messages do not fit into a chunk of a bag."""
+"""Limit on `MessagePlan.least_bytes`. Real messages are much smaller."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -177,7 +177,7 @@ class PackageFinder:
 
 
 _LEVELS = 3
-"""Depth below a folder of `ROS_PACKAGE_PATH` to which `WorkspaceFinder` looks for packages."""
+"""Depth below a folder of `ROS_PACKAGE_PATH` to which `WorkspaceFinder` searches for packages."""
 
 
 class WorkspaceFinder:

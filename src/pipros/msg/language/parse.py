@@ -100,7 +100,7 @@ def parse_action(text: str, type_name: str, file: str | None = None) -> ActionSp
     """Parse an action definition and derive its seven messages.
 
     The parts become `NameGoal`, `NameResult` and `NameFeedback`. Each of these is wrapped in a message with a
-    header and a goal ID or status, and `NameAction` contains the three wrapped messages. See
+    header and a goal ID or status, and `NameAction` contains the three wrappers. See
     http://wiki.ros.org/actionlib/DetailedDescription.
 
     Raises:

@@ -174,7 +174,10 @@ class FaultProxy:
             await forwarder.stop()
 
     async def translate(self, value: Any) -> Any:
-        """Return the value with every address replaced with the address of one of the proxy's ports."""
+        """Replace every address in a value with the address of one of the proxy's ports.
+
+        Offers of Unix streams are removed. The value itself is not changed.
+        """
         if isinstance(value, str):
             if value.startswith("http://"):
                 return await self._in_place_of(value, "nodes")

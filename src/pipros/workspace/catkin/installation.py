@@ -40,7 +40,7 @@ class Installation:
 
 
 def read_installations(words: list[str], scope: Scope, *, is_python: bool = False) -> list[Installation]:
-    """Return the installations that `install(words)` specifies, or an empty list for compiled targets.
+    """Return the installations that `install(words)` specifies. Return an empty list for compiled targets.
 
     Args:
         is_python: whether the command is `catkin_install_python(words)`.

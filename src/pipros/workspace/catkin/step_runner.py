@@ -55,7 +55,7 @@ class StepRunner:
     def run(self, name: str) -> bool:
         """Run a target or make a file, after its dependencies.
 
-        Return False if the package has neither a target nor a file with that name.
+        Return False if the package has neither a target with that name nor a step that makes such a file.
 
         Raises:
             CMakeError: a command failed, or no step creates a missing file.

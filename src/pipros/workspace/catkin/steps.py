@@ -77,7 +77,8 @@ class BuildSteps:
 
         Raises:
             ValueError: the arguments are invalid.
-            Unsupported: the command needs a shell or a generator expression, or its target is compiled.
+            Unsupported: the command needs a shell or a generator expression, or it belongs to
+                a target that is not a custom target.
         """
         step = _read(words, scope, BuildStep("", file, line))
         if "TARGET" in words[:-1]:
