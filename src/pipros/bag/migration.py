@@ -40,7 +40,7 @@ class TypeChange:
 
 
 class Migrator:
-    """Applies migration rules to messages. A type whose fields have not changed does not need a rule."""
+    """Converter that applies rules to messages. A type whose fields have not changed does not need a rule."""
 
     def __init__(self, rules: Sequence[MigrationRule] = ()) -> None:
         self._rules = {rule.old: rule for rule in rules if rule.is_valid}

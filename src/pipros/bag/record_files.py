@@ -52,7 +52,7 @@ class FileOptions:
 
 
 class RecordFiles:
-    """Writes received messages to a sequence of files. Not thread-safe.
+    """Writer of received messages to a sequence of files. Not thread-safe.
 
     Args:
         say: called with a line of text when a file is opened or closed.

@@ -54,7 +54,7 @@ def rerun_file(path: Path, bag: BagReader) -> Iterator[RerunSink]:
 
 
 class RerunSink:
-    """Adds messages to a recording; see `MessageSink`. Malformed images and point clouds are skipped."""
+    """Sink that adds messages to a recording. Malformed images and point clouds are skipped."""
 
     def __init__(self, rerun: Any, recording: Any, bag: BagReader) -> None:
         self._rerun = rerun

@@ -12,7 +12,7 @@ from pipros.msg.class_finder import installed_class
 
 
 class TopicWriter:
-    """Adds messages to a writer, with one connection for each combination of topic, type and header."""
+    """Adapter that adds messages by topic name, with a connection for each topic, type and header."""
 
     def __init__(self, writer: BagWriter) -> None:
         self._writer = writer

@@ -90,7 +90,7 @@ class _WrittenTopic:
 
 
 class BagWriter:
-    """Writes messages to an open file, which the caller must close. Not thread-safe.
+    """Writer of messages to an open file, which the caller must close. Not thread-safe.
 
     Args:
         file: a binary file open for reading and writing.

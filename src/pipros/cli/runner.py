@@ -48,7 +48,7 @@ def option_parser(command: str, usage: str, description: str | None = None) -> O
 
 
 class _DeferredParser:
-    """Stands in for an `OptionParser`, which is only created if a command line has an option or an error.
+    """Substitute for an `OptionParser`, which is only created if a command line has an option or an error.
 
     Importing optparse takes longer than a call to the master, and most command lines have no options.
     """

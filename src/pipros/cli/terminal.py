@@ -100,7 +100,7 @@ def passing_note(text: str) -> Iterator[None]:
 
 
 class LiveBlock:
-    """Prints blocks of lines. On a terminal, each block replaces the previous block."""
+    """Printer for blocks of lines. On a terminal, each block replaces the previous block."""
 
     def __init__(self) -> None:
         self._is_terminal = is_terminal()

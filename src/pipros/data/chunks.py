@@ -196,7 +196,10 @@ class _CollectedMessages:
 
 
 class _ChunkReader:
-    """Reads chunks. Uncompressed chunks share a buffer: touching new memory is slower than reading."""
+    """Reader of whole chunks.
+
+    Uncompressed chunks share a buffer, because touching new memory is slower than reading.
+    """
 
     def __init__(self, bag: BagReader) -> None:
         self._bag = bag

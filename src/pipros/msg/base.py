@@ -26,7 +26,7 @@ struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import 
 
 
 class Buffers(list[Buffer]):
-    """Collects a serialized message as separate buffers, so that a transport does not need to copy them."""
+    """The buffers of a serialized message. They are kept separate, so that a transport need not copy them."""
 
     write = list.append
 

@@ -22,7 +22,7 @@ class MissingDefinition(PiprosError):
 
 
 class ClassFinder:
-    """Finds classes by type and MD5 sum, and caches them.
+    """Finder and cache of message classes by type and MD5 sum.
 
     A peer could send new definitions forever, so the cache is emptied when it exceeds
     `Limits.definition_cache_bytes`.

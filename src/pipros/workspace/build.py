@@ -293,7 +293,7 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """If tests will be run and genuine catkin is installed, record that it must build compiled tests."""
+        """Record that genuine catkin must build compiled tests, if tests will be run and it is installed."""
         compiled = [test for test in project.tests if test.target]
         if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")
@@ -362,7 +362,7 @@ class _Build:
         self._result.errors.append(f"{package.name}: {reason}")
 
     def _is_broken(self, package: SourcePackage) -> bool:
-        """Return True if the compiled part of the package, or of one of its dependencies, failed.
+        """Return whether the compiled part of the package, or of one of its dependencies, failed.
 
         If a dependency failed, report the package as skipped.
         """
@@ -377,7 +377,7 @@ class _Build:
         return True
 
     def _is_blocked(self, package: SourcePackage) -> bool:
-        """If one of the package's dependencies failed, report the package as skipped and return True."""
+        """Return whether a dependency of the package failed. If so, report the package as skipped."""
         for name in sorted(package.all_dependencies):
             culprit = self._failed.get(name)
             if culprit is not None:

@@ -58,7 +58,7 @@ def configure(
 
 
 class _ConfigureOutput:
-    """Finds errors in the lines that CMake prints.
+    """Parser that finds errors in the lines that CMake prints.
 
     `reasons` contains the first lines of the first error of each package.
     """

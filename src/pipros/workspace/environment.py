@@ -41,7 +41,7 @@ def workspace_environment(
         prefix: the devel or install space; None for an environment without a workspace.
         underlays: the workspaces on which `prefix` was built, topmost first.
         variables: the current environment.
-        extend: whether to keep the entries of previously sourced workspaces, after those of this one.
+        extend: whether to keep the entries of previously sourced workspaces, after the new entries.
         own_programs: a folder to put first in `PATH` unless `PATH` contains it.
     """
     known = [workspace.prefix for workspace in built_workspaces(variables)]

@@ -44,8 +44,8 @@ class IsolatedResult:
 
     Attributes:
         errors: the errors of the package that failed. The build stops at this package.
-        needs_genuine: a package that genuine catkin must build; empty if there is none. The build also stops at
-            this package.
+        needs_genuine: a package that genuine catkin must build; empty if there is none. The build also stops
+            at this package.
     """
 
     errors: list[str] = field(default_factory=list)

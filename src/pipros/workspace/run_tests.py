@@ -65,7 +65,7 @@ def run_tests(
 
 
 def _compile(test: TestEntry, project: Project, layout: WorkspaceFolders) -> None:
-    """If a test includes a program that must be compiled, build it with genuine catkin.
+    """Build a test's program with genuine catkin, if the program must be compiled.
 
     Raises:
         MissingTools, NativeBuildFailed: the program cannot be compiled.

@@ -12,7 +12,7 @@ _PERIOD_S = 0.1
 
 
 class Progress:
-    """Shows how many of `total` bytes have been processed, at most ten times a second.
+    """Display of how many of `total` bytes have been processed, updated at most ten times a second.
 
     Args:
         label: description of the work.

@@ -97,7 +97,7 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
 
 
 class LogPrinter:
-    """Prints rosgraph_msgs/Log messages that have at least a given level and pass a filter."""
+    """Printer for rosgraph_msgs/Log messages that have at least a given level and pass a filter."""
 
     def __init__(
         self,

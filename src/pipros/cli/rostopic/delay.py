@@ -59,7 +59,7 @@ def measure_delay(argv: Sequence[str]) -> int:
 
 
 class Delays:
-    """Collects message delays. Thread-safe. `report` prints statistics if there are new delays."""
+    """Delays of the last messages. Thread-safe. `report` prints statistics if there are new delays."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         from pipros.graph.raw_decoder import RawDecoder

@@ -90,7 +90,7 @@ def _indented(lines: Sequence[str]) -> str:
 
 
 class _Hosts:
-    """Looks up each node's host, with one call to the master per node."""
+    """The hosts of nodes, looked up with one call to the master per node."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master

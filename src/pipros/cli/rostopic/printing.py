@@ -23,7 +23,7 @@ CLEAR_SCREEN = "\x1b[2J\x1b[;H"
 
 
 class MessagePrinter:
-    """Prints messages up to the requested count."""
+    """Printer for messages, up to the requested count."""
 
     def __init__(
         self, options: EchoOptions, source: TopicPart, clock: Clock | None, finish: Callable[[], object]

@@ -87,7 +87,7 @@ def publish(argv: Sequence[str]) -> int:
 
 
 class _Publishing:
-    """Publishes one command's messages."""
+    """Publication of the messages of one command."""
 
     def __init__(self, node: Node, options: PubOptions, message_class: type[Message]) -> None:
         self._node = node

@@ -46,7 +46,7 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
 
 
 class MessageTemplate:
-    """Creates messages of one class from values.
+    """Template that creates messages of one class from values.
 
     The value `now` is replaced by the current time, and `auto` by a header with that time.
     """

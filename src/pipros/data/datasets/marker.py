@@ -9,11 +9,11 @@ from pipros.node import Node
 
 
 class EpisodeMarker:
-    """Offers `TOPIC/start` and `TOPIC/stop` (`std_srvs/Trigger`), and publishes `std_msgs/String` on TOPIC.
+    """Two services, `TOPIC/start` and `TOPIC/stop` (`std_srvs/Trigger`), that publish strings on TOPIC.
 
     A call to `start` publishes the value of the parameter `TOPIC/task`, or `episode` if it is not set. A call
     to `stop` publishes an empty string. The last message is latched, so a recording that begins during an
-    episode contains its start.
+    episode contains its start. Messages on TOPIC have the type `std_msgs/String`.
     """
 
     def __init__(self, node: Node, topic: str) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class LiveTeleoperator:
-    """Reads actions from the `teleop` topics in `robot.yaml`. Not thread-safe.
+    """Source of actions, read from the `teleop` topics in `robot.yaml`. Not thread-safe.
 
     Attributes:
         action_names: the names of the numbers; see `LiveRobot`.

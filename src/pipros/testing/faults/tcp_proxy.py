@@ -75,7 +75,7 @@ class Switch:
 
 
 class TcpProxy:
-    """Listens on a loopback port and forwards connections to `target`.
+    """A proxy that listens on a loopback port and forwards connections to `target`.
 
     Attributes:
         address: host and port; valid after `start`.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class StepRunner:
-    """Runs targets, and steps whose outputs are outdated, each at most once.
+    """Runner of targets, and of steps whose outputs are outdated. Each runs at most once.
 
     Attributes:
         has_run: whether any command was run.
