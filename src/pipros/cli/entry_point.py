@@ -49,7 +49,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
     @wraps(main)
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
-        try:  # first, because Ctrl-C may arrive while the streams are being set up
+        try:  # outermost, because Ctrl-C may arrive while the streams are being set up
             return with_streams(*args, **kwargs)
         except KeyboardInterrupt:
             return INTERRUPTED

@@ -235,7 +235,7 @@ def _messages(
         times, offsets = entries[:, 0] * NS_PER_S + entries[:, 1], entries[:, 2]
         headers = [np.frombuffer(each, np.uint8) for each in usual_headers(connection.id)]
         size = len(headers[0])
-        begins = offsets + size + 12  # after the time and the size of the message
+        begins = offsets + size + 12  # the message follows its time and its size
         if (begins > len(data)).any():
             raise _Unusual
         records = values_at(data, offsets, None, np.dtype((np.void, size))).view(np.uint8).reshape(-1, size)

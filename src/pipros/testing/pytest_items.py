@@ -112,7 +112,8 @@ class LaunchTestItem(pytest.Item):
             self.add_report_section("call", f"stdout of {self.name}", suite.stdout)
             self.add_report_section("call", f"stderr of {self.name}", suite.stderr)
         of_program = [case for suite in suites for case in suite.cases]
-        if self.config.getoption("xmlpath", None) or "workerinput" in vars(self.config):  # pytest-xdist
+        # Only workers of pytest-xdist have the attribute `workerinput`.
+        if self.config.getoption("xmlpath", None) or "workerinput" in vars(self.config):
             started = [case for case in result.cases if case.outcome is not Outcome.PASSED or not of_program]
             self.user_properties.append(as_property([*started, *of_program]))
         return [case for case in (*result.cases, *of_program) if case.outcome is not Outcome.PASSED]

@@ -74,7 +74,7 @@ class _ConfigureOutput:
         if found := _PROCESSING.match(line):
             self._current = found[1]
         elif line.startswith(_DONE):
-            self._current = ""  # errors that follow name the package's file
+            self._current = ""  # later errors contain the path of the package's file
         elif found := _ERROR.match(line):
             name = self._owner(found[1]) or self._current
             self._lines = [line] if name in self._packages and name not in self.reasons else None

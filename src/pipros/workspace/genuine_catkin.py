@@ -315,7 +315,7 @@ def native_environment(tools: NativeTools, variables: Mapping[str, str]) -> dict
         result.pop("PYTHONPATH", None)
         result["ROS_DISTRO"] = _DEBIAN
     result["PATH"] = os.pathsep.join(entries)
-    # Without this, CMake 4 rejects Noetic's packages, which require version 3.0.2. Older versions ignore it.
+    # CMake 4 would reject Noetic's packages, which require CMake 3.0.2. CMake 3 ignores the variable.
     result.setdefault("CMAKE_POLICY_VERSION_MINIMUM", "3.5")
     underlays = result.get("CMAKE_PREFIX_PATH", "")
     result["CMAKE_PREFIX_PATH"] = os.pathsep.join(filter(None, [underlays, str(tools.prefix)]))

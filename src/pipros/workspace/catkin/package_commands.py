@@ -111,7 +111,7 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
         if not is_required:
             context.scope.values[f"{name}_FOUND"] = "0"
             return
-        # CMake would stop here, but a package without compiled code can be built if another is missing.
+        # CMake would stop here, but packages without compiled code can be built without this package.
         context.project.absent.append(
             AbsentPackage(
                 name,
