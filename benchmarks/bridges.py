@@ -319,7 +319,10 @@ def clients(options, name="Foxglove", **server):
     print(line(["---", *["---:"] * 4]))
     rows = []
     for is_one_stuck in (False, True):
-        label = f"{name}: {options.clients} clients of a 100 Hz Imu" + ", one more stuck" * is_one_stuck
+        label = (
+            f"{name}: {options.clients} clients of a 100 Hz Imu"
+            + " and one that does not read" * is_one_stuck
+        )
         found = many_clients(options.clients, options.seconds, is_one_stuck=is_one_stuck, **server)
         print(line([label, *map(as_text, found)]), flush=True)
         rows.append(Row(label + ", processor %", {"pipros": [found[-1]]}))

@@ -90,7 +90,7 @@ BOUNDS = (
     ("talker", "the interpreter and its modules"),
     ("rosrun talker: gone", "a genuine node sometimes misses Ctrl-C, and is killed after 20 s"),
     ("master:", "XML in Python; the interpreter and its modules, for start, end and memory"),
-    ("bag:", "Python for each message or, for open, for each chunk; compression, if any"),
+    ("bag:", "Python code for each message (when opening a bag, for each chunk), and compression, if any"),
     ("serialize", "Python for each string, array and embedded message; copies, for images and clouds"),
     ("buffers", "Python for each string, array and embedded message"),
     ("deserialize", "the creation of objects; copies, for images and clouds"),

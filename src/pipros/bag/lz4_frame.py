@@ -108,7 +108,7 @@ def _block(block: bytes, out: bytearray, begin: int, end: int) -> None:
                     break
         start = len(out) - distance
         if not distance or start < begin:
-            raise ValueError("a block must not copy bytes from before the start of the data")
+            raise ValueError(f"the distance of a copy must be 1 to {len(out) - begin} bytes, got {distance}")
         if len(out) + length > end:
             raise ValueError("a block has more bytes than allowed")
         if distance >= length:

@@ -1,4 +1,4 @@
-"""The limits on the resources that peers, files and names can use, with their defaults.
+"""Limits on the resources that peers can use, and on the sizes of files and names, with default values.
 
 `PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
 may pass a `Limits` to `Node` and `Master`. docs/reliability.md describes what happens at each limit.

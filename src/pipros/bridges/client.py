@@ -1,12 +1,12 @@
 """Connection to one client of a bridge. It sends the client's outbox as fast as the client reads.
 
-Theory of operation. `ClientOutbox` wakes the event loop once for all clients. No task writes a client's
-frames: the event loop writes them until the socket buffer is full, and again when asyncio reports that there
-is room. A connection whose buffer stays full is aborted if the client reads nothing for `bridge_stall_s`.
-Frames bypass websockets' `send`, which copies a large message twice and is several times slower for a small
-message, and `broadcast`, which does not report a full buffer. Frame headers are therefore encoded here
-(unmasked, without extensions; RFC 6455). A large frame is sent without copying it; while it is being written,
-control frames wait.
+Theory of operation. Outboxes are filled in any thread. `Wakeups` wakes the event loop once for several
+outboxes with new frames. No task writes a client's frames: the event loop writes them until the socket buffer
+is full, and again when asyncio reports that there is room. A connection whose buffer stays full is aborted if
+the client reads nothing for `bridge_stall_s`. Frames bypass websockets' `send`, which copies a large message
+twice and is several times slower for a small message, and `broadcast`, which does not report a full buffer.
+Frame headers are therefore encoded here (unmasked, without extensions; RFC 6455). A large frame is sent
+without copying it; while it is being written, control frames wait.
 """
 
 from __future__ import annotations
