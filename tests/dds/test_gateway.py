@@ -19,8 +19,8 @@ KINDS = ["fast-udp", "cyclone"]
 LIMIT_S = 60
 RULES = """
 topics: {to_ros1: {allow: [/back]}}
-services: {to_ros1: {allow: [/add]}}
-actions: {to_ros1: {allow: [/fibonacci]}}
+services: {to_ros1: {allow: [/add]}, to_ros2: {allow: [/sum]}}
+actions: {to_ros1: {allow: [/fibonacci]}, to_ros2: {allow: [/fibonacci]}}
 """
 Run = Callable[..., Process]
 
