@@ -18,6 +18,7 @@
 #include <cstring>
 #include <iostream>
 #include <map>
+#include <set>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -28,6 +29,7 @@
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/DataWriterListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
@@ -120,6 +122,31 @@ class Listener : public DataReaderListener {
   }
 };
 
+// The readers that a writer has matched.
+class Matched : public DataWriterListener {
+ public:
+  void on_publication_matched(DataWriter*, const PublicationMatchedStatus& status) override {
+    GUID_t guid;
+    iHandle2GUID(guid, status.last_subscription_handle);
+    std::lock_guard<std::mutex> guard(lock);
+    if (status.current_count_change > 0) readers.insert(guid);
+  }
+  // Like rmw_fastrtps: a reply that is written before would be lost.
+  void wait_for(const GUID_t& guid) {
+    for (int each = 0; each < 2000; ++each) {
+      {
+        std::lock_guard<std::mutex> guard(lock);
+        if (readers.count(guid)) return;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+ private:
+  std::mutex lock;
+  std::set<GUID_t> readers;
+};
+
 struct Peer {
   DomainParticipant* participant;
   Publisher* publisher;
@@ -142,11 +169,11 @@ struct Peer {
     TypeSupport(new RawType(type)).register_type(participant);
     return participant->create_topic(name, type, TOPIC_QOS_DEFAULT);
   }
-  DataWriter* writer(const std::string& name, const std::string& type, Qos qos) {
+  DataWriter* writer(const std::string& name, const std::string& type, Qos qos, Matched* matched = nullptr) {
     DataWriterQos wanted;
     apply(wanted, qos);
     wanted.publish_mode().kind = ASYNCHRONOUS_PUBLISH_MODE;
-    return publisher->create_datawriter(topic(name, type), wanted);
+    return publisher->create_datawriter(topic(name, type), wanted, matched);
   }
   DataReader* reader(const std::string& name, const std::string& type, Qos qos, Listener* listener) {
     DataReaderQos wanted;
@@ -185,13 +212,14 @@ bool take(DataReader* reader, Bytes& bytes, SampleInfo& info) {
 
 // A service of an action, on the side of the server or of the client.
 struct Service {
+  Matched* matched = new Matched; // until the process ends
   DataReader* reader;
   DataWriter* writer;
 
   Service(Peer& peer, const std::string& name, const std::string& type, bool is_server) {
     std::string requests = "rq" + name + "Request", replies = "rr" + name + "Reply";
     reader = peer.reader(is_server ? requests : replies, type + (is_server ? "_Request_" : "_Response_"), {false, 10}, nullptr);
-    writer = peer.writer(is_server ? replies : requests, type + (is_server ? "_Response_" : "_Request_"), {false, 10});
+    writer = peer.writer(is_server ? replies : requests, type + (is_server ? "_Response_" : "_Request_"), {false, 10}, matched);
   }
   void wait_for_server() {
     SubscriptionMatchedStatus status;
@@ -217,6 +245,7 @@ struct Service {
     return true;
   }
   void reply(Bytes bytes, const SampleIdentity& client) {
+    matched->wait_for(client.writer_guid());
     WriteParams to;
     to.related_sample_identity() = client;
     writer->write(&bytes, to);
