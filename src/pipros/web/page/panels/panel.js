@@ -1,6 +1,6 @@
 // One panel: the view of a tab with a bar to choose, move, split, enlarge and close it.
 
-import { h, replace } from "../dom.js";
+import { h } from "../dom.js";
 import { placeIn } from "../place.js";
 import { makeDraggable } from "./dragging.js";
 import { TabContext } from "../tab_context.js";
@@ -80,8 +80,7 @@ export function panel(first, tabs, board) {
       argument = leaf.argument;
       handle.go?.(argument);
     }
-    subject.title = subjectOf?.(leaf.argument) ?? "";
-    replace(subject, subject.title);
+    for (const part of ["title", "textContent"]) subject[part] = subjectOf?.(leaf.argument) ?? "";
   }
 
   makeDraggable(element, grip, (target, side) => board.move(leaf.id, Number(target.dataset.id), side));
