@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.hosted_node import HostedNode
+from pipros.node.service_link import ServiceFailed
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -197,6 +199,35 @@ def test_hosted_nodes_hand_messages_over_as_objects(host: Node) -> None:
     three = HostedNode(host, "/c/three")
     three.subscribe("/a/one/out", Image, late)
     assert late.wait()[0] is sent
+
+
+def test_hosted_nodes_call_services_until_they_end(host: Node) -> None:
+    empty = load_service_class("std_srvs/Empty")
+    begun, hangs, errors = threading.Event(), threading.Event(), []
+
+    def handle(_: Any) -> Any:
+        begun.set()
+        hangs.wait()
+        return empty._response_class()
+
+    one, two = HostedNode(host, "/one"), HostedNode(host, "/two")
+    one.serve("answer", empty, lambda _: empty._response_class())
+    one.serve("hang", empty, handle)
+    assert two.client("answer", empty).call(empty._request_class()) == empty._response_class()
+
+    def call() -> None:
+        try:
+            two.client("hang", empty).call(empty._request_class())
+        except ServiceFailed as error:
+            errors.append(error)
+
+    caller = threading.Thread(target=call)
+    caller.start()
+    assert begun.wait(60)
+    two.shutdown()
+    caller.join()
+    hangs.set()
+    assert len(errors) == 1
 
 
 def test_a_slow_nodelet_gets_the_newest_messages(host: Node) -> None:

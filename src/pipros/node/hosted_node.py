@@ -70,7 +70,7 @@ class HostedNode(Node):
         self.params = host.params.for_names(self.resolve)
         self._timings = host._timings
         self._on_shutdown_request = self._end_by_request
-        self._calls = OpenCalls()
+        self.calls = OpenCalls(part_of=host.calls)
         self._loop = host._loop
         self._running = host._running
         self._lock = threading.Lock()
@@ -101,13 +101,13 @@ class HostedNode(Node):
                 self._ended.wait()
             return
         self.log.debug("%s ends: %s", self.name, reason)
-        self._calls.interrupt_present()
+        self.calls.interrupt_present(self._timings.call_grace_s)
         for hook in list(self._shutdown_hooks):
             try:
                 hook()
             except Exception:
                 self.log.exception("a shutdown hook of %s failed", self.name)
-        self._calls.interrupt()
+        self.calls.interrupt(self._timings.call_grace_s)
         self.host.remove_shutdown_hook(self._end_with_host)
         # The subscribers end first, so that no callback publishes on a topic that has ended.
         for handle in sorted(self._handles, key=lambda each: isinstance(each, Publisher)):

@@ -324,8 +324,7 @@ class Node:
             running.endpoints.restrict_publishing_to(get_ident())
         self.clock.interrupt(exempt=get_ident())
         # A hook may call services, or wait for a thread that calls one.
-        self.calls.wait_for_callers(self._timings.call_grace_s)
-        self.calls.interrupt_present()
+        self.calls.interrupt_present(self._timings.call_grace_s)
         for hook in list(self._shutdown_hooks):
             try:
                 hook()
@@ -333,8 +332,9 @@ class Node:
                 self.log.exception("a shutdown hook of %s failed", self.name)
         try:
             if running is not None:
-                self.calls.wait_for_callers(self._timings.call_grace_s)  # begun just before the shutdown
-                self.calls.interrupt()
+                self.calls.interrupt(
+                    self._timings.call_grace_s
+                )  # of calls that began just before the shutdown
                 try:
                     running.leave()
                 finally:  # a loop that kept running would watch descriptors that other code has closed

@@ -45,30 +45,32 @@ class OpenCalls:
         self._callers.add(threading.get_ident())
 
     def end(self) -> None:
+        """Record that the current thread has finished its call."""
         self._callers.discard(threading.get_ident())
 
-    def wait_for_callers(self, limit_s: float) -> None:
-        """Wait until no thread is calling a service, for at most `limit_s`."""
-        deadline = time.monotonic() + limit_s
-        while self._have_callers() and time.monotonic() < deadline:
-            time.sleep(_POLL_S)
-
-    def _have_callers(self) -> bool:
-        with self._lock:
-            parts = [each for each in self._open if isinstance(each, OpenCalls)]
-        return bool(self._callers) or any(part._have_callers() for part in parts)
-
-    def interrupt(self) -> None:
-        """Interrupt all running and future calls."""
+    def interrupt(self, grace_s: float = 0.0) -> None:
+        """Interrupt all calls that do not end within `grace_s`, and all future calls."""
+        self._wait_for_callers(grace_s)
         with self._lock:
             self._is_interrupted = True
             calls = list(self._open)
         for call in calls:
             call.interrupt()
 
-    def interrupt_present(self) -> None:
-        """Interrupt all running calls. Later calls are not affected."""
+    def interrupt_present(self, grace_s: float = 0.0) -> None:
+        """Interrupt all calls that do not end within `grace_s`. Later calls are not affected."""
+        self._wait_for_callers(grace_s)
         with self._lock:
             calls = list(self._open)
         for call in calls:
             call.interrupt_present()
+
+    def _wait_for_callers(self, limit_s: float) -> None:
+        deadline = time.monotonic() + limit_s
+        while time.monotonic() < deadline and self._have_callers():
+            time.sleep(_POLL_S)
+
+    def _have_callers(self) -> bool:
+        with self._lock:
+            parts = [each for each in self._open if isinstance(each, OpenCalls)]
+        return bool(self._callers) or any(part._have_callers() for part in parts)
