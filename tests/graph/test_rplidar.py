@@ -77,6 +77,7 @@ def test_a_launch_file_publishes_the_room(
     assert 20 <= sum(empty) <= 40
     between_s = (following.header.stamp - scan.header.stamp).to_sec()  # 0.1, but more on a busy machine
     assert scan.scan_time == pytest.approx(between_s, abs=0.09)
+    assert scan.scan_time > 0.01
     assert scan.time_increment == pytest.approx(scan.scan_time / 1159)
     launch.press_ctrl_c()
     assert launch.wait() == 0

@@ -187,7 +187,7 @@ class Lookups:
 
 
 def _get_addresses(host: str, port: int | None, **wanted: int) -> list[Any]:
-    """Call `socket.getaddrinfo`. For a str, it would import the codec for international host names."""
+    """Call `socket.getaddrinfo` with an ASCII name as bytes, because a str loads Python's IDNA codec."""
     return socket.getaddrinfo(host.encode("ascii") if host.isascii() else host, port, **wanted)
 
 
