@@ -22,4 +22,4 @@ def test_the_examples_run() -> None:
 def test_the_documented_nesting_limits_are_those_of_the_code() -> None:
     text = " ".join(DOCUMENT.split())
 
-    assert f"Messages may be nested {DEPTH_LIMIT} deep, arrays in arrays {BLOCK_LIMIT} deep." in text
+    assert f"nested {DEPTH_LIMIT} levels deep, and arrays within arrays {BLOCK_LIMIT} levels deep." in text
