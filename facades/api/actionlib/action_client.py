@@ -191,11 +191,11 @@ class ClientGoalHandle:
         return self.comm_state_machine.state
 
     def get_goal_status(self) -> int:
-        """Return the last status from the server, a constant of GoalStatus."""
+        """Return the last known status, a constant of GoalStatus; PENDING until the server reports one."""
         return self.comm_state_machine.latest_goal_status.status
 
     def get_goal_status_text(self) -> str:
-        """Return the text that the server sent with the last status."""
+        """Return the text that the server sent with its last status."""
         return self.comm_state_machine.latest_goal_status.text
 
     def get_result(self) -> Any:
@@ -275,7 +275,7 @@ class GoalManager:
 class ActionClient:
     """Client of the action server `ns`. Tracks any number of goals.
 
-    Callbacks run in threads of the node.
+    Callbacks run in threads of the node, or in the thread that cancels the goal.
 
     Raises:
         ActionException: `ActionSpec` is not the class of an action.

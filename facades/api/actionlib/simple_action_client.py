@@ -31,8 +31,8 @@ class SimpleGoalState:
 class SimpleActionClient:
     """Client of the action server `ns`. Tracks one goal at a time.
 
-    Transition callbacks run one at a time for each goal, in a thread of the node. A new goal replaces the
-    tracked goal without cancelling it.
+    Transition callbacks run one at a time for each goal, in a thread of the node or in the thread that
+    cancels the goal. A new goal replaces the tracked goal without cancelling it.
     """
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:

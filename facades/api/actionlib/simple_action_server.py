@@ -26,8 +26,8 @@ _GRACE_S = 0.2
 class SimpleActionServer:
     """Action server that executes one goal at a time.
 
-    A new goal requests preemption of the current goal and cancels a goal that is still pending. Methods may
-    be called from any thread.
+    A new goal requests preemption of the current goal and cancels a goal that is still pending. If either
+    goal has a later timestamp, the new goal is cancelled instead. Methods may be called from any thread.
 
     Args:
         name: namespace of the action.

@@ -23,8 +23,9 @@ class Prompt:
         rospy.on_shutdown(self._wake)
 
     def read(self) -> str | None:
-        """Wait for the next line and return it. Return None at the end of the input, or once the node is shut
-        down.
+        """Wait for the next line and return it.
+
+        Return None at the end of the input, or once the node is shut down.
 
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed and the node is not shut down.

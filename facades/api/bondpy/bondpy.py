@@ -73,8 +73,8 @@ class Bond:
     On each side, the first message from the other side forms the bond. The bond is broken when one side
     breaks the bond or stops publishing, or if no message arrives within `connect_timeout`.
 
-    Callbacks are called without arguments in a thread of the bond or of its subscriber, and may call any
-    method. All methods may be called from any thread.
+    Callbacks are called without arguments, in a thread of the bond, of its subscriber or of the caller of
+    `break_bond`, and may call any method. All methods may be called from any thread.
 
     Attributes:
         topic, id: the constructor's arguments.

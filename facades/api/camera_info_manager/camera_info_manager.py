@@ -41,7 +41,7 @@ class CameraInfoManager:
     before the first `getCameraInfo`, and after changing the name or the URL.
 
     Args:
-        cname: camera name; may contain letters, digits and underscores.
+        cname: camera name; may contain ASCII letters, digits and underscores.
         url: URL of the calibration file; empty for the default.
         namespace: namespace of the service; empty for the node's namespace.
     """
@@ -94,8 +94,8 @@ class CameraInfoManager:
     def setCameraName(self, cname: str) -> bool:
         """Change the camera name. The calibration must be loaded again afterwards.
 
-        Return False without a change if `cname` is empty or contains characters other than letters, digits
-        and underscores.
+        Return False without a change if `cname` is empty or contains characters other than ASCII letters,
+        digits and underscores.
         """
         if not _NAME.fullmatch(cname):
             return False
@@ -120,7 +120,7 @@ class CameraInfoManager:
 
 
 def genCameraName(from_string: str) -> str:
-    """Return a valid camera name: underscores replace all characters other than letters and digits."""
+    """Return a valid camera name: underscores replace all characters except ASCII letters and digits."""
     return re.sub(r"[^A-Za-z0-9_]", "_", from_string)
 
 

@@ -8,11 +8,11 @@ import sys
 from diagnostic_analysis.sparse import make_sparse_length, make_sparse_skip
 
 _LARGEST = 65000
-"""Number of rows that every spreadsheet program supports."""
+"""Number of rows that all common spreadsheet programs support."""
 
 
 def main() -> int:
-    """Write the file. Return the exit code, which is 1 if a number is too low or a file is unusable."""
+    """Write the file. Return the exit code, which is 1 if a number is below 1 or reading or writing fails."""
     parser = argparse.ArgumentParser("sparse_csv.py", description="Writes a CSV file with fewer rows.")
     parser.add_argument("-l", "--length", type=int, metavar="LEN", help="approximate number of rows to keep")
     parser.add_argument(

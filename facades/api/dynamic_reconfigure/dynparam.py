@@ -23,7 +23,7 @@ from pipros.safe.yaml import load
 class CommandParser(argparse.ArgumentParser):
     """Argument parser with Noetic's exit codes.
 
-    The program exits with 1 if the command is missing or unknown, and with 2 on other errors.
+    The program exits with 1 if the command is missing or unknown, and with 2 on other usage errors.
     """
 
     def error(self, message: str) -> NoReturn:

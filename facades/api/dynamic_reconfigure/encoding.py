@@ -81,7 +81,7 @@ _PARTS: tuple[tuple[type, str, Any], ...] = (
 def encode_config(config: Any, flat: bool = True) -> ConfigMsg:
     """Encode a configuration as a message.
 
-    A value that is a dictionary is encoded as a tree of parameter groups, a list as a sequence of groups.
+    A dictionary value is encoded as a tree of parameter groups, and a list as a sequence of groups.
     """
     message = ConfigMsg()
     for name, value in config.items():

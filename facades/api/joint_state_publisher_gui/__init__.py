@@ -14,7 +14,7 @@ from pipros.server.sliders.slider_page import Slider, SliderPage
 
 
 class JointStatePublisherGui:
-    """Web page for a JointStatePublisher, with a slider for each joint that does not mimic another joint."""
+    """Web page for a JointStatePublisher, with a slider for each of its `free_joints`."""
 
     def __init__(self, title: str, jsp: JointStatePublisher) -> None:
         self.jsp = jsp
@@ -22,12 +22,12 @@ class JointStatePublisherGui:
         self.page = SliderPage(title, rospy.get_name(), self._sliders, self._move, buttons)
 
     def center(self) -> None:
-        """Move each joint to its zero position."""
+        """Move each free joint to its zero position."""
         for joint in self.jsp.free_joints.values():
             joint["position"] = joint["zero"]
 
     def randomize(self) -> None:
-        """Move each joint to a random position within its range."""
+        """Move each free joint to a random position within its range."""
         for joint in self.jsp.free_joints.values():
             joint["position"] = random.uniform(joint["min"], joint["max"])  # noqa: S311
 

@@ -38,7 +38,7 @@ class RobotStatePublisher:
         use_tf_static: whether to publish fixed joints on `/tf_static`.
         ignore_timestamp: whether to publish frames for every message, instead of limiting the rate by
             timestamp.
-        tf_prefix: prefix of all frame IDs; a slash is added after it.
+        tf_prefix: prefix of all frame IDs; a slash is appended to it.
     """
 
     def __init__(

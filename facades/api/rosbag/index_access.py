@@ -146,7 +146,7 @@ class IndexAccess(BagContents):
     def _get_connections(
         self, topics: Iterable[str] | str | None = None, connection_filter: ConnectionFilter | None = None
     ) -> Iterator[ConnectionInfo]:
-        """Yield the connections on the given topics that the filter accepts."""
+        """Return an iterator over the connections on the given topics that the filter accepts."""
         return map(ConnectionInfo, self._chosen(self._view(), topics, connection_filter))
 
     @staticmethod

@@ -35,7 +35,7 @@ class TopicTuple(NamedTuple):
 
 
 class TypesAndTopicsTuple(NamedTuple):
-    """md5sums by message type, and topic summaries by name."""
+    """MD5 sums by message type, and topic summaries by topic name."""
 
     msg_types: dict[str, str]
     topics: dict[str, TopicTuple]

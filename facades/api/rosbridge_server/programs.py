@@ -35,7 +35,7 @@ class Server(Protocol):
 
 
 class WrongParameter(PiprosError):
-    """A parameter of a server has an invalid value."""
+    """A parameter or command-line option of a server has an invalid value."""
 
 
 @exits_after_ctrl_c()
@@ -92,7 +92,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
     """Return the options set by the node's parameters and command line.
 
     Raises:
-        WrongParameter: a parameter has an invalid value.
+        WrongParameter: a parameter or option has an invalid value.
         PiprosError: BSON is requested and pymongo is not installed, or the policy file is invalid.
     """
     arguments = _command_line()

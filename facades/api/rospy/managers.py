@@ -109,7 +109,7 @@ class TopicManager:
     def acquire_impl(self, reg_type: str, resolved_name: str, data_class: type[Message]) -> TopicImpl | None:
         """Advertise or subscribe to a topic until `release_impl` is called.
 
-        Returns the same object as `get_impl`.
+        Return the same object as `get_impl`.
         """
         if session.node is not None and not session.is_shutdown:
             endpoints = session.node.endpoints

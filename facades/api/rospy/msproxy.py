@@ -41,9 +41,9 @@ class MasterProxy:
         return call
 
     def search_param(self, key: str) -> str | None:
-        """Return the full name of the closest parameter with the given name.
+        """Return the full name of the closest parameter with the given name, or None.
 
-        Searches from the node's namespace upwards.
+        The search starts in the node's namespace and continues upwards.
         """
         return session.params.search(key)
 

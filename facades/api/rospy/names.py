@@ -62,7 +62,7 @@ __all__ = [
 
 
 def get_name() -> str:
-    """Return the full name of the node, which is `/unnamed` before `init_node`."""
+    """Return the full name of the node. Before `init_node`, the name without its namespace is `unnamed`."""
     return session.name
 
 
@@ -181,7 +181,7 @@ def namespace(name: str | None) -> str:
 
 
 def _variable(name: str) -> Any:
-    """Return the module variables that some packages read."""
+    """Return a module variable that some packages read, such as `_mappings`."""
     if name == "_mappings":
         return get_mappings()
     if name == "_resolved_mappings":

@@ -64,8 +64,9 @@ class NoeticGlobals:
 
     @is_ending.setter
     def is_ending(self, value: bool) -> None:
-        """Ignore the value: packages that set it to False also set `is_shutdown`, and that assignment takes
-        effect.
+        """Ignore the value.
+
+        Packages that set it to False also set `is_shutdown`, and that assignment takes effect.
         """
 
     @property

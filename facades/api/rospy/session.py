@@ -63,7 +63,7 @@ class Session:
         self.node: Node | None = None
         self.calls = OpenCalls()
         self.hooks = ShutdownHooks(self.logger)
-        self.services: dict[str, Any] = {}  # contains every rospy.Service, by name
+        self.services: dict[str, Any] = {}  # the registered instances of rospy.Service, by name
         self._is_over = False  # true after a shutdown without a node, or if a package set it
         self.before.reset()
         self.globals.reset()

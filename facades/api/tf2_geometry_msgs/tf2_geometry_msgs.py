@@ -36,7 +36,7 @@ def from_msg_msg(msg: Any) -> Any:
 
 
 def transform_to_kdl(t: Any) -> Any:
-    """Return the transform as a PyKDL.Frame. Requires PyKDL, which is not on PyPI under this name."""
+    """Return the transform as a PyKDL.Frame. Requires PyKDL (on Debian, `python3-pykdl`)."""
     import PyKDL
 
     position, rotation = t.transform.translation, t.transform.rotation

@@ -18,8 +18,7 @@ try:
     import PyKDL
 except ImportError as error:
     raise ImportError(
-        "tf2_kdl needs PyKDL, which is not on PyPI: install the system package python3-pykdl, "
-        "and use the system's Python",
+        "tf2_kdl needs PyKDL: install the system package python3-pykdl, and use the system's Python",
         name="PyKDL",
     ) from error
 

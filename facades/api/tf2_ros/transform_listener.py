@@ -14,7 +14,7 @@ _star_names(__name__, "threading")
 
 
 class TransformListener:
-    """Subscriber that fills `buffer` from `/tf` and `/tf_static` until it is unregistered or deleted.
+    """Subscriber that fills `buffer` from `/tf` and `/tf_static` until `unregister` is called.
 
     If the clock jumps back, the buffer is cleared except for static transforms.
     """

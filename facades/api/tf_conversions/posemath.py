@@ -19,8 +19,8 @@ def _kdl() -> Any:
     """Return the PyKDL module. Raise ImportError if it is not installed."""
     if _PyKDL is None:
         raise ImportError(
-            "tf_conversions needs PyKDL, which is not on PyPI: install the system package "
-            "python3-pykdl, or a package such as conda-forge's python-orocos-kdl",
+            "tf_conversions needs PyKDL: install the system package python3-pykdl, "
+            "or a package such as conda-forge's python-orocos-kdl",
             name="PyKDL",
         )
     return _PyKDL

@@ -17,7 +17,7 @@ from pipros.libraries.vision.capture import CameraError, Capture
 
 
 class UsbCam:
-    """Publisher of a camera's images on `~image_raw`, with `~camera_info`.
+    """Publisher of a camera's images on `~image_raw` and of its calibration on `~camera_info`.
 
     The services `~start_capture` and `~stop_capture` switch publishing on and off.
 

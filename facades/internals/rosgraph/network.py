@@ -73,7 +73,7 @@ def parse_http_host_and_port(url: str) -> tuple[str, int]:
 
 
 def get_address_override() -> str | None:
-    """Return the address set by `__hostname:=`, `__ip:=`, `ROS_HOSTNAME` or `ROS_IP`, or None.
+    """Return the name or address set by `__hostname:=`, `__ip:=`, `ROS_HOSTNAME` or `ROS_IP`, or None.
 
     Invalid values are reported on standard error.
     """

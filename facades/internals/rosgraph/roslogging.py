@@ -35,7 +35,7 @@ logging.setLoggerClass(RospyLogger)
 class RosStreamHandler(ConsoleHandler):
     """Handler that formats records with `ROSCONSOLE_FORMAT`.
 
-    DEBUG and INFO go to stdout, other levels to stderr.
+    DEBUG and INFO records are written to stdout, and others to stderr.
     """
 
     def __init__(self, colorize: bool = True, stdout: Any = None, stderr: Any = None) -> None:

@@ -247,7 +247,7 @@ class ROSLaunchRunner:
             time.sleep(_POLL_INTERVAL_S)
 
     def is_node_running(self, node: Node) -> bool:
-        """Return whether the node's process is running or waiting to be restarted."""
+        """Return whether the node's process is running or may be restarted, automatically or by a user."""
         return node.process_name is not None and self.pm.has_process(node.process_name)
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name

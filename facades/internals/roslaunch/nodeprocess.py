@@ -86,7 +86,7 @@ class LocalProcess(Process):
 
     @property
     def is_watched(self) -> bool:
-        """Whether the node is running or waiting to be restarted."""
+        """Whether the node is running, may be restarted (also by a user), or left child processes behind."""
         return not self._managed.is_done
 
     def is_alive(self) -> bool:
@@ -124,11 +124,11 @@ class RunProcesses:
             return self._known[managed.name]
 
     def alive(self) -> list[LocalProcess]:
-        """Return the processes that are running or waiting to be restarted."""
+        """Return the processes that have not ended for good; see `LocalProcess.is_watched`."""
         return [process for process in self.all() if process.is_watched]
 
     def ended(self) -> list[LocalProcess]:
-        """Return the processes that have exited permanently."""
+        """Return the processes that have ended for good."""
         return [process for process in self.all() if not process.is_watched]
 
     def all(self) -> list[LocalProcess]:

@@ -140,7 +140,7 @@ class Watched(Protocol):
 
 
 class ProcessMonitor(threading.Thread):
-    """Thread that monitors the nodes of a launch, which `pipros.launch.run` starts and restarts.
+    """Thread that monitors the nodes of a launch; `pipros.launch.run` starts and restarts the nodes.
 
     It reports exits, and ends all processes on `shutdown`.
 
@@ -160,7 +160,7 @@ class ProcessMonitor(threading.Thread):
 
     @property
     def procs(self) -> list[Process]:
-        """The processes that are running or waiting to be restarted."""
+        """The processes that are running or may be restarted, automatically or by a user."""
         return list(self._run.alive()) if self._run is not None and not self.done else []
 
     def watch(self, run: Watched) -> None:

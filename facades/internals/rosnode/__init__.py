@@ -191,7 +191,7 @@ def cleanup_master_whitelist(master: object, whitelist: Collection[str]) -> None
 
 
 def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, uri: str) -> str:
-    """Return the publisher or subscriber of `topic` that has its slave API at `uri`.
+    """Return the publisher or subscriber of `topic` whose slave API is at `uri`.
 
     Return `uri` if there is none.
 

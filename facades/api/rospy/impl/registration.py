@@ -61,7 +61,7 @@ def set_service_manager(sm: Any) -> None:
 
 
 def _variable(name: str) -> Any:
-    """Return the managers and the listeners, under the private names that some packages use."""
+    """Return a manager or the listeners, by the private name that some packages use."""
     if name == "_topic_manager":
         return managers.topics
     if name == "_service_manager":

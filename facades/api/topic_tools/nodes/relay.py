@@ -14,9 +14,10 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 
 
 class Relay:
-    """Republisher of a topic. In lazy mode, it subscribes only while its output has subscribers.
+    """Republisher of a topic. It subscribes until a first message has determined the type of the output.
 
-    In stealth mode, it subscribes only while another node subscribes to the monitored topic.
+    Afterwards, in lazy mode, it stays subscribed only while its output has subscribers; in stealth mode, only
+    while another node subscribes to the monitored topic.
     """
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
