@@ -36,7 +36,7 @@ ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any]
 
 
 class ServiceException(Exception):
-    """A service call failed, or a service cannot be provided."""
+    """A service call failed, or a service cannot be registered."""
 
 
 class TypedServiceClass(ServiceClass, Protocol[_Request_co, _Response_co]):
