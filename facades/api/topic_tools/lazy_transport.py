@@ -32,7 +32,7 @@ class LazyTransport(rospy.SubscribeListener):
         if self._connection_status is None:
             rospy.logwarn(
                 f"[{rospy.get_name()}] has not subscribed to anything yet, because it has no subscribers. "
-                "Set '~lazy' to False to make it subscribe always."
+                "Set '~lazy' to False to keep it subscribed."
             )
 
     def subscribe(self) -> None:

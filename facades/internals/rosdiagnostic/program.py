@@ -24,7 +24,7 @@ def main() -> int:
     )
     parser.add_argument("-t", "--topic", default="/diagnostics_agg", help="default: /diagnostics_agg")
     parser.add_argument("-l", "--level", choices=_LEVELS, default="ok", help="show only this level and worse")
-    parser.add_argument("-d", "--details", action="store_true", help="values, too")
+    parser.add_argument("-d", "--details", action="store_true", help="also show the values")
     parser.add_argument(
         "-w",
         "--wait",
