@@ -1,4 +1,4 @@
-"""The deliberate differences of the Python API, with reasons: one table for test and documentation.
+"""The deliberate differences of the Python API, with explanations: one table for test and documentation.
 
 Names are patterns of full names, `module.Name` or `module.Class.member`, in which `*` matches any characters.
 `docs/differences.md` has the same table: `python -m tests.interop.python_api_differences` prints it.
@@ -28,8 +28,8 @@ class Difference:
 DIFFERENCES = [
     Difference(
         Kind.NAMED,
-        "internals of genuine rospy's transport: pipros has its own (`pipros.net`), and these are useless "
-        "without the rest of rospy",
+        "they belong to genuine rospy's transport, and have no function in pipros, whose transport is "
+        "`pipros.net`",
         (
             "rospy.*.ConnectionStatisticsLogger",
             "rospy.*.Poller",
@@ -52,25 +52,25 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "the parameter is called `str`, as in the message classes that genuine genpy generates",
+        "its parameter is called `str`, as in the message classes that genuine genpy generates",
         ("*.Message.deserialize",),
     ),
     Difference(
         Kind.ABSENT,
-        "parts of generators of message code, whose templates run Python code; `catkin_make` generates C++ "
-        "headers in another way",
+        "they generate message code from templates that contain Python code; `catkin_make` generates C++ "
+        "headers without them",
         ("genmsg.command_line*", "genmsg.deps*", "genmsg.template_tools*"),
     ),
     Difference(
         Kind.ABSENT,
-        "they belong to rosbuild and its stacks, which catkin replaced; `roslib.manifest` reads a "
-        "`manifest.xml`",
+        "they belong to rosbuild and its stacks, which catkin has replaced; to read a `manifest.xml`, use "
+        "`roslib.manifest`",
         ("roslib.manifestlib*", "roslib.stack_manifest*", "roslib.stacks*"),
     ),
     Difference(
         Kind.ABSENT,
-        "threads and servers of genuine processes, which pipros does not have; use "
-        "`roslaunch.pmon`, `concurrent.futures`, or `rosgraph.xmlrpc.XmlRpcNode`",
+        "they implement threads and servers of Noetic's own processes, which pipros does not have; use "
+        "`roslaunch.pmon`, `concurrent.futures` or `rosgraph.xmlrpc.XmlRpcNode`",
         (
             "rosgraph.xmlrpc.*XMLRPC*",
             "rosmaster.threadpool*",
@@ -81,7 +81,8 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they change PyYAML's loaders and dumpers for the whole process; pipros has its own",
+        "they change PyYAML's loaders and dumpers for the whole process; pipros has its own loaders "
+        "and dumpers",
         (
             "rosmsg.construct_ordered_mapping",
             "rosmsg.construct_yaml_map_with_ordered_dict",
@@ -91,7 +92,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they write the Python source of message classes; pipros compiles classes without source files",
+        "they write the Python source of message classes; pipros creates the classes without source files",
         (
             "genpy.dynamic.msg_generator",
             "genpy.generate_numpy.*",
@@ -103,9 +104,9 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "parts of the genuine master, launcher and build, which no public package was found to import; "
-        "`rosmaster.master.Master` is a master, `genmsg` reads definitions, and `rosgraph`, `roslaunch-deps` "
-        "and `roslaunch` with `--nodes`, `--args` or `--dump-params` are commands",
+        "they implement the genuine master, launcher and build, and no public package was found that imports "
+        "them; use `rosmaster.master.Master` as a master, `genmsg` to read definitions, and the commands "
+        "`rosgraph`, `roslaunch-deps` and `roslaunch` with `--nodes`, `--args` or `--dump-params`",
         (
             "rosgraph.rosgraph_main*",
             "roslaunch.arg_dump*",
@@ -126,8 +127,9 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "processes that the genuine launcher starts for itself, which no public package was found to use; "
-        "`ROSLaunchParent` and `ROSLaunch` start, watch and stop nodes, and `subprocess` other programs",
+        "they manage processes that the genuine launcher starts for itself, and no public package was found "
+        "that uses them; use `ROSLaunchParent` or `ROSLaunch` to start, watch and stop nodes, and "
+        "`subprocess` for other programs",
         (
             "roslaunch.pmon.DeadProcess*",
             "roslaunch.*create_local_process_args",
@@ -147,13 +149,13 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "only launches create instances, one for each of their nodes",
+        "programs cannot create instances; a launch creates one for each of its nodes",
         ("roslaunch.*LocalProcess",),
     ),
     Difference(
         Kind.ABSENT,
-        "parts of the genuine reader of launch files, and what it passes to launchers on other machines; "
-        "`XmlLoader` reads files into a `ROSLaunchConfig`",
+        "they implement the genuine reader of launch files, and pass its results to other machines; use "
+        "`XmlLoader` to read files into a `ROSLaunchConfig`",
         (
             "roslaunch.*.Loader*",
             "roslaunch.loader.load_sysargs_into_context",
@@ -173,7 +175,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "a second reader of definitions, from before `genmsg`, which has the same functions",
+        "they are an older reader of message definitions; `genmsg` has the same functions",
         (
             "roslib.msgs.EXTENDED_BUILTINS",
             "roslib.msgs.Field*",
@@ -189,7 +191,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "internals of the subcommands of `rosmsg`; `rosmsgmain` runs the command",
+        "they are internals of the command `rosmsg`; use `rosmsgmain` to run the command",
         (
             "rosmsg.RosMsgProto*",
             "rosmsg.fullusage",
@@ -201,8 +203,8 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "parts of genuine catkin's build and commands; `catkin_make`, `catkin_init_workspace` and "
-        "`catkin_test_results` of pipros work without them",
+        "they implement genuine catkin's build and commands; pipros's `catkin_make`, "
+        "`catkin_init_workspace` and `catkin_test_results` do not use them",
         (
             "catkin.builder*",
             "catkin.cmake*",
@@ -216,13 +218,13 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "a decorated function with the same arguments",
+        "they are decorated functions; their arguments are the same",
         ("roslib.scriptutil.get_*", "roslib.scriptutil.script_resolve_name"),
     ),
     Difference(
         Kind.DIFFERS,
-        "they are raised and caught as in Noetic, but their class, or its base class, has a different "
-        "name in pipros",
+        "they are raised and caught as in Noetic, but in pipros, the class or its base class has another "
+        "name",
         (
             "*.ArgException",
             "*.FatalProcessLaunch",
@@ -235,8 +237,8 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "launch children in genuine processes: pipros starts each node on another machine through ssh, "
-        "and `roslaunch --child` is `pipros.launch.child`",
+        "they implement the child processes of genuine roslaunch on other machines; pipros starts each node "
+        "on another machine through ssh, and `roslaunch --child` runs `pipros.launch.child`",
         (
             "roslaunch.child*",
             "roslaunch.remote.*",
@@ -246,7 +248,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "parts that pipros's launchers do not have, and names that modules import for internal use",
+        "they are internals of the genuine launchers, or names that modules import for internal use",
         (
             "roslaunch.loader.rosparam",
             "rostest.runner.rostestRunner",
@@ -258,19 +260,19 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.DIFFERS,
-        "the master of a test is started by its launch; this is the `Master` of `roslaunch.core`",
+        "it is the `Master` of `roslaunch.core`; the launch of a test starts the test's master",
         ("rostest.rostest_parent.Master",),
     ),
     Difference(
         Kind.DIFFERS,
-        "inherited from Python's `unittest`",
+        "they are inherited from Python's `unittest`",
         ("rosunit.*.BareTestCase.setUp", "rosunit.*.BareTestCase.tearDown"),
     ),
     Difference(
         Kind.ABSENT,
-        "internals of the command, whose rules pipros implements except those about rosdep's database, "
-        "pip, Debian packages and rosbuild; plugins add their own with `roswtf.rules`, "
-        "and read a `roswtf.context.WtfContext`",
+        "they are internals of the command `roswtf`, whose rules pipros implements, except those about "
+        "rosdep's database, pip, Debian packages and rosbuild; plugins can add rules with `roswtf.rules`, "
+        "and get a `roswtf.context.WtfContext`",
         (
             "roswtf.environment*",
             "roswtf.graph*",
@@ -285,17 +287,17 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "internals of `rosconsole echo`; use the options of the command",
+        "it is an internal class of `rosconsole echo`; use the options of the command",
         ("rospy.rosconsole.RosConsoleEcho*",),
     ),
     Difference(
         Kind.DIFFERS,
-        "an attribute set by the constructor, not a method",
+        "it is an attribute that the constructor sets, not a method",
         ("rospy.*Service.error_handler", "rospy.*ServiceImpl.error_handler"),
     ),
     Difference(
         Kind.ABSENT,
-        "internal methods and state of these classes, which pipros implements differently",
+        "they are internal methods and state of classes that pipros implements differently",
         (
             "actionlib.*INVALID_TRANSITION",
             "actionlib.*NO_TRANSITION",
@@ -338,12 +340,12 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "by mistake a function in Noetic, where a class was intended; it returns None",
+        "in Noetic, it is a function that returns None, by mistake: a class was intended",
         ("actionlib_tools.library.YAMLBag",),
     ),
     Difference(
         Kind.ABSENT,
-        "they write the sources for a build; pipros reads `.cfg` files without one",
+        "they generate source files in a build; pipros reads `.cfg` files without a build",
         (
             "dynamic_reconfigure.parameter_generator*.LINEDEBUG",
             "dynamic_reconfigure.parameter_generator*.ParameterGenerator.*",
@@ -353,22 +355,23 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "it looks for a key that no description has",
+        "it reads a key that no configuration description contains",
         ("dynamic_reconfigure.encoding.get_parents",),
     ),
     Difference(
         Kind.DIFFERS,
-        "a dictionary, with the arguments of Python's `dict`",
+        "it is a dictionary, and accepts the arguments of Python's `dict`",
         ("dynamic_reconfigure.encoding.Config",),
     ),
     Difference(
         Kind.ABSENT,
-        "migration rules are parsed and interpreted by `pipros.bag.migration`; they are not Python classes",
+        "they implement migration rules as Python classes; `pipros.bag.migration` parses and interprets the "
+        "rules instead",
         ("rosbag.migration.*", "rosbag.rosbag_main.MessageMigrator.*"),
     ),
     Difference(
         Kind.ABSENT,
-        "internals of the command `rosbag`, and names that modules define for internal use",
+        "they are internals of the command `rosbag`, or names that modules define for internal use",
         (
             "rosbag.rosbag_main.*_op",
             "rosbag.rosbag_main.handle_*",
@@ -384,8 +387,8 @@ DIFFERENCES = [
 
 
 def as_markdown() -> str:
-    """Return the table of the documentation."""
-    rows = ["| names | what | why |", "| --- | --- | --- |"]
+    """Return the table for the documentation, in Markdown."""
+    rows = ["| names | difference | explanation |", "| --- | --- | --- |"]
     for difference in DIFFERENCES:
         names = ", ".join(f"`{name}`" for name in difference.names)
         rows.append(f"| {names} | {difference.kind.value} | {difference.reason} |")
