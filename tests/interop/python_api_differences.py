@@ -13,7 +13,7 @@ from enum import Enum
 class Kind(Enum):
     """The kind of difference."""
 
-    NAMED = "can only be imported and named"
+    NAMED = "can only be imported"
     ABSENT = "does not exist"
     DIFFERS = "differs"
 
