@@ -82,11 +82,13 @@ def measure(part, folder):
         span = {"start_time": rospy.Time(150), "end_time": rospy.Time(250)}
         figures["open, 200,000 messages"] = timed(lambda: count_messages(path))
         figures["read raw Imu"] = timed(read(path, raw=True))
-        figures["read one of 20 topics, half the time"] = timed(read(path, topics=["/imu7"], **span))
+        figures["read one of 20 topics, half of the time range"] = timed(read(path, topics=["/imu7"], **span))
         return figures
     return {
-        "write String, " + part: timed(write(path, ["/chatter"], String("message number 1"), 20000, part)),
-        "read String, " + part: timed(read(path)),
+        "write String, compression " + part: timed(
+            write(path, ["/chatter"], String("message number 1"), 20000, part)
+        ),
+        "read String, compression " + part: timed(read(path)),
     }
 
 

@@ -31,7 +31,7 @@ from startup import World, launch
 from table import heed_interrupts
 
 MODULES = "asyncio, dataclasses, inspect, logging, pathlib, subprocess, urllib.parse, xml.parsers.expat"
-SET, HEARD = "set of 1,000 nested keys, ms", "roslaunch: first message heard, 100 Hz"
+SET, HEARD = "setParam of 1,000 nested keys, ms", "roslaunch, first message received, 100 Hz"
 MEMBER = re.compile(
     "<member><name>([^<]*)</name><value><(?:int>([0-9]+)</int|double>([0-9.]+)</double)></value></member>"
 ).match
@@ -103,9 +103,9 @@ def main() -> None:
             world = World("pipros", f"{Path(sys.executable).parent}:/usr/bin:/bin", Path(folder, "home"))
             for _ in range(rounds):
                 for name, value in (
-                    ("set of 1,000 nested keys, ms", measure("pipros", "dictionary", master.uri)[SET]),
+                    ("setParam of 1,000 nested keys, ms", measure("pipros", "dictionary", master.uri)[SET]),
                     ("  bare", bare_set_ms()),
-                    ("roslaunch: first message heard, 100 Hz: s", launch(world)[HEARD]),
+                    ("roslaunch, first message received, 100 Hz: s", launch(world)[HEARD]),
                     ("  bare ", timed(bare_launch)),
                 ):
                     measured.setdefault(name, []).append(value)

@@ -317,7 +317,7 @@ WORKLOADS = (
     ("fan", "1 to 10 processes, 16 B, queue_size=1000: messages/s", flow, ("string", 1000, 0, 10), MORE, 8.0),
     (
         "fan",
-        "1 to 10 processes, 16 B, queue_size=None: us of processor time of the publisher per message",
+        "1 to 10 processes, 16 B, queue_size=None: us of the publisher's processor time per message",
         flow,
         ("string", None, 0, 10, True),
         LESS,
@@ -325,7 +325,7 @@ WORKLOADS = (
     ),
     (
         "fan",
-        "1 to 10 processes, 16 B, queue_size=1000: us of processor time of the publisher per message",
+        "1 to 10 processes, 16 B, queue_size=1000: us of the publisher's processor time per message",
         flow,
         ("string", 1000, 0, 10, True),
         LESS,
@@ -335,18 +335,18 @@ WORKLOADS = (
     ("service", "service call, persistent: us", service, (True,), LESS, 1.0),
     (
         "control",
-        "requestTopic, 3 subscribe to a latched 100 MB map, worst: ms",
+        "requestTopic while 3 nodes subscribe to a latched 100 MB map, longest call: ms",
         control,
         (100, 3),
         LESS,
         10.0,
     ),
-    ("many", "200 topics both ways: threads", many, ("threads",), LESS, 405 / 210),
-    ("many", "200 topics both ways: MB", many, ("mb",), LESS, 1.0),
+    ("many", "200 topics published and received by one node: threads", many, ("threads",), LESS, 405 / 210),
+    ("many", "200 topics published and received by one node: MB", many, ("mb",), LESS, 1.0),
     ("start", "init_node: ms", start, ("initialised",), LESS, 110 / 35),
     ("start", "import rospy, whole process: ms", imports, (), LESS, 2.0),
-    ("start", "end after Ctrl-C: ms", leave, (), LESS, 4.0),
-    ("start", "talker resident: MB", memory, (), LESS, 1.0),
+    ("start", "exit of a node after Ctrl-C: ms", leave, (), LESS, 4.0),
+    ("start", "resident memory of a talker: MB", memory, (), LESS, 1.0),
 )
 
 QUICK = (

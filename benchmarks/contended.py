@@ -116,7 +116,7 @@ def crowd(world, seconds):
     rate = answer(sink)["rate"]
     for process in (*sources, sink):
         finish(process)
-    return {f"{PUBLISHERS} to 1 process without pause, 16 B: messages/s": rate}
+    return {f"{PUBLISHERS} processes to 1, without pauses, 16 B: messages/s": rate}
 
 
 def paced(world, seconds, rate_hz, peers, *pause_s):
@@ -136,12 +136,12 @@ def paced(world, seconds, rate_hz, peers, *pause_s):
 
 
 def cpu(world, seconds):
-    label = f"subscriber of {RATE_HZ} Hz, one of {SUBSCRIBERS}: us of processor time per message"
+    label = f"subscriber at {RATE_HZ} Hz, one of {SUBSCRIBERS}: us of processor time per message"
     return {label: paced(world, seconds, RATE_HZ, SUBSCRIBERS)}
 
 
 def stream(world, seconds):
-    label = f"subscriber of {STREAM_HZ:,} Hz"
+    label = f"subscriber at {STREAM_HZ:,} Hz"
     return {
         f"{label}, in groups: us of processor time per message": paced(world, seconds, STREAM_HZ, 1),
         f"{label}, evenly spaced: us of processor time per message": paced(world, seconds, STREAM_HZ, 1, 0),

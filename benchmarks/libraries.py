@@ -214,7 +214,10 @@ TF = {
     "lookup_transform of 30 links at one stamp: us per link": "links",
     "can_transform over 8 frames: us": "can",
 }
-FILTER = {"exact, 3 inputs: us per message": "exact", "approximate, 3 inputs: us per message": "approximate"}
+FILTER = {
+    "TimeSynchronizer, 3 inputs: us per message": "exact",
+    "ApproximateTimeSynchronizer, 3 inputs: us per message": "approximate",
+}
 
 
 def tf(world, _seconds):
@@ -225,7 +228,7 @@ def listener(world, seconds):
     sender = world.start(__file__, "send_frames")
     answer(sender)
     try:
-        label = f"listener, {FRAMES} frames at {RATE_HZ} Hz: % of a processor"
+        label = f"tf listener, {FRAMES} frames at {RATE_HZ} Hz: % of a processor"
         return one_process(world, "listener", {label: "percent"}, seconds)
     finally:
         finish(sender)

@@ -74,8 +74,8 @@ def dictionary(make, _uri):
     client = make()
     value = {f"group_{i}": {f"key_{j}": j * 1.5 if j % 2 else j for j in range(10)} for i in range(100)}
     return {
-        "set of 1,000 nested keys, ms": 1e3 / rate(lambda: client.setParam("/bench/big", value), 50),
-        "get of 1,000 nested keys, ms": 1e3 / rate(lambda: client.getParam("/bench/big"), 50),
+        "setParam of 1,000 nested keys, ms": 1e3 / rate(lambda: client.setParam("/bench/big", value), 50),
+        "getParam of 1,000 nested keys, ms": 1e3 / rate(lambda: client.getParam("/bench/big"), 50),
     }
 
 
@@ -264,9 +264,9 @@ def start_up(world):
         found.append((master.ready_s, master.stop(), memory))
     ready, gone, memory = (min(values) for values in zip(*found, strict=True))
     return {
-        "roscore ready, s": ready,
-        "roscore gone after Ctrl-C, s": gone,
-        "roscore memory (PSS), MB": memory,
+        "start of roscore, s": ready,
+        "exit of roscore after Ctrl-C, s": gone,
+        "memory of roscore (PSS), MB": memory,
     }
 
 

@@ -278,7 +278,7 @@ def main():
         times = [median_ms(make(), repetitions) for make in (operation, bare)]
         print(f"| {name} | {times[0]:.3f} ms | {times[1]:.3f} ms |")
     print(
-        "\n| slam_gmapping at 0.4 m/s, 360 beams | a processed scan, median | longest | share of real time |"
+        "\n| slam_gmapping at 0.4 m/s, 360 beams | median per processed scan | longest | share of real time |"
     )
     print("| --- | ---: | ---: | ---: |")
     for particles in (1, 8, 30):

@@ -266,7 +266,10 @@ def both_ways(bench, name, side, *arguments):
     """Print the rows of a chain in one process and in several, and the ratio of their costs."""
     together = bench.row(f"{name} in one manager", side, *arguments)
     apart = bench.row(f"{name} in {len(arguments[0])} processes", side, *arguments, shares_process=False)
-    print(f"| {name}: one manager / processes | {side} | | {together / apart:.2f} | | | | |", flush=True)
+    print(
+        f"| {name}: ratio of one manager to processes | {side} | | {together / apart:.2f} | | | | |",
+        flush=True,
+    )
 
 
 def chain(bench):

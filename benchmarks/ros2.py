@@ -312,8 +312,8 @@ def ends():
         ending.close()
         closed = time.perf_counter()
         changes.get(timeout=20)
-        yield "close of 200 endpoints", OURS, f"{closed - began:.2f} s"
-        yield "announced shutdown, detected by a peer", OURS, f"{time.perf_counter() - began:.2f} s"
+        yield "closing 200 endpoints", OURS, f"{closed - began:.2f} s"
+        yield "detection of an announced shutdown", OURS, f"{time.perf_counter() - began:.2f} s"
         for kind in (OURS, CYCLONE, FAST):
             with running(kind, "sub", TOPIC, "reliable") as listener:
                 listener.wait_for("ready")
@@ -321,7 +321,11 @@ def ends():
                 listener.process.kill()
                 began = time.perf_counter()
                 changes.get(timeout=30)
-                yield "SIGKILL, detected after", f"{kind} by {OURS}", f"{time.perf_counter() - began:.1f} s"
+                yield (
+                    "detection of SIGKILL",
+                    f"{kind}, detected by {OURS}",
+                    f"{time.perf_counter() - began:.1f} s",
+                )
 
 
 def wait_until(condition, timeout_s=20.0):
@@ -347,10 +351,10 @@ def measure(arguments):
         is_ours = OURS in (writer, reader)
         if "discovery" in wanted:
             times = [discovery(writer, reader) for _ in range(arguments.rounds)]
-            yield f"start and discovery, worst of {arguments.rounds}", pair, max(times)
+            yield f"start and discovery, slowest of {arguments.rounds}", pair, max(times)
         if "latched" in wanted and writer != ZENOH:  # bare Zenoh keeps no messages
             yield (
-                "start and latched message, worst",
+                "start and latched message, slowest",
                 pair,
                 max(latched(writer, reader) for _ in range(arguments.rounds)),
             )
@@ -381,7 +385,7 @@ def measure(arguments):
     if "service" in wanted:
         for server, client in ((OURS, OURS), (FAST, OURS), (CYCLONE, OURS), (ZENOH, ZENOH)):
             yield "service call, mean", f"{server} serves {client}", service(server, client, count // 10)
-        yield "calls by 4 clients on Fast and 4 on Cyclone", OURS, crowd(count // 10)
+        yield "calls by 4 Fast DDS and 4 Cyclone DDS clients", OURS, crowd(count // 10)
     if "trip" in wanted:
         yield from trips(count // 10)
     if "gateway" in wanted:

@@ -160,7 +160,7 @@ def commands(world: World) -> dict[str, float]:
             "rostopic list": world.run("rostopic", "list"),
             "rosnode list": world.run("rosnode", "list"),
             "rosparam get, a number": world.run("rosparam", "get", "/rate"),
-            "rosparam get, a text of two lines": world.run("rosparam", "get", "/rosversion"),
+            "rosparam get, a string of two lines": world.run("rosparam", "get", "/rosversion"),
             "rosparam get, a dictionary": world.run("rosparam", "get", "/robot"),
             "rosmsg show sensor_msgs/JointState": world.run("rosmsg", "show", "sensor_msgs/JointState"),
         }
@@ -193,13 +193,13 @@ def imports(world: World) -> dict[str, float]:
 
 def core(world: World) -> dict[str, float]:
     up, down = world.run_until("started core service", "roscore", "-p", str(world.port))
-    return {"roscore: up": up, "roscore: gone after Ctrl-C": down}
+    return {"roscore, start": up, "roscore, exit after Ctrl-C": down}
 
 
 def node(world: World) -> dict[str, float]:
     with world.master():
         up, down = world.run_until("%25", "rosrun", "composiv_tryouts", "composiv_talker.py")
-    return {"rosrun talker: first line": up, "rosrun talker: gone after Ctrl-C": down}
+    return {"rosrun talker, first line": up, "rosrun talker, exit after Ctrl-C": down}
 
 
 def launch(world: World) -> dict[str, float]:
@@ -217,9 +217,9 @@ def launch(world: World) -> dict[str, float]:
     path = world.environment["ROS_PACKAGE_PATH"].replace(str(EXAMPLE), str(copied.parent))
     up_at_100_hz, _ = world.run_until("Battery level of vehicle", *argv, ROS_PACKAGE_PATH=path)
     return {
-        "roslaunch: first message heard": up,
-        "roslaunch: first message heard, 100 Hz": up_at_100_hz,
-        "roslaunch: gone after Ctrl-C": down,
+        "roslaunch, first message received": up,
+        "roslaunch, first message received, 100 Hz": up_at_100_hz,
+        "roslaunch, exit after Ctrl-C": down,
     }
 
 
@@ -233,7 +233,7 @@ def build(world: World) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(EXAMPLE / "composiv_tryouts", Path(folder, "src", "composiv_tryouts"))
         argv = ("catkin_make", "-C", folder)
-        return {"catkin_make": world.run(*argv), "catkin_make, nothing changed": world.run(*argv)}
+        return {"catkin_make": world.run(*argv), "catkin_make without changes": world.run(*argv)}
 
 
 SCENES: dict[str, Callable[[World], dict[str, float]]] = {
