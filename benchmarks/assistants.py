@@ -137,7 +137,7 @@ def main():
     print(line(["---", *["---:"] * 4]))
     for (name, *stdio), (_, *http) in zip(*rows, strict=True):
         print(line([name, *(f"{value:.1f} ms" for value in (*stdio, *http))]))
-    print(f"\na policy decision: {decision_us():.1f} us; foreign load {load.percent():.0f} %")
+    print(f"\ntime of a policy decision: {decision_us():.1f} us; foreign load: {load.percent():.0f} %")
 
 
 if __name__ == "__main__":

@@ -350,7 +350,10 @@ def main():
     parser.add_argument("--seconds", type=float, default=10.0)
     options = parser.parse_args()
     bench = Bench(options.seconds)
-    print("| 640 x 480 pixels | node | share of a core | time per output | in | out | lost | foreign load |")
+    print(
+        "| workload (images of 640 x 480 pixels) | implementation | share of a core | time per output "
+        "| in | out | lost | foreign load |"
+    )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |", flush=True)
     try:
         for name in options.only.split(","):

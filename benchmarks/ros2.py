@@ -38,7 +38,7 @@ PEERS = os.path.join(ROOT, "tests", "support", "dds")
 ROUTER = "tcp/127.0.0.1:7447"
 TOPIC, MESSAGE = "rt/benchmark", "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
-OURS, CYCLONE, FAST, ZENOH = "pipros", "Cyclone", "Fast", "Zenoh"
+OURS, CYCLONE, FAST, ZENOH = "pipros", "Cyclone DDS", "Fast DDS", "Zenoh"
 PAIRS = [
     *((OURS, OURS), (OURS, CYCLONE), (CYCLONE, OURS), (OURS, FAST), (FAST, OURS)),
     *((CYCLONE, CYCLONE), (ZENOH, ZENOH)),
@@ -282,12 +282,12 @@ def trips(count):
             while not arrived.empty():
                 arrived.get()
             figure = measure_trip(functools.partial(publisher.publish, message), arrived)
-            yield f"median time of {size} B", "ROS 1 to ROS 2 through the gateway", figure
+            yield f"median latency of {size} B", "ROS 1 to ROS 2 through the gateway", figure
             here.add_reader(f"rt/direct{size}", MESSAGE, qos, lambda _: arrived.put(time.perf_counter()))
             writer = there.add_writer(f"rt/direct{size}", MESSAGE, qos)
             assert writer.wait_for_readers()
             yield (
-                f"median time of {size} B",
+                f"median latency of {size} B",
                 f"{OURS} to {OURS}, DDS alone",
                 measure_trip(lambda size=size, writer=writer: writer.write(bytes(size + 12)), arrived),
             )
@@ -384,7 +384,7 @@ def measure(arguments):
             yield "30 x 8 MB at 10 Hz", pair, f"{lost} lost"
     if "service" in wanted:
         for server, client in ((OURS, OURS), (FAST, OURS), (CYCLONE, OURS), (ZENOH, ZENOH)):
-            yield "service call, mean", f"{server} serves {client}", service(server, client, count // 10)
+            yield "mean time of a service call", f"{server} serves {client}", service(server, client, count // 10)
         yield "calls by 4 Fast DDS and 4 Cyclone DDS clients", OURS, crowd(count // 10)
     if "trip" in wanted:
         yield from trips(count // 10)
