@@ -384,7 +384,8 @@ def measure(arguments):
             yield "30 x 8 MB at 10 Hz", pair, f"{lost} lost"
     if "service" in wanted:
         for server, client in ((OURS, OURS), (FAST, OURS), (CYCLONE, OURS), (ZENOH, ZENOH)):
-            yield "mean time of a service call", f"{server} serves {client}", service(server, client, count // 10)
+            pair = f"{server} serves {client}"
+            yield "mean time of a service call", pair, service(server, client, count // 10)
         yield "calls by 4 Fast DDS and 4 Cyclone DDS clients", OURS, crowd(count // 10)
     if "trip" in wanted:
         yield from trips(count // 10)
