@@ -494,42 +494,50 @@ def many_shown(tab: Tab) -> None:
 
 
 TASKS = {
-    "why has a topic no data": Task("topics", why_by_keys, why_by_mouse, why_shown),
-    "two fields against each other, 5 minutes": Task("plot", plot_by_keys, plot_by_mouse, plot_shown),
-    "two images": Task(
+    "find out why a topic has no data": Task("topics", why_by_keys, why_by_mouse, why_shown),
+    "plot two fields against each other, with a time span of 5 minutes": Task(
+        "plot", plot_by_keys, plot_by_mouse, plot_shown
+    ),
+    "show two images": Task(
         "images",
         lambda hands: hands.press("h"),
         lambda hands: hands.click(hands.tab.get_by_role("link", name="Robot")),
         images_shown,
     ),
-    "stale frame and its sender": Task(
+    "find a stale frame and its sender": Task(
         "tf",
         lambda hands: hands.press("ArrowDown", "Enter"),  # the arm is the first frame
         lambda hands: hands.click(row(hands.tab, "arm")),
         stale_shown,
         begin=World.start_arm,
     ),
-    "parameter and effect": Task("plot//speed/data", parameter_by_keys, parameter_by_mouse, parameter_shown),
-    "console filter": Task("console", console_by_keys, console_by_mouse, console_shown),
-    "bag: open, play, pause, step, loop, export, scene": Task("bags", bag_by_keys, bag_by_mouse, bag_shown),
-    "publish at 10 Hz": Task("publish", publish_by_keys, publish_by_mouse, publish_shown),
-    "service": Task("services", service_by_keys, service_by_mouse, service_shown),
-    "goal and cancel": Task("actions", goal_by_keys, goal_by_mouse, goal_shown),
-    "layout, reload, colleague": Task(
+    "change a parameter and see its effect": Task(
+        "plot//speed/data", parameter_by_keys, parameter_by_mouse, parameter_shown
+    ),
+    "filter the console by text": Task("console", console_by_keys, console_by_mouse, console_shown),
+    "open, play, pause, step, loop and export a bag, and show it in the scene": Task(
+        "bags", bag_by_keys, bag_by_mouse, bag_shown
+    ),
+    "publish a topic at 10 Hz": Task("publish", publish_by_keys, publish_by_mouse, publish_shown),
+    "call a service": Task("services", service_by_keys, service_by_mouse, service_shown),
+    "send and cancel a goal": Task("actions", goal_by_keys, goal_by_mouse, goal_shown),
+    "store a layout, reload the page, and open the layout in another browser": Task(
         "panels/row(topics~column(console~tf))", layout_by_keys, layout_by_mouse, layout_shown
     ),
-    "newest message on a phone": Task(
+    "see the newest message on a phone": Task(
         "topics",
         phone_by_keys,
         lambda hands: hands.click(row(hands.tab, "/battery")),
         phone_shown,
         size=(390, 844),
     ),
-    "first row of the topics, from the graph": Task(
+    "go from the graph to the first row of the Topics tab": Task(
         "graph", first_row_by_keys, first_row_by_mouse, first_row_shown
     ),
-    "curve in dark colours": Task("plot//imu/angular_velocity/x", nothing, nothing, dark_shown),
-    "60 nodes, 300 topics": Task("graph", nothing, nothing, many_shown, begin=World.add_nodes),
+    "see a curve in dark colours": Task("plot//imu/angular_velocity/x", nothing, nothing, dark_shown),
+    "see a graph of 60 nodes and 300 topics": Task(
+        "graph", nothing, nothing, many_shown, begin=World.add_nodes
+    ),
 }
 
 
