@@ -7,20 +7,23 @@ _MIB = 1024 * _KIB
 
 
 class AssistantLimits(NamedTuple):
-    """The limits of the server for assistants: `limits.of(AssistantLimits)` for a `Limits`.
+    """The limits of the server for assistants.
+
+    Get them with `limits.of(AssistantLimits)`, where `limits` is a `Limits`. Each limit is a maximum.
 
     Attributes:
         assistant_answer_bytes: size of an answer's text.
         assistant_picture_bytes: size of a picture in an answer.
-        assistant_picture_pixels: size of an image from the robot that is decoded to create a picture.
+        assistant_picture_pixels: number of pixels in an image from the robot that is decoded to create a
+            picture.
         assistant_sample_bytes: total size of the messages that one call receives or reads.
         assistant_request_bytes: size of an HTTP request.
         assistant_sessions: number of HTTP sessions; four times as many connections are accepted.
         assistant_call_s: duration of a call.
-        assistant_query_s: elapsed time and processor time of an SQL query.
+        assistant_query_s: elapsed time of an SQL query, and its processor time.
         assistant_query_bytes: memory of an SQL query's process, and size of each file that it writes.
         assistant_approvals: number of acts that await approval at the same time.
-        assistant_approval_s: how long an act awaits approval.
+        assistant_approval_s: time for which an act awaits approval.
         assistant_act_characters: length of an act's values, which are shown to the human in full.
         assistant_runs: number of launch files and recordings that run at the same time.
         assistant_record_bytes: size of a recording.

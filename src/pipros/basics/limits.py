@@ -1,6 +1,6 @@
 """Limits on the resources that peers can use, and on the sizes of files and names, with default values.
 
-`PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
+`PIPROS_LIMITS` changes limits for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
 may pass a `Limits` to `Node` and `Master`. docs/reliability.md describes what happens at each limit.
 
 Each room (`pipros.basics.rooms`) defines its own limits in a NamedTuple, whose values `Limits.of` returns.
@@ -35,31 +35,33 @@ class Limits(NamedTuple):
         header_bytes: size of a TCPROS connection header.
         frame_bytes: a message, a service request or a service reply.
         handshakes: concurrent connections to a node on which neither a TCPROS header nor the beginning of an
-            HTTP request has arrived yet.
+            HTTP request has arrived yet; at most a quarter of `tcpros_connections`.
         handshake_s: the time in which a TCPROS header or the beginning of an HTTP request must arrive; also
-            for the header of a peer that the node connects to.
+            the time in which a peer to which the node connects must reply with its header.
         body_bytes: an XML-RPC request.
         answer_bytes: an XML-RPC response from a server that the user chose: the master, or a node that a tool
             queries.
-        bodies_bytes: all incomplete XML-RPC requests to one server together; also all of a node's service
-            replies that clients have not read.
+        bodies_bytes: all incomplete XML-RPC requests to one server together; also, separately, all of a
+            node's service replies that clients have not read.
         request_s: the time for an XML-RPC request to arrive, and for its sender to read the response; also
             for service calls, for which it restarts after every MiB.
-        login_s: the time for a web page's client to send its request, and the same time again to send the
+        login_s: the time for a client of a web page to send its request, and the same time again for the
             token.
-        login_bytes: the bytes that a web page's client may send before it has logged in.
+        login_bytes: the bytes that a client of a web page may send before it has logged in.
         idle_s: the time that an XML-RPC connection may stay open without a request.
-        file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
+        file_bytes: a file that is read whole, such as a launch file, a manifest, a message definition or a
+            `CMakeLists.txt`.
         cmake_steps: commands and loop iterations that one package's `CMakeLists.txt` executes.
         cmake_rounds: iterations of one loop in a `CMakeLists.txt`.
         cmake_depth: nesting of a package's CMake files and functions.
         cmake_value_characters: the value of one CMake variable, or the arguments of one command.
         cmake_characters: all of a package's CMake variables together.
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
-        log_files: a log file and its rotated predecessors. `x.log.1` is the most recent of these.
-        goals: goals of an action server, including recently ended goals and goals cancelled in advance. Goal
-            ids are limited to `name_characters`. Also the queued cancellations of a ROS 2 action.
-        launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
+        log_files: a log file and its rotated predecessors, the most recent of which is `x.log.1`.
+        goals: goals of an action server, including recently ended goals and goals cancelled in advance; also
+            the queued cancellations of a ROS 2 action. `name_characters` limits the length of goal ids.
+        launch_bytes: the files and command outputs that one launch reads, and the text that its substitutions
+            insert, together.
         launch_includes: `<include>`s in one launch.
         launch_insert_characters: the text that all substitutions in one attribute or element insert.
         loggers: loggers that callers of `~set_logger_level` create in a node.
@@ -70,62 +72,64 @@ class Limits(NamedTuple):
         name_characters: a name or a URI in a call to the master.
         parameter_bytes: all parameters of a master together.
         registration_bytes: the names, types and URIs of all registrations of a master together.
-        topic_types: types that a master keeps for topics that have no publishers or subscribers.
-        topic_type_bytes: the names and types of all such topics together.
+        topic_types: types that a master keeps for topics that have neither publishers nor subscribers.
+        topic_type_bytes: the names and types of all these topics together.
         notices: calls that a master has queued for one node.
-        notice_s: the time for a node to respond to such a call.
+        notice_s: the time for a node to respond to a call from a master.
         tcpros_connections: TCPROS connections of a node, in either direction; 0 means three quarters of the
             process's descriptors.
-        tcpros_connections_per_peer: the TCPROS connections that one address may open; 0 means half of
-            `tcpros_connections`, or all of them for loopback.
+        tcpros_connections_per_peer: the TCPROS connections that one address may open; 0 means half of the
+            difference between `tcpros_connections` and `handshakes`, or all of it for loopback.
         shared_topic_bytes: the memory that a node shares with the subscribers of one topic on this machine.
             Messages that do not fit are sent through sockets.
         shared_bytes: the same for all topics of a node together.
-        incoming_links: publishers that a node receives from; each needs a thread.
+        incoming_links: links on which a node receives topics; each link needs a thread.
         connection_attempts: publishers that a node tries to connect to at the same time.
-        publishers_per_topic: publishers on one topic that a node connects to.
+        publishers_per_topic: publishers on one topic to which a node connects.
         service_threads: service calls that a node handles at a time; further calls wait.
         statistics_links: links for which topic statistics are kept.
         lookup_s: the time for looking up a configured host name to determine whether it belongs to this
             machine.
-        recheck_s: the shortest interval at which a node queries its master because of unknown callers.
+        recheck_s: the time after which a node that has queried its master about untrusted callers may query
+            it again.
         stall_s: the time that one `publish` waits, in total, for subscribers that do not keep up.
         queue_bytes: the messages queued for one subscriber, regardless of `queue_size`.
         lookups: concurrent lookups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition from a peer or a bag.
-        definition_cache_bytes: definitions whose classes are kept for the next message.
+        definition_cache_bytes: definitions from peers and bags whose classes are kept for further messages.
         definition_types: types in one definition.
-        definition_fields: fields and constants of all types in one definition, or of one type in a file.
-            Fields of embedded types count each time.
+        definition_fields: fields and constants of all types in one definition, or of one type in a file. The
+            fields of an embedded type count each time that it is embedded.
         definition_copies_bytes: the definitions of all types in one definition, each including its embedded
             types.
         bag_header_bytes: the header of one record in a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
-        bag_expanded_bytes: one chunk of a bag, uncompressed, if it expands more than 1,000 times.
-        bag_index_bytes: index entries of messages that are found by reading chunks, beyond 16 bytes for each
-            byte of the file.
+        bag_expanded_bytes: one chunk of a bag, uncompressed, if it is more than 1,000 times as large as the
+            compressed chunk.
+        bag_index_bytes: index entries of messages that are found by reading chunks, in addition to 16 bytes
+            for each byte of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
         launch_answer_bytes: a response from roslaunch to the web page, with its nodes or one node's output.
         message_values: values in a new message.
-        empty_elements: values in one message, beyond eight for each of its bytes.
+        empty_elements: values in one message, in addition to eight for each of its bytes.
         transform_chains_bytes: the approximate size of the paths between frames that one tf buffer remembers.
         transform_bytes: the approximate size of the frames and transforms in one tf buffer.
         yaml_values: values in a YAML text. Aliases and merged mappings count each time they are used.
-        yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same limit.
+        yaml_depth: nesting of lists and mappings in a YAML text.
         xml_bytes: an XML file.
         xml_depth: nesting of elements in an XML file.
         expression_characters: the text of one `$(eval ...)`, message filter or CMake `math`.
         expression_size: characters of a string, or elements of a nested list, that an expression builds.
         expression_work: the sizes of all values that an expression builds, plus a charge for steps that take
             longer than their results' sizes suggest.
-        policy_file_bytes: the file of a policy; this also limits the number of its rules.
+        policy_file_bytes: a policy file; this also limits the number of its rules.
         policy_values: values of a message that are compared with a policy.
-        policy_stop_bytes: the message or service request that stops the robot, as specified by a policy.
-        policy_stops: pending stops of a server: topics, services, and goals.
+        policy_stop_bytes: a message or service request with which a policy stops the robot.
+        policy_stops: topics, services and goals that a server has yet to stop when their time is up.
         policy_goal_id_characters: the id of a goal with a time limit.
         tables: the limits of rooms, if they differ from the defaults; see `of`.
     """

@@ -6,7 +6,9 @@ _MIB = 1024 * 1024
 
 
 class BridgeLimits(NamedTuple):
-    """The limits of the servers for rosbridge and Foxglove: `limits.of(BridgeLimits)` for a `Limits`.
+    """The limits of the servers for rosbridge and Foxglove.
+
+    Get them with `limits.of(BridgeLimits)`, where `limits` is a `Limits`. Each limit is a maximum.
 
     Attributes:
         bridge_clients: clients of a server, for rosbridge and Foxglove together.
@@ -20,13 +22,13 @@ class BridgeLimits(NamedTuple):
             of its pending service calls; a quarter of it for a client that may not change the system. In
             addition, the memory for a client's published messages that are kept for later subscribers.
         bridge_asset_bytes: an asset that a Foxglove client fetches. All assets that are being sent may
-            together have twice this size.
+            together be twice as large.
         bridge_kept_bytes: the names and ids that a server stores for one client.
         bridge_client_bytes: everything that a server holds for one client: incomplete, parsed, queued and
             latched messages, names and ids. The sum of `bridge_queue_bytes` and three times
             `bridge_message_bytes` applies instead if it is larger.
-        bridge_total_bytes: the same for all clients of a server together, besides 256 KiB per client. A
-            client may use at most half of the memory that the others leave.
+        bridge_total_bytes: the same for all clients of a server together, in addition to 256 KiB per client.
+            A client may use at most half of the memory that the other clients leave free.
         bridge_stall_s: the time after which a client that does not read from a full connection is
             disconnected.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.

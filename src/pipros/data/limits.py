@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class DataLimits(NamedTuple):
-    """Limits on tables and data sets; `limits.of(DataLimits)` reads them from a `Limits`.
+    """Limits on tables and data sets. Get them with `limits.of(DataLimits)`, where `limits` is a `Limits`.
 
     Attributes:
         dataset_pixels: maximum number of pixels in a picture of a data set.

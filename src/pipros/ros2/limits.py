@@ -11,13 +11,14 @@ class Ros2Limits(NamedTuple):
     `ros2_topics` and `ros2_calls` are maximum numbers; all others are maximum sizes.
 
     Attributes:
-        ros2_topics: topics, services and actions that a gateway passes.
-        ros2_calls: calls of one service or action that a gateway has open at a time.
+        ros2_topics: topics, services and actions that a gateway bridges, together.
+        ros2_calls: calls of one service or action that a gateway handles at a time.
         ros2_definition_bytes: all definitions of ROS 1 types that are not installed.
-        zenoh_message_bytes: a message from ROS 2 through Zenoh, and a message with all static transforms.
+        zenoh_message_bytes: a message from ROS 2 through Zenoh; also a message that contains all static
+            transforms.
         ros2_discovery_bytes: all stored announcements of ROS 2 participants and endpoints.
         ros2_peer_bytes: the stored announcements of one participant.
-        ros2_graph_bytes: all endpoints of other processes that a gateway remembers.
+        ros2_graph_bytes: all endpoints of other processes that a gateway on Zenoh stores.
         ros2_sample_bytes: a message from ROS 2.
         ros2_incomplete_bytes: the fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: the fragments and early messages of all participants together.

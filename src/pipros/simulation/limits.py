@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 
 class SimulationLimits(NamedTuple):
-    """The limits of simulations: `limits.of(SimulationLimits)` for a `Limits`.
+    """The limits of simulations. Get them with `limits.of(SimulationLimits)`, where `limits` is a `Limits`.
 
     Attributes:
-        turtles: turtles in one turtlesim.
-        simulated_robots: robots in one simulation; also the maximum number of moving obstacles.
-        teleports: teleports queued for one turtle until the next tick.
+        turtles: maximum number of turtles in one turtlesim.
+        simulated_robots: maximum number of robots in one simulation; also that of its moving obstacles.
+        teleports: maximum number of teleports queued for one turtle until the next tick.
     """
 
     turtles: int = 100

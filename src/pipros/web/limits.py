@@ -6,7 +6,9 @@ _MIB = 1024 * 1024
 
 
 class PageLimits(NamedTuple):
-    """The limits of the page: `limits.of(PageLimits)` for a `Limits`.
+    """The limits of the page. Get them with `limits.of(PageLimits)`, where `limits` is a `Limits`.
+
+    Each limit is a maximum size, number or time, unless noted otherwise.
 
     Attributes:
         page_message_bytes: a message that a page decodes.
@@ -17,13 +19,13 @@ class PageLimits(NamedTuple):
         page_bags: bags that all browsers connected to a page have opened together.
         page_rewind_s: the time span for which a page keeps messages for its browsers.
         page_rewind_bytes: the messages that are kept for this time span.
-        page_rewinds: browsers that show kept messages at the same time; each may keep `page_rewind_bytes`
-            alive.
+        page_rewinds: browsers that show kept messages at the same time; for each of them, up to
+            `page_rewind_bytes` stay in memory.
         page_notes_bytes: the file of a bag's notes.
-        page_record_spare_bytes: free disk space below which a page's recording ends.
+        page_record_spare_bytes: minimum free disk space; with less, a recording by the page ends.
         page_export_bytes: the messages that a browser exports from a bag.
         page_exports: concurrent exports by all browsers connected to a page; each needs a temporary file.
-        scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
+        scene_resource_bytes: a mesh or a texture that the Scene tab reads from a package.
     """
 
     page_message_bytes: int = 128 * _MIB

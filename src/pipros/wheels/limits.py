@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 
 class WheelLimits(NamedTuple):
-    """Limits on wheels and on lists of repositories; `limits.of(WheelLimits)` reads them from a `Limits`.
+    """Limits on wheels and on lists of repositories.
+
+    Get them with `limits.of(WheelLimits)`, where `limits` is a `Limits`.
 
     Attributes:
         wheel_bytes: maximum total size of the files in one package's wheel.
