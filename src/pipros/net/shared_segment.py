@@ -49,7 +49,7 @@ class Segment:
         import fcntl
 
         self._allocated = [0] * slots
-        self.descriptor = os.memfd_create("pipros", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
+        self.descriptor: int = os.memfd_create("pipros", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
             os.ftruncate(self.descriptor, self.size)
             self._memory = mmap.mmap(self.descriptor, self.size)  # stays writable after sealing

@@ -145,7 +145,7 @@ class StopGuardian:
             creationflags=NEW_GROUP,
             text=True,
         )
-        if process.stdin is not None and os.name == "posix":
+        if process.stdin is not None and sys.platform != "win32":
             os.set_blocking(process.stdin.fileno(), False)
         threading.Thread(target=self._read, args=(process, process.stdout), daemon=True).start()
         for line in self._watched.values():
