@@ -203,12 +203,21 @@ def test_detections_and_markers_are_drawn_over_an_image(ros: RosSystem, open_tab
     wait_until(lambda: tab.evaluate(OVER, edge) == green, 30, "the left edge of the near face")
     assert tab.evaluate(OVER, [20, 24]) == nothing
     point = tab.locator(".pixel").first
-    box: Any = tab.locator(".picture").first.bounding_box()
-    scale = min(box["width"] / 64, box["height"] / 48)
-    left, top = box["x"] + (box["width"] - 64 * scale) / 2, box["y"] + (box["height"] - 48 * scale) / 2
-    tab.mouse.move(left + 39.5 * scale, top + 24.5 * scale)
     value = 40 + (39 + 2 * 24) % 60
-    expect(point).to_have_text(f"(39, 24): {value}, {value}, {value}")  # of the image, not of the marker
+
+    def shows_the_pixel_below_the_mouse() -> bool:
+        box: Any = tab.locator(
+            ".picture"
+        ).first.bounding_box()  # moves until the lines around it are complete
+        scale = min(box["width"] / 64, box["height"] / 48)
+        left, top = (
+            box["x"] + (box["width"] - 64 * scale) / 2,
+            box["y"] + (box["height"] - 48 * scale) / 2,
+        )
+        tab.mouse.move(left + 39.5 * scale, top + 24.5 * scale)
+        return point.inner_text() == f"(39, 24): {value}, {value}, {value}"  # of the image, not of the marker
+
+    wait_until(shows_the_pixel_below_the_mouse, 30, "the pixel of the image")
     keep_screenshots(tab, "image-markers")
     tab.get_by_label("Overlay").select_option("nothing")
     wait_until(lambda: tab.evaluate(OVER, edge) == nothing, 30, "the image alone")

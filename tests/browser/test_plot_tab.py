@@ -210,9 +210,13 @@ def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open
     keep_screenshots(tab, "plot-statistics")
     all_samples = int(table.locator("td.number").first.inner_text())
     left, middle = chart["x"] + chart["width"] * 0.9, chart["y"] + chart["height"] / 2
+    sample = legend.locator(".at").inner_text()
     tab.mouse.move(left, middle)
+    expect(legend.locator(".at")).not_to_have_text(sample)
     tab.mouse.down()
     tab.mouse.move(chart["x"] + chart["width"] - 2, middle, steps=4)
+    selected = tab.locator(".u-select")
+    wait_until(lambda: (selected.bounding_box() or {"width": 0})["width"] > 10, 30, "a selected part")
     tab.mouse.up()
     wait_until(lambda: int(table.locator("td.number").first.inner_text()) < all_samples, 30, "fewer samples")
     with tab.expect_download() as download:

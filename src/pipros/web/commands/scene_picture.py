@@ -24,7 +24,14 @@ from typing import Any, Final
 from pipros.basics.posix import user_id
 from pipros.cli.runner import CommandError
 
-PROGRAMS: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
+PROGRAMS: Final = (
+    "chromium-headless-shell",
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "microsoft-edge",
+)
 START_S: Final = 30.0
 POLL_S: Final = 0.25
 END_S: Final = 3.0
