@@ -280,8 +280,7 @@ class BridgeServer:
     async def _handle_websocket(self, connection: BridgeConnection) -> None:
         """Serve one client until it disconnects.
 
-        If a client that may change the system leaves before its last messages have been handled, they are
-        still handled.
+        If a client that may change the system leaves, its remaining messages are still handled.
         """
         if connection.is_page and self._page is not None:
             await self._page.handle_websocket(connection)

@@ -1,4 +1,4 @@
-"""Threads for the service calls of a bridge's clients, with a share for each client."""
+"""Threads for the service calls of a bridge's clients, with a limit for each client."""
 
 from __future__ import annotations
 

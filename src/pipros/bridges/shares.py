@@ -115,7 +115,7 @@ class Charge:
         return True
 
     def pass_to(self, budget: Budget, *, is_forced: bool = False) -> bool:
-        """Move the amount to another budget. Return False if it has too little left and not `is_forced`."""
+        """Move the amount to another budget. Unless `is_forced`, return False if too little is left there."""
         if is_forced:
             budget.charge(self._amount)
         elif not budget.take(self._amount):

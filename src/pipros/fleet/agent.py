@@ -1,9 +1,10 @@
 """A fleet member's agent: a node on the member's master, with a link to the router.
 
-One thread owns the state. It handles events: tokens, directories and topic requests from other members, and
-changes on the local master. A second thread polls the master, because calls to it may block. Messages pass
-through neither thread. The parts are `presence` (which members are present), `offers` (what this member
-shares and accepts), `shown_members` (what the others offer), `calls`, `local_poller` and `statistics`.
+One thread owns the state. It handles events: liveliness tokens, directories and topic requests of other
+members, and changes on the local master. A second thread polls the master, because calls to it may block.
+Messages pass through neither thread. The parts are `presence` (which members are present), `offers` (what
+this member shares and accepts), `shown_members` (what the others offer), `calls`, `local_poller` and
+`statistics`.
 """
 
 from __future__ import annotations

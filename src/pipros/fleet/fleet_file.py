@@ -96,7 +96,7 @@ class FleetRule:
     timeout_s: float = _TIMEOUT_S
 
     def accepts(self, member: str) -> bool:
-        """Return whether the rule allows a member to send the input or read the parameter."""
+        """Return whether the rule allows a member to use the topic, service or parameter."""
         return self.is_allowed and matches_any(self.members, member)
 
 

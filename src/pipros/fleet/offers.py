@@ -1,4 +1,4 @@
-"""The topics that this member shares with others, and those that it accepts from them."""
+"""The topics that this member shares with other members, and the topics that it accepts from them."""
 
 from __future__ import annotations
 

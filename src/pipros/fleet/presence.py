@@ -1,4 +1,7 @@
-"""Detect members that join or leave, from tokens and the link's state. Uses no clock and no sockets."""
+"""Detect members that join or leave, from liveliness tokens and the link's state.
+
+Uses no clock and no sockets.
+"""
 
 from __future__ import annotations
 

@@ -26,9 +26,10 @@ class Frames(TransformListener):
         self.problems = partial(self._log.warning, "%s")
 
     def find(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose | None:
-        """Return the pose of `source` in `target` at a time, or else the latest pose, or None.
+        """Return the pose of `source` in `target` at a time.
 
-        Wait up to `timeout_s` on the node's clock. Warn if the pose at this time is not available.
+        Wait up to `timeout_s` on the node's clock. If the pose at this time is not available, warn and return
+        the latest pose, or None if there is no pose.
         """
         try:
             return self.at(target, source, stamp_ns, timeout_s)

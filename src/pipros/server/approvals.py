@@ -1,4 +1,4 @@
-"""Acts that wait until a human approves them, in another program of the same user on the same machine.
+"""Let a human approve a program's acts in another program of the same user on the same machine.
 
 Theory of operation. The program that acts has an `Approvals`, whose `wait` blocks until a human has answered.
 Other programs list the waiting acts and answer them through `net/local_requests.py`. The operating system
@@ -62,14 +62,14 @@ class _WaitingAct:
 
 
 class Approvals:
-    """One program's acts that wait for a human, and its past acts. Thread-safe."""
+    """The acts of one program that await approval, and its past acts. Thread-safe."""
 
     def __init__(self, master: str, limit: int, clock_s: Callable[[], float] = time.monotonic) -> None:
         """Store the arguments. Other programs can connect after `start`.
 
         Args:
             master: URI of the master, for display.
-            limit: maximum number of waiting acts.
+            limit: maximum number of acts that await approval.
         """
         self._master = master
         self._limit = limit
@@ -135,7 +135,7 @@ class Approvals:
         return waiting.verdict
 
     def note(self, act: Mapping[str, Any]) -> None:
-        """Keep a past act for display. Refused acts do not displace others."""
+        """Keep a past act for display. Refused acts do not displace other acts."""
         with self._changed:
             (self._refused if act.get("outcome") == "refused" else self._acts).appendleft(act)
 

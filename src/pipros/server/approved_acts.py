@@ -1,7 +1,7 @@
 """Acts that a policy allows and a human approves. They are logged on `/pipros/acts`.
 
-This module serves clients that are not trusted with their own connection to ROS; `act_gate.py` serves the
-others.
+This module serves clients that are not trusted with their own connection to ROS; `act_gate.py` serves all
+other clients.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class ActLimits(NamedTuple):
     """Limits of `ApprovedActs`.
 
     Attributes:
-        waiting: maximum number of acts that wait for a human.
+        waiting: maximum number of acts that await approval.
         wait_s: maximum time that each act waits.
         characters: maximum length of an act's values as JSON, which the human sees in full.
         runs: maximum number of programs that run at the same time.
@@ -75,7 +75,7 @@ class ApprovedActs:
 
     Attributes:
         policy: the rules for the clients' acts.
-        approvals: the acts that wait for a human.
+        approvals: the acts that await approval.
         runs: launch files and recordings.
         goals: the action of each goal that was sent, by goal id.
         environment: determines the master.

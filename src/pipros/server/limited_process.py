@@ -1,8 +1,8 @@
-"""Run programs with a time limit. They also end if the process that started them ends for any reason.
+"""Run programs with a time limit, and end them if the process that started them ends for any reason.
 
 `LimitedProcess` runs this module as a small process between itself and the program. That process sends SIGINT
-to the program when the time has passed or its own standard input ends, and kills the program if it does not
-end.
+to the program when the time limit has passed or its own standard input ends, and kills the program if it does
+not end.
 """
 
 from __future__ import annotations

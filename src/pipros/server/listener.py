@@ -63,7 +63,7 @@ class AcceptedSocket(socket.socket):
             self._listener.table.mark_used(self)
 
     def admit(self) -> None:
-        """Protect the connection from being closed in favour of others: its client has authenticated."""
+        """Protect the connection from being closed to make room for others: its client has authenticated."""
         if self._listener is not None:
             self._listener.table.mark_busy(self)
 

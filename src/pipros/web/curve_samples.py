@@ -197,7 +197,10 @@ def _angle_of(quaternion: Any, index: int) -> float | None:
 
 
 def numeric_fields(value: Any, path: str = "") -> Iterator[str]:
-    """Yield the paths of the numbers in a message or array: `orientation/x`, `ranges[0]`."""
+    """Yield the paths of the numbers in a message or array, such as `orientation/x` and `ranges[0]`.
+
+    For a quaternion, also yield the paths of the roll, pitch and yaw in degrees.
+    """
     if isinstance(value, (int, float, TVal)):
         yield path
     elif hasattr(value, "_slot_types"):

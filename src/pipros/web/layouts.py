@@ -59,7 +59,7 @@ class OpenedLayout:
 
     Attributes:
         panels: the layout, as in the page's address.
-        skipped: a perspective's plugins that correspond to no tab of the page.
+        skipped: a perspective's plugins that have no corresponding tab.
     """
 
     panels: str

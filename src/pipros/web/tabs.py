@@ -269,7 +269,10 @@ CONTROLS: Mapping[str, str] = {name: change for tab in TABS for name, change in 
 
 
 def views_of_tabs(context: PageContext, *, only_messages: bool = False) -> ServedViews:
-    """Create the objects of all tabs, and return their views and actions, or only those in `of_messages`."""
+    """Create the objects of the tabs, and return their views and actions.
+
+    If `only_messages` is true, return only the views and actions in `of_messages`.
+    """
     views: dict[str, Any] = {}
     actions: dict[str, Any] = {}
     for tab in TABS:

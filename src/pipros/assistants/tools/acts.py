@@ -264,7 +264,7 @@ class ActTools:
 
 
 def names_of_tools(policy: Policy) -> Iterator[str]:
-    """Yield the names of the tools for which a policy has rules."""
+    """Yield the names of the tools that a policy needs: `read_policy`, and the tools for its rules."""
     actions = {f"{action}/{part}" for action in policy.actions for part in ("goal", "cancel")}
     kinds = {kind for kind, name in policy.rules if kind is not ActKind.TOPIC or name not in actions}
     of_kind: Mapping[ActKind, tuple[str, ...]] = {

@@ -147,7 +147,7 @@ class FoxgloveSession:
 
     @property
     def worked_s(self) -> float:
-        """Always 0, because the cost of every request is limited."""
+        """0, because the cost of every request is limited."""
         return 0.0
 
     def takes(self) -> Mapping[Hashable, str]:

@@ -1,4 +1,4 @@
-"""One side of a bond on a topic of a node, as in Noetic's package bond."""
+"""One side of a bond that a node forms over a topic, as in Noetic's package bond."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Header:
 
 
 def parse(data: bytes) -> tuple[Any, Pose]:
-    """Return the cloud in a file, without a frame ID and timestamp, and the pose of the sensor.
+    """Return the cloud in a file, without a frame ID or timestamp, and the pose of the sensor.
 
     Raises:
         InvalidPcd: the data is malformed, or shorter than the header specifies.
@@ -201,7 +201,7 @@ def _compressed(data: bytes) -> bytes:
 
 
 def formatted(cloud: Any, mode: str = "ascii", viewpoint: Pose = IDENTITY) -> bytes:
-    """Return a cloud as the content of a file. Bytes outside the cloud's fields are omitted.
+    """Return the contents of a PCD file for a cloud. Bytes outside the cloud's fields are omitted.
 
     Raises:
         InvalidCloud: the size of the data does not match the cloud's dimensions.

@@ -23,8 +23,8 @@ def plane(
 ) -> tuple[Any, Any] | None:
     """Return the coefficients (a, b, c, d) of the plane with the most inliers, and the inliers' indices.
 
-    The normal (a, b, c) has length 1. The search is random but reproducible: equal points give equal
-    results. Return None if no plane is found.
+    The normal (a, b, c) has length 1. The search tries random planes, but is reproducible: equal points give
+    equal results. Return None if no plane is found.
 
     Args:
         points: an array of shape (n, 3); points that are not finite are ignored.

@@ -22,7 +22,7 @@ class LinkLevel(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class LinkStatus:
-    """Status of one link, or of one peer's traffic over it."""
+    """Status of a link, or of one peer's traffic over a link."""
 
     name: str
     level: LinkLevel

@@ -78,7 +78,7 @@ class Disparity(LazyNode):
             left_camera, right_camera = Pinhole.of(left_info), Pinhole.of(right_info)
             images = [gray(array_of(each), each.encoding) for each in (left, right)]
             pixels = [
-                array if name == "mono8" else (array // 257).astype("uint8")  # white stays white
+                array if name == "mono8" else (array // 257).astype("uint8")  # 65535 becomes 255
                 for array, name in images
             ]
             found = matcher.disparities(pixels[0], pixels[1], self._factor)

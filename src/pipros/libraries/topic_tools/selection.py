@@ -1,4 +1,4 @@
-"""The topics of a mux or demux, and which of them is selected."""
+"""The topics of a mux or demux, and the selected topic."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class ParticleFilter:
         self.has_converged = False
 
     def spread(self, poses: Array) -> None:
-        """Replace all particles by these poses, with equal weights."""
+        """Replace all particles with these poses, which get equal weights."""
         self._set(poses)
         self._slow = self._fast = 0.0
         self.has_converged = False

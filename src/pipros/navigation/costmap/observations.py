@@ -56,7 +56,7 @@ class ObservationSource:
     def add(
         self, points: Points3D, cloud: Pose, sensor: Pose, stamp_ns: int, now_ns: int, limit: int
     ) -> None:
-        """Add an observation. Drop the oldest earlier ones while there are more than `limit` points in total.
+        """Add an observation. Drop the oldest earlier observations if there are more than `limit` points.
 
         `cloud` and `sensor` are the poses of the points' frame and of the sensor in the costmap's frame.
         Points that are not finite or outside the source's range of heights are dropped.

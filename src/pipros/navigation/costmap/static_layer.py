@@ -28,7 +28,10 @@ class StaticSettings:
 
 
 class StaticLayer(CellLayer):
-    """Costs of an occupancy grid. Unless the costmap is rolling, each map sets its size and position."""
+    """Costs of an occupancy grid.
+
+    Unless the costmap is rolling, each map sets the size and position of the costmap.
+    """
 
     def __init__(
         self,

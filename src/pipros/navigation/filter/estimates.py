@@ -38,7 +38,7 @@ class Estimates:
     def publish(self, time_s: float, kalman: ExtendedKalmanFilter, angular: Array, interval_s: float) -> bool:
         """Publish the estimate. Return False if it is not finite, or not newer than the last published one.
 
-        With `permit_corrected_publication`, it need not be newer.
+        With `permit_corrected_publication`, an estimate that is not newer is also published.
 
         `angular` is the angular acceleration, computed as a difference over `interval_s`.
         """

@@ -1,4 +1,4 @@
-"""Find the moments of a bag that the timeline marks: errors in the log, and diagnostics that get worse."""
+"""Find the moments in a bag that the timeline marks: errors in the log, and diagnostics that get worse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Users' notes about moments of a bag, stored in `BAG.notes.yaml` beside the bag.
+"""Users' notes about moments in a bag, stored in `BAG.notes.yaml` beside the bag.
 
     notes:
     - time: 1763980012.5

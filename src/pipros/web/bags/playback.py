@@ -115,7 +115,7 @@ class BagSystem(WatchedSystem):
         return self._now_s()
 
     async def observations(self) -> AsyncIterator[GraphObservation]:
-        """Yield the topics of the bag, with the nodes that published them."""
+        """Periodically yield the topics of the bag, with the nodes that published them."""
         while True:
             yield self.observation
             await asyncio.sleep(POLL_INTERVAL_S)
@@ -453,7 +453,7 @@ class BagPlayback:
 
 
 def not_recorded(what: str) -> RequestRefused:
-    """Return the error for a topic that the last minute does not contain."""
+    """Return the error for a topic or a field that was not recorded in the last minute."""
     return RequestRefused(f"{what} was not recorded: no view showed it in the last minute")
 
 

@@ -1,4 +1,4 @@
-"""Pairs of images from two topics whose timestamps are about equal."""
+"""Pairs of images from two topics, with timestamps that are about equal."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ Pair = tuple[AnyMsg, AnyMsg]
 
 
 class ImagePairs:
-    """Matches images like Noetic's `ApproximateTimeSynchronizer`. Images are added by the links' threads.
+    """Matches images like Noetic's `ApproximateTimeSynchronizer`.
+
+    Images are added by the threads that receive them.
 
     Attributes:
         newest: number of pairs so far, and the newest pair; None before the first pair.

@@ -47,7 +47,7 @@ class ActionViews:
         self._kept: dict[str, deque[Future[Any]]] = {}
 
     async def actions(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all actions with the types of their goal topics and the nodes that serve them."""
+        """Yield the list of actions, with goal topic types and server nodes, after each observation."""
         async for observation in self._system.observations():
             yield {"actions": bounded_list(action_rows(observation)), "error": observation.error}
 

@@ -1,4 +1,4 @@
-"""Show the waiting and past acts of this user's programs on this machine, and send the user's answers."""
+"""Show the acts that await approval, and past acts, of this user's programs; send the user's answers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class ActViews:
         self._system = system
 
     async def acts(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield waiting acts, most urgent first, and past acts, newest first, about twice a second."""
+        """Periodically yield the acts that await approval, most urgent first, and past acts, newest first."""
         while True:
             yield await self._system.questions.run(self._found)
             await asyncio.sleep(POLL_INTERVAL_S)

@@ -100,7 +100,7 @@ class BagViews:
         self._exports = 0
 
     async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the names and sizes of the bags in the folder."""
+        """Periodically yield the list of bags in the folder, with their sizes."""
         while True:
             names = [] if self._folder is None else await self._system.questions.run(self._folder.names)
             yield {
@@ -210,7 +210,10 @@ class BagViews:
         return dataclasses.asdict(playback.state)
 
     async def bag_thumbnails(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield small images from a topic at the given times: a JSON header, a newline, and pixels."""
+        """Yield a small image from a topic for each of the given times: a JSON header, a newline, and pixels.
+
+        Omit times for which no image can be shown.
+        """
         read, topic = self._source(arguments), topic_name({"name": arguments.get("topic")})
         times = arguments.get("times")
         if not isinstance(times, list) or len(times) > MAX_THUMBNAILS:
@@ -222,7 +225,7 @@ class BagViews:
                 yield found
 
     async def bag_curve(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield, in pieces, a plotted field's samples from the whole bag that this browser has opened."""
+        """Yield, in pieces, the samples of a plotted field in the whole bag that this browser has opened."""
         text, axis = field_text(arguments), axis_of(arguments)
         playback = self._playback()
         field = find_field(text, playback.system.observation.types)

@@ -39,7 +39,7 @@ class CallViews:
         self._system = system
 
     async def services(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield each service with its node."""
+        """Yield the list of all services and their nodes after each observation of the system."""
         async for observation in self._system.observations():
             services = observation.state.services
             rows = ([name, *nodes[:1]] for name, nodes in sorted(services.items()))

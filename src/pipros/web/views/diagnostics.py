@@ -142,7 +142,10 @@ class DiagnosticViews:
         self._shared = {name: system.shared(open_statuses, name) for name in TOPICS}
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all components, then those that change. If an aggregator exists, yield only its statuses."""
+        """Yield the list of all components, then periodically the list of those that have changed.
+
+        If an aggregator exists, yield only its statuses.
+        """
         observations = self._system.observations()
         observation = await anext(observations)
         names = topics_of(observation)

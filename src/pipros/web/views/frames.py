@@ -207,7 +207,7 @@ class FrameViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def transform(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the pose of the frame `source` in `target`, or an error if it cannot be computed.
+        """Periodically yield the pose of the frame `source` in `target`, or an error if it is unknown.
 
         Each value also contains the links from both frames up to the root.
         """

@@ -74,7 +74,7 @@ class GraphViews:
         self._extended = GraphObservation(), GraphObservation()
 
     async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the drawing as `scene` whenever it changes, and the traffic on its edges."""
+        """Yield the drawing as `scene` whenever it changes, and the traffic on its edges periodically."""
         options, grouping = options_from(arguments)
         changes = self._system.changes
         shown: NodeGraph | None = None
@@ -105,7 +105,7 @@ class GraphViews:
             }
 
     async def events(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the nodes and topics added and removed in the last ten minutes, newest first."""
+        """Yield the nodes and topics added and removed in the last ten minutes, whenever the list changes."""
         shown = None
         async for _observation in self._system.observations():
             this_node = "node", self._system.node.name  # omitted, because it is registered only when needed
@@ -139,7 +139,7 @@ class GraphViews:
                 yield {"error": shown}
 
     async def node(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the details of one node."""
+        """Yield the details of one node after each observation of the system."""
         name = str(arguments["name"])
         async for observation in self._system.observations():
             yield {

@@ -30,7 +30,7 @@ class ProcessViews:
         self._system = system
 
     async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield each node with its host, connections and, if it runs on this machine, its resource usage."""
+        """Periodically yield the list of nodes: host, connections and, on this machine, resource usage."""
         table = _Table(self._system.node_clients, self._system.graph.caller_id)
         problem = "" if has_proc() else "Processor and memory are shown on Linux only."
         async for observation in self._system.observations():

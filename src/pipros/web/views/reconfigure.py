@@ -44,7 +44,7 @@ class ReconfigureViews:
         self._system = system
 
     async def reconfigurable(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the names of all servers."""
+        """Yield the names of all servers after each observation of the system."""
         async for observation in self._system.observations():
             services, publishers = observation.state.services, observation.state.publishers
             names = (name.removesuffix(SERVICE) for name in services if name.endswith(SERVICE))

@@ -47,13 +47,13 @@ class TopicViews:
         self._system = system
 
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all topics with types, nodes and, if the publishers report them, rates (Hz)."""
+        """Yield the list of topics after each observation: types, nodes and, if known, rates (Hz)."""
         async for observation in self._system.observations():
             rows = topic_rows(observation, self._system.activity.stale(), self._system.node.name)
             yield {"topics": bounded_list(rows), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest message, rate and bandwidth of one topic."""
+        """Yield the newest message, rate and bandwidth of one topic, after new messages and periodically."""
         name = topic_name(arguments)
         with self._system.topics.watch(name) as watch:
             number = -1
@@ -209,7 +209,7 @@ def topic_rows(
 
 
 def percentage(message: object) -> float | None:
-    """Return the percentage in a battery message, from 0 to 100, or None for other messages.
+    """Return the percentage in a battery message, from 0 to 100, or None if there is no valid percentage.
 
     `sensor_msgs/BatteryState.percentage` is defined as a fraction from 0 to 1. A message whose only field is
     a string such as `%25` or `80 %` counts as a battery message, too.

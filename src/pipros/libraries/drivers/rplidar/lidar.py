@@ -71,7 +71,7 @@ def request(command: LidarCommand, payload: bytes = b"") -> bytes:
 
 
 class DeviceInfo(NamedTuple):
-    """Information about a device. The high half of `model` is the series."""
+    """Information about a device. The upper four bits of `model`, a byte, are the series."""
 
     model: int
     firmware: tuple[int, int]
