@@ -32,7 +32,7 @@ class Answer:
         figures: numbers to add as further fields.
         pictures: pictures to add to the answer.
         begin: the index of the first row in `data` among all rows; None if `data` contains all rows.
-        has_more: whether there are further rows after those in `data`.
+        has_more: whether more rows follow the rows in `data`.
     """
 
     data: Sequence[Any]

@@ -71,7 +71,7 @@ def make_server(
 
     Args:
         bag_folder: the folder whose bags may be read; None for no bags.
-        acts: the acts that a policy allows, for which tools are added; None for no such tools.
+        acts: the acts that a policy allows, for which tools are added; None to add no such tools.
     """
     from pipros import __version__
 

@@ -372,7 +372,7 @@ class BridgeServer:
 
 
 def _origin(request: Request) -> str | None:
-    """Return a request's origin: None if there is no `Origin` header, an invalid origin if several exist."""
+    """Return a request's origin: None without an `Origin` header, an invalid origin if there are several."""
     values = request.headers.get_all("Origin")
     return None if not values else ", ".join(values)
 

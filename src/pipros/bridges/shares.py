@@ -196,7 +196,8 @@ class ClientShares:
         """Count memory that the server keeps because of a request.
 
         Raises:
-            LimitExceeded: the client exceeds its share for the first time, or others have used up the memory.
+            LimitExceeded: the client exceeds its share for the first time, or other clients have used up the
+                memory.
             ExceedsShare: the client has exceeded its share before.
         """
         if not self.kept.take(size_bytes):

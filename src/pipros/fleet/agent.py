@@ -3,7 +3,7 @@
 One thread owns the state. It handles events: liveliness tokens, directories and topic requests of other
 members, and changes on the local master. A second thread polls the master, because calls to it may block.
 Messages pass through neither thread. The parts are `presence` (which members are present), `offers` (what
-this member shares and accepts), `shown_members` (what the others offer), `calls`, `local_poller` and
+this member shares and accepts), `shown_members` (what other members offer), `calls`, `local_poller` and
 `statistics`.
 """
 

@@ -62,7 +62,7 @@ class Authority:
 
     @classmethod
     def create(cls, folder: str | Path, days: int = MEMBER_DAYS) -> Authority:
-        """Create an authority and a certificate for its routers, which is valid for `days`.
+        """Create an authority, and a certificate for its routers that is valid for `days` days.
 
         Raises:
             KeysFailed: the folder already has an authority, or cannot be written.

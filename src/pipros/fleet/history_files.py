@@ -259,7 +259,7 @@ class HistoryFiles:
         return [each for group in kept.values() for each in group]
 
     def _delete(self, path: Path) -> None:
-        """Delete a file, and its folder if it is empty and its member is absent."""
+        """Delete a file. Delete its folder, too, if the folder is empty and the member is absent."""
         member = path.parent.name
         if member in self._open and path == self._active(member):
             self._complete(member)

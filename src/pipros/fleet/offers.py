@@ -28,7 +28,7 @@ class Offers:
         local: the last known state of the local master.
         directory: the directory that was last sent.
         shared: topics that are being sent, by name.
-        accepted: topics to which others can publish, by name.
+        accepted: topics to which other members can publish, by name.
         is_waiting: whether to call `update` again soon, because an action's status topic waits for its
             feedback and result topics to be connected.
     """

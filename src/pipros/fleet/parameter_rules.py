@@ -1,4 +1,4 @@
-"""Which parts of the parameter tree a member's file lets others read and set. Performs no I/O.
+"""Decide which parameters a member's file lets other members read and set. Performs no I/O.
 
 A namespace is read and set as a whole, but the rules for the parameters in it may differ from the rule for
 its name. Therefore, a parameter that its own rule denies is left out when another member reads the namespace,

@@ -55,7 +55,7 @@ class ShownMember:
 
         Args:
             definition_bytes: maximum size of all members' definitions; each member gets at most half of the
-                memory that the others leave.
+                memory that the other members leave.
             wake: called from any thread if `update` has something to do.
         """
         self.directory = directory
@@ -89,7 +89,7 @@ class ShownMember:
     def update(self, max_names: int) -> None:
         """Make the topics and services on the local master match the directory.
 
-        `max_names`: maximum number of topics and services to show.
+        `max_names` is the maximum number of topics and services to show.
         """
         directory = self.directory
         shared = directory.shared[:max_names]

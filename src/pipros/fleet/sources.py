@@ -204,7 +204,7 @@ class SentTopic:
         self._sender.add(self)
         message_class = class_like({"type": self.entry.type, "md5sum": self.entry.md5sum})
         # without a queue, a publisher that is faster than the link is slowed down or drops messages itself;
-        # receiving messages only to drop them would take time from those that can be sent
+        # receiving messages only to drop them would take time from messages that can be sent
         queue_size = 1 if self.rule.is_latest_only else None
         self._subscriber = self._node.subscribe(
             self.entry.name, message_class, self._on_message, queue_size=queue_size

@@ -97,7 +97,7 @@ def tunable(
 ) -> Any:
     """Declare a field of a dataclass as a parameter that clients of dynamic_reconfigure can change.
 
-    See `Setting`. `offered` is the default that clients receive, if it differs.
+    See `Setting`. `offered` is the default that clients receive, if it differs from `default`.
     """
     declared = default if offered is None else offered, low, high, text, 0, edit_method
     return field(default=default, metadata={"setting": declared})
@@ -113,7 +113,7 @@ def is_number(value: Any) -> TypeGuard[int | float]:
 
 
 def read_parameters(node: Node, namespace: str = "~") -> PrivateParameters:
-    """Read a node's parameters in its private namespace, or in one below it, such as `~costmap`."""
+    """Read a node's parameters in its private namespace, or in a namespace below it, such as `~costmap`."""
     try:
         values = node.params.get(namespace)
     except NotFound:

@@ -122,7 +122,7 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
 
 
 def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5sum: str = "") -> ActRule:
-    """Return the rule for a name. Check that the type and the MD5 sum equal those of the rule.
+    """Return the rule for a name. Check that the type and the MD5 sum match the rule.
 
     Raises:
         ActRefused: no rule has this name, or the type or its definition differs.
@@ -141,7 +141,7 @@ def rule_for(policy: Policy, kind: ActKind, name: str, type_name: str = "", md5s
 
 
 def note_stop(rule: ActRule, state: PolicyState) -> None:
-    """Record that a rule's stop was sent: the next values are compared with those of the stop."""
+    """Record that a rule's stop was sent: the next values are compared with the values of the stop."""
     accepted = state.accepted.setdefault((rule.kind, rule.name), Accepted())
     accepted.values = {**accepted.values, **stopped_values(rule)}
 

@@ -2,7 +2,7 @@
 
 Every value in the message is checked: a field without a rule must have its default (zero, false, empty), so a
 rule for `linear.x` does not leave `linear.y` unrestricted. A header may have any `seq` and `stamp`. `any`
-permits all values of a field, except those of fields and elements below it that have their own rules.
+permits all values of a field, except in fields and elements below it that have their own rules.
 """
 
 from __future__ import annotations

@@ -183,7 +183,8 @@ def _is_constant(found: Any) -> bool:
 def converted(described: Any, value: Any) -> Any:
     """Convert a value to a parameter's type. For an enum, the name of a constant is also accepted.
 
-    For a bool, the strings `yes`, `true`, `t` and `1` mean True, and all others False. Case is ignored.
+    For a bool, the strings `yes`, `true`, `t` and `1` mean True, and all other strings mean False. Case is
+    ignored.
 
     Args:
         described: the parameter, as returned by `decode_description`.

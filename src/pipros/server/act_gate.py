@@ -86,7 +86,7 @@ class ActGate:
 
         Args:
             client: the client that publishes; see `left`.
-            message: the message, or its serialized form, with its type and MD5 sum.
+            message: the message, or its serialized form if its type and MD5 sum are given.
 
         Raises:
             ActRefused: the policy does not allow it.

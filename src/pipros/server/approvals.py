@@ -103,7 +103,7 @@ class Approvals:
 
         Args:
             client: the client that acts, to which an approval for a minute is limited.
-            over: set when the client has disconnected or cancelled the call, which ends the wait.
+            over: set when the client has disconnected or cancelled the call. This ends the wait.
 
         Raises:
             ActRefused: the human has refused, or has not answered within `wait_s`; `over` was set; or too
@@ -178,7 +178,7 @@ def waiting_acts() -> list[Mapping[str, Any]]:
     May block for several seconds.
 
     Raises:
-        OSError: the folder of the sockets cannot be read, or others could write to it.
+        OSError: the folder of the sockets cannot be read, or other users could write to it.
     """
     found: list[Mapping[str, Any]] = []
     for process in local_requests.running(_FOLDER)[:MOST_PROGRAMS]:

@@ -2,8 +2,8 @@
 
 Theory of operation. Like a node's servers, the listening socket counts each connection in a `ConnectionTable`
 when it is accepted, before the TLS handshake. Until `AcceptedSocket.admit` is called, a connection is closed
-after `login_s` without a request. If there are too many connections, a new one replaces the connection that
-has been silent longest, among those that have not been admitted.
+after `login_s` without a request. If there are too many connections, a new connection replaces the unadmitted
+connection that has been silent longest.
 """
 
 from __future__ import annotations

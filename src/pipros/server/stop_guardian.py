@@ -111,7 +111,7 @@ class StopGuardian:
         return bool(started)
 
     def close(self) -> None:
-        """End the input of the process, which publishes all pending stops and ends."""
+        """End the input of the process, which then publishes all pending stops and exits."""
         with self._changed:
             self._is_closed = True
             if self._process is not None and self._process.stdin is not None:

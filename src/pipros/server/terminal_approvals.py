@@ -51,7 +51,7 @@ def ask_humans(
 def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
     """Return an act as lines whose texts cannot imitate other lines, even if the terminal wraps them.
 
-    Letters outside ASCII are shown as escapes, because some look like others, and their widths vary.
+    Letters outside ASCII are shown as escapes, because some letters look alike, and their widths vary.
     """
     rows = {
         "tool": act["tool"],

@@ -32,7 +32,7 @@ def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | No
 
 
 def fingerprint_of(certificate: str) -> str:
-    """Return the SHA-256 of the first certificate in a PEM file, as browsers show it, or an empty string."""
+    """Return the SHA-256 of a PEM file's first certificate, as browsers show it, or "" if there is none."""
     text = Path(certificate).read_text(encoding="ascii", errors="replace")
     begin, end = text.find(ssl.PEM_HEADER), text.find(ssl.PEM_FOOTER)
     if not 0 <= begin < end:

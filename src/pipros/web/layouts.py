@@ -94,7 +94,7 @@ class StoredLayouts:
         return _panels_in(content, str(name))
 
     def save(self, name: object, panels: object) -> None:
-        """Create or replace a layout. Raise `BadLayout` if it is malformed, or if there are too many."""
+        """Create or replace a layout. Raise `BadLayout` if it is malformed or there are too many."""
         file = _file_of(name)
         if not isinstance(panels, str) or not panels:
             raise BadLayout("a layout needs at least one panel")

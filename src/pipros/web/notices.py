@@ -75,7 +75,7 @@ class Notices:
             del self._failing[kind, name]
 
     def note_error(self, kind: Kind, name: str, text: str, when_s: float) -> None:
-        """Add an error, or count it if it repeats one of the last minute."""
+        """Add an error. If it repeats an error from the last minute, only count it."""
         notice = PageNotice(when_s, "error", kind, name, text[:LONGEST_TEXT])
         for each in self._notices:
             if (each.what, each.kind, each.name, each.text) == ("error", kind, name, notice.text):

@@ -149,7 +149,7 @@ class MountedPage:
     def __init__(
         self, node: Node, tool: str, secret: Secret | None, gate: ActGate, *, has_control: bool
     ) -> None:
-        """Create the page of a node. `secret` is its secret; if it is None, a new secret is created.
+        """Create the page of a node. `secret` is the page's secret; if it is None, a new secret is created.
 
         `gate` allows or refuses the browsers' acts.
         """

@@ -1,7 +1,7 @@
-"""The server side of the page's tabs: views, actions, and which of them change the system.
+"""The server side of the page's tabs: views and actions, some of which change the system.
 
 The action `about` sends `CHANGING`, `CONTROLS` and `OF_MESSAGES` to the browser. If a browser has opened a
-bag, its views and actions in `OF_MESSAGES` show the bag; all others show the running system.
+bag, its views and actions in `OF_MESSAGES` show the bag; all other views and actions show the running system.
 """
 
 from __future__ import annotations

@@ -163,7 +163,7 @@ class FoxgloveHandler:
         return is_allowed(name, self._rules.parameters)
 
     def correct(self, topic: str, header: Mapping[str, str]) -> None:
-        """Replace a topic's definition by that in a publisher's header. Called in a link's thread."""
+        """Replace a topic's definition with the one in a publisher's header. Called in a link's thread."""
         if self._definitions.correct(topic, header):
             self._graph_watch.set_needed(True)
 

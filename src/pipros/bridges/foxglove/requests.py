@@ -79,7 +79,7 @@ class CallRequest:
 
 @dataclass(frozen=True, slots=True)
 class GetParameters:
-    """A request for the parameters in `names`, or for all if it is empty.
+    """A request for the parameters in `names`, or for all parameters if `names` is empty.
 
     The response includes `id`, if given.
     """
@@ -101,7 +101,7 @@ class SetParameters:
 
 @dataclass(frozen=True, slots=True)
 class SubscribeParameters:
-    """A subscription to the parameters in `names`, or to all if it is empty."""
+    """A subscription to the parameters in `names`, or to all parameters if `names` is empty."""
 
     names: Sequence[str]
 

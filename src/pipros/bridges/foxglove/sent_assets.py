@@ -20,7 +20,7 @@ class Asset:
 
 
 class SentAssets:
-    """Reads assets, and limits the memory of those that are being sent. Thread-safe."""
+    """Reads assets, and limits the memory of the assets that are being sent. Thread-safe."""
 
     def __init__(self, asset_bytes: int) -> None:
         self._memory = Budget(2 * asset_bytes)

@@ -36,7 +36,7 @@ class Authenticator:
         self._used: dict[str, int] = {}
 
     def accepts(self, claims: Mapping[str, Any]) -> bool:
-        """Return whether the claims are authentic, current, and have not been used before."""
+        """Return whether the claims are authentic and current, and are used for the first time."""
         mac, sent_s, end_s = claims.get("mac"), claims.get("t"), claims.get("end")
         texts = [claims.get(name) for name in _NAMES]
         if type(sent_s) is not int or type(end_s) is not int or not isinstance(mac, str) or not mac.isascii():

@@ -33,8 +33,8 @@ class Format(Enum):
     """The format to which values are converted.
 
     `JSON` keeps NaN and infinities, which strict JSON does not allow; `JSON_NULLS` replaces them with None.
-    Byte arrays become base64 text in these two formats, and stay binary in the others. `CBOR` packs arrays of
-    numbers into typed arrays. `BSON` integers must be less than 2^63.
+    Byte arrays become base64 text in these two formats, and stay binary in the other formats. `CBOR` packs
+    arrays of numbers into typed arrays. `BSON` integers must be less than 2^63.
     """
 
     JSON = "JSON"

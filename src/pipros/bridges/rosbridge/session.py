@@ -108,7 +108,7 @@ class RosbridgeNode:
         self.gate.start()
         self.call_s = timing.call_s
         self.master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
-        # A client that may not change the system must not decide which type others see.
+        # A client that may not change the system must not decide which type other nodes see.
         self.topics = SharedTopics(node, reports_types=self.settings.has_control)
         self.encoder = Encoder(is_bson=self.settings.is_bson)
         self.filler = Filler(lambda: node.clock.now_ns(), self.limits)

@@ -25,8 +25,8 @@ class TopicStream:
     """Passes a topic's messages to a client's outbox, in the threads that receive them.
 
     With `throttle_s`, at most one message is sent per interval. Of the messages that arrive before the
-    interval is over, the newest `queue_length` are queued and the others are dropped. Queued messages count
-    as part of the client's queue; if it has no room left, only the newest message is kept.
+    interval is over, the newest `queue_length` are queued, and older messages are dropped. Queued messages
+    count as part of the client's queue; if this queue has no room left, only the newest message is kept.
     """
 
     # A client may have thousands of these objects.

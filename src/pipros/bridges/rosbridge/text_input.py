@@ -190,8 +190,8 @@ class Fragments:
         """Add a fragment. Return the whole text if it is complete.
 
         Raises:
-            BadInput: the fragment is malformed or contradicts the others, or all of them together are too
-                long.
+            BadInput: the fragment is malformed or contradicts earlier fragments, or all fragments together
+                are too long.
         """
         for old in [key for key, text in self._texts.items() if now_s - text.since_s > self._timeout_s]:
             self._drop(old)

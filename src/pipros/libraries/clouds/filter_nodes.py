@@ -1,4 +1,4 @@
-"""The filters of pcl_ros as nodelets: `pcl/PassThrough`, `VoxelGrid`, `CropBox` and others."""
+"""The filters of pcl_ros as nodelets, such as `pcl/PassThrough`, `pcl/VoxelGrid` and `pcl/CropBox`."""
 
 from __future__ import annotations
 

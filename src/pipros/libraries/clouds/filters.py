@@ -1,8 +1,8 @@
 """The filters of pcl_ros: functions that return a new cloud.
 
 Coordinates are compared in float32, as in PCL; distances and means are computed in float64. Selected points
-keep all their bytes. Names and rules are those of PCL; `values` maps the names of a nodelet's settings to
-their values.
+keep all their bytes. Names and rules are the same as in PCL; `values` maps the names of a nodelet's settings
+to their values.
 """
 
 from __future__ import annotations

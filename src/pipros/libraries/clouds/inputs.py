@@ -32,7 +32,7 @@ class CloudInputs:
 
         Args:
             outputs: message classes by topic.
-            receive: called with each cloud and its point indices, which are None without `~indices`.
+            receive: called with each cloud and its point indices (None without `~indices`).
             needs_indices: whether to subscribe to `~indices` even if `~use_indices` is false.
         """
         self._node, self._receive = node, receive

@@ -57,7 +57,7 @@ def indices_of(given: Any, count: int) -> Any:
 
 
 def column(cloud: Any, rows: Any, name: str) -> Any:
-    """Return the values of a field as an array of shape (points,), which is writable if `rows` is.
+    """Return the values of a field as an array of shape (points,). The array is writable if `rows` is.
 
     Raises:
         InvalidCloud: the field is missing, or lies outside the point.

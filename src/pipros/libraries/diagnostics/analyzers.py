@@ -40,7 +40,7 @@ class BadAnalyzer(PiprosError, ValueError):
 
 
 class Analyzer(Protocol):
-    """Interface of analyzers, which accept certain statuses and report them below their path.
+    """Interface of analyzers. An analyzer accepts certain statuses and reports them below its path.
 
     Attributes:
         name: the last component of the path.

@@ -68,7 +68,7 @@ def cpu_report(loads: Sequence[float], warning: float) -> Report:
 
 
 def ram_report(used: float, warning: float) -> Report:
-    """Return the report on memory usage in percent: a warning if it exceeds `warning`."""
+    """Return the report on memory usage in percent: a warning if the usage exceeds `warning`."""
     values = [("RAM Load Average", f"{used:.2f}")]
     if used > warning:
         return Report(WARN, f"RAM Average exceeds {warning:g} percent", values)
@@ -77,7 +77,7 @@ def ram_report(used: float, warning: float) -> Report:
 
 @dataclass(frozen=True, slots=True)
 class DiskHeat:
-    """A disk: device, model, and temperature in degrees Celsius (None if it is asleep)."""
+    """A disk: device, model, and temperature in degrees Celsius (None if the disk is asleep)."""
 
     device: str
     model: str

@@ -59,7 +59,7 @@ class Driver:
             self._log.info("%s works again", self._port.name)
 
     def describe(self, text: str) -> None:
-        """Log the device's information, unless it is the same as last time."""
+        """Log the device's information if it has changed."""
         if text != self._description:
             self._description = text
             self._log.info("%s: %s", self._port.name, text)

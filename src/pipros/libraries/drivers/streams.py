@@ -34,7 +34,7 @@ class StreamLost(DeviceError):
 
 
 class Stream:
-    """An open connection to a device, which uses the file descriptor of a serial port or a socket."""
+    """An open connection to a device over the file descriptor of a serial port or a socket."""
 
     def __init__(self, name: str, handle: Any, *, is_serial: bool) -> None:
         """Take ownership of `handle`, a non-blocking object with the methods `fileno` and `close`."""

@@ -41,8 +41,8 @@ class Assembler:
     def assembled(self, begin_ns: int, end_ns: int) -> StoredScan | None:
         """Return the points of the scans with begin <= time < end, or None if there are none.
 
-        The channels are those of the first scan; a channel that another scan lacks is filled with 0. The
-        timestamp is that of the last scan. As in the original, scans are assumed to be sorted by time.
+        The result has the channels of the first scan, and the timestamp of the last scan. A channel that
+        another scan lacks is filled with 0. As in the original, scans are assumed to be sorted by time.
         """
         scans = list(self._scans)
         start = next((at for at, each in enumerate(scans) if each.stamp_ns >= begin_ns), len(scans))

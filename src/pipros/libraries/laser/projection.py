@@ -58,9 +58,9 @@ def poses_of_scan(
 
 
 def moving(points: Any, beams: Any, count: int, poses: tuple[Pose, Pose]) -> Any:
-    """Transform points of a scan with `count` beams whose frame moves between two poses at constant speed.
+    """Transform points of a scan, whose frame moves between two poses at constant speed.
 
-    Positions are interpolated linearly, and rotations by slerp.
+    `count` is the scan's number of beams. Positions are interpolated linearly, and rotations by slerp.
     """
     start, end = (np.array(each) for each in poses)
     ratio = (beams * (1.0 / (count - 1.0)) if count > 1 else np.zeros(len(beams)))[:, np.newaxis]

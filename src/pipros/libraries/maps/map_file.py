@@ -174,7 +174,7 @@ FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
     """Return one byte per cell, row by row from the top.
 
-    Cells <= `free` are white, cells >= `occupied` are black, and others, including negative ones, are grey.
+    Cells from 0 to `free` are white, cells >= `occupied` are black, and all other cells are grey.
     """
     greys = bytes(
         UNKNOWN if value > 127 else FREE if value <= free else OCCUPIED if value >= occupied else UNKNOWN

@@ -22,7 +22,7 @@ def main(plugin: str, node_name: str, argv: Sequence[str] | None = None) -> int:
     Args:
         plugin: the nodelet, such as `pcl/VoxelGrid`.
         node_name: the default name of the node.
-        argv: the command-line arguments; defaults to those of the process.
+        argv: the command-line arguments; by default, the arguments of the process.
     """
     with roscpp_program(node_name, package_of(plugin), argv) as (node, log):
         return run_alone(node, log, plugin)

@@ -68,7 +68,7 @@ def _is_only_compiled(plugin: str) -> bool:
 
 
 def _run_genuine(argv: Sequence[str]) -> int:
-    """Replace this process with the genuine program. Return the exit code if it is not installed."""
+    """Replace this process with the genuine program. Return the exit code if the program is not installed."""
     found = program("nodelet", "nodelet")
     if found is None:
         print(

@@ -88,7 +88,7 @@ def read_robot(text: str) -> Robot:
 
 
 def robot_element(text: str) -> Element:
-    """Return the root element of a URDF. Raise `UrdfError` if it is not XML or not a URDF."""
+    """Return the root element of a URDF. Raise `UrdfError` if the text is not XML or not a URDF."""
     try:
         robot = parse(text, "robot_description")
     except XmlError as error:

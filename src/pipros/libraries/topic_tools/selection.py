@@ -38,7 +38,7 @@ class Selection:
         return list(self._topics)
 
     def select(self, topic: str) -> str:
-        """Select a topic, or no topic if it is `__none`.
+        """Select a topic, or no topic if `topic` is `__none`.
 
         Return the previous selection, or `""` if there was none.
 

@@ -1,6 +1,6 @@
 """Format the frame tree as text, YAML or Graphviz DOT, and poses as text.
 
-The formats are those of tf2, because tools parse them.
+The formats are the same as in tf2, because tools parse them.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ def opencv(purpose: str) -> Any:
     """Import and return the module `cv2`.
 
     Raises:
-        MissingExtra: OpenCV, or numpy, which it needs, is not installed. The message names `purpose` and the
-            command that installs both.
+        MissingExtra: OpenCV, or numpy, which OpenCV needs, is not installed. The message names `purpose` and
+            the command that installs both.
     """
     try:
         import cv2

@@ -155,7 +155,7 @@ class AmclNode:
         self._log.info("setting the pose to %.3f %.3f %.3f", x, y, yaw)
 
     def _motion_since(self, stamp_ns: int) -> Pose:
-        """Return the robot's pose relative to its pose at `stamp_ns`, or the identity if it is unknown."""
+        """Return the robot's pose relative to its pose at `stamp_ns`; if unknown, the identity."""
         base, odom = self._settings.base_frame_id, self._settings.odom_frame_id
         pose = self._frames.motion(base, odom, stamp_ns, self._node.clock.now_ns(), INITIAL_POSE_S)
         if pose is None and self._out.correction is not None:
@@ -224,7 +224,7 @@ class AmclNode:
             self._out.publish_diagnostics()
 
     def _beams(self, message: Any) -> Beams | None:
-        """Return the beams of a scan in the robot's frame. If it cannot be used, warn and return None.
+        """Return the beams of a scan in the robot's frame. If the scan cannot be used, warn and return None.
 
         The pose of each laser on the robot is looked up only once.
         """

@@ -64,7 +64,7 @@ class CostGrid:
         return (int(column), int(row)) if column < self.width and row < self.height else None
 
     def world_to_cells(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """Return columns and rows of positions, and a mask of those inside.
+        """Return the columns and rows of positions, and a mask of the positions inside the grid.
 
         Positions outside the grid get column 0 and row 0.
         """

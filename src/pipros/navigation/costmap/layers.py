@@ -124,7 +124,7 @@ def _hand_down(
     names: tuple[str, ...],
     kept: tuple[str, ...] = (),
 ) -> None:
-    """Move parameters of the costmap to one of its layers. Copy those in `kept` instead."""
+    """Move parameters of the costmap to one of its layers, but copy the parameters in `kept`."""
     params, namespace = costmap.node.params, costmap.namespace
     for name in filter(given.has, names):
         params.set(f"{namespace}/{layer}/{name}", given.values[name])

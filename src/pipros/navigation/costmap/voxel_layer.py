@@ -61,7 +61,7 @@ class VoxelLayer(ObstacleLayer):
         self.after_update()
 
     def _places(self, points: Numbers) -> tuple[Numbers, Numbers]:
-        """Return positions in cells (not rounded), shape (n, 3), and a mask of those inside the grid."""
+        """Return positions in cells (not rounded), shape (n, 3), and a mask of positions inside the grid."""
         grid = self.grid
         low = np.array((grid.origin_x, grid.origin_y, self.origin_z))
         places: Numbers = (points - low) / (grid.resolution, grid.resolution, max(self.z_resolution, 1e-9))

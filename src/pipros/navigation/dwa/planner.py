@@ -31,7 +31,7 @@ class Oscillation:
         self._banned = [0, 0, 0]
 
     def forbids(self, commands: Array) -> NDArray[np.bool_]:
-        """Return which of the velocities, shape (n, 3), have a component with a banned sign."""
+        """Return a mask of the velocities, shape (n, 3), that have a component with a banned sign."""
         banned = np.array(self._banned)
         forbidden: NDArray[np.bool_] = ((np.sign(commands) == banned) & (banned != 0)).any(axis=1)
         return forbidden
@@ -152,8 +152,8 @@ class DwaPlanner:
     def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
         """Return the distance at the end of each trajectory, or at a point `ahead` metres ahead of the end.
 
-        Trajectories that leave the grid are discarded. If `ahead` is 0, so are those through obstacles or
-        unreached cells.
+        Trajectories that leave the grid are discarded. If `ahead` is 0, trajectories through obstacles or
+        unreached cells are also discarded.
         """
         x, y = tried.x, tried.y
         if ahead:

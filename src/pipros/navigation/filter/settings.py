@@ -32,7 +32,7 @@ class InputTopic:
 
     Attributes:
         kind: `odom`, `pose`, `twist` or `imu`.
-        uses_child_frame: whether poses are those of the message's `child_frame_id`.
+        uses_child_frame: whether poses are poses of the message's `child_frame_id`.
     """
 
     kind: str
@@ -52,7 +52,7 @@ class InputTopic:
 
 @dataclass(frozen=True, slots=True)
 class FilterSettings:
-    """The node's parameters by their ROS names, except those of the filter. Times are in seconds."""
+    """The node's parameters by their ROS names, except the filter's parameters. Times are in seconds."""
 
     frequency: float = 30.0
     map_frame: str = "map"

@@ -20,7 +20,7 @@ _MULTIPLE: Final = 32
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrajectoryStep:
-    """A processed scan on a particle's trajectory, which follows the step `parent`."""
+    """A processed scan on a particle's trajectory. It follows the step `parent`."""
 
     pose: tuple[float, float, float]
     ranges: Array
@@ -48,7 +48,7 @@ class Survey:
         self._last: TrajectoryStep | None = None
 
     def follow(self, last: TrajectoryStep | None) -> None:
-        """Change the counts to those of the trajectory that ends with the step `last`."""
+        """Change the counts to match the trajectory that ends with the step `last`."""
         old, new = _path(self._last), _path(last)
         shared = set(map(id, old)) & set(map(id, new))
         for steps, sign in ((old, -1), (new, 1)):

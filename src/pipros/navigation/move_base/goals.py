@@ -1,7 +1,7 @@
 """A simple action server on a `Node`, which executes one goal at a time. A new goal replaces the current one.
 
-The status texts are those of actionlib. The thread that executes goals calls `accept` and the methods that
-end a goal; messages arrive in other threads.
+The status texts are the same as in actionlib. The thread that executes goals calls `accept` and the methods
+that end a goal; messages arrive in other threads.
 """
 
 from __future__ import annotations

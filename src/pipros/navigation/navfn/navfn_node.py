@@ -136,7 +136,7 @@ class NavfnPlanner:
         return plan
 
     def stamped_plan(self, start: Any, goal: Any) -> list[Any]:
-        """Return the path between two `geometry_msgs/PoseStamped` as a list of such poses, possibly empty."""
+        """Return the path between two poses as a list of `geometry_msgs/PoseStamped`, which may be empty."""
         poses = self.make_plan(*(Pose2D(*plane.flat_message(each.pose)) for each in (start, goal)))
         if poses is None:
             return []

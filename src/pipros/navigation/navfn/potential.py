@@ -8,9 +8,9 @@ straight wave crossed it:
     p = a + h (-0.2301 q² + 0.5307 q + 0.7040)    otherwise, with q = (b - a) / h
 
 The wave spreads in batches of cells. All cells of a batch are computed at once, and then once more, because
-they depend on each other. The potentials are within half a percent of those computed cell by cell with a
-queue. Cells with potentials above a threshold wait until all cells below it are done. Then the threshold
-rises by the cost of two free cells.
+they depend on each other. The potentials differ by at most half a percent from potentials computed cell by
+cell with a queue. Cells with potentials above a threshold wait until all cells below it are done. Then the
+threshold rises by the cost of two free cells.
 """
 
 from __future__ import annotations

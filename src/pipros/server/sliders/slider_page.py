@@ -1,4 +1,4 @@
-"""Views and actions of a page of sliders."""
+"""Views and actions of a page with sliders."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class WindowFunctions:
         self._page: contextlib.ExitStack | None = None
 
     def by_name(self) -> dict[str, Callable[..., Any]]:
-        """Return the functions that replace those of `cv2`."""
+        """Return the functions that replace functions of `cv2`, by name."""
         methods = inspect.getmembers(self, inspect.ismethod)
         return {name: method for name, method in methods if name[0] != "_" and name != "by_name"}
 

@@ -29,7 +29,7 @@ class RobotInterface:
     Attributes:
         odom_frame: frame of the odometry.
         base_frames: frames of the robot, all with the same origin. The first is a child of `odom_frame`; each
-            of the others is a child of its predecessor.
+            other frame is a child of its predecessor.
         scan_frame, scan_topic: frame and topic of the laser.
         wheel_joints: the joints of the left and the right wheel.
     """

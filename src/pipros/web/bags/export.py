@@ -46,7 +46,7 @@ def export(
     file: IO[bytes],
     limit_bytes: int,
 ) -> None:
-    """Write the messages on the given topics within a time range, which includes both ends.
+    """Write the messages on the given topics within a time range, including both ends.
 
     Args:
         form: one of `FORMATS`. Bags begin with the latched messages published before the range. Tables have

@@ -4,7 +4,7 @@
     - time: 1763980012.5
       text: the left wheel slips
 
-Times are in seconds since 1970, like those of the messages in the bag.
+Times are in seconds since 1970, like message times in the bag.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class BagNotes:
         return self._write([*self.read(), note])
 
     def remove(self, note: Note) -> list[Note]:
-        """Remove a note, and return the others. Raise `BadNotes` if it does not exist; see also `add`."""
+        """Remove a note, and return the other notes. Raise `BadNotes` if it does not exist; see `add`."""
         notes = self.read()
         if note not in notes:
             raise BadNotes(f"the note does not exist in {self.path}")

@@ -58,7 +58,7 @@ class OpenBags:
             playback.close()
 
     def served_views(self, make: Callable[[WatchedSystem], ServedViews]) -> ServedViews | None:
-        """Return the views that show the browser's bag, or None if it has not opened a bag.
+        """Return the views that show the browser's bag, or None if the browser has not opened a bag.
 
         `make` is called again after each jump.
         """

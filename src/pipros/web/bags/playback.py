@@ -142,7 +142,7 @@ class BagTopics(TopicWatches):
 
     @contextlib.contextmanager
     def watch(self, topic: str, *, queue_size: int = WINDOW) -> Iterator[TopicWatch]:
-        """Watch a topic of the bag.
+        """Watch a topic in the bag.
 
         Raises:
             RequestRefused: `recorded` does not contain the topic.
@@ -419,7 +419,7 @@ class BagPlayback:
         return found
 
     def _by_topic(self, watches: Sequence[TopicWatch]) -> dict[str, list[TopicWatch]]:
-        """Map each watched topic of the bag to its watches."""
+        """Map each watched topic in the bag to its watches."""
         found: dict[str, list[TopicWatch]] = {}
         for watch in watches:
             for topic in {each.topic for each in self._connections(watch.topic)} - self._ticked:

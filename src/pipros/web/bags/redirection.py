@@ -1,4 +1,4 @@
-"""Views that show a bag in browsers that have opened one, and the running system in others."""
+"""Views that show a bag in browsers that have opened one, and the running system in all other browsers."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class BagRedirection:
         """Redirect the views and actions in `names`.
 
         Args:
-            live: the views and actions of the running system.
-            of_bag: creates the views and actions of a bag.
+            live: the views and actions for the running system.
+            of_bag: creates the views and actions for a bag.
         """
         self._open_bags = open_bags
         self._live = live
@@ -34,12 +34,12 @@ class BagRedirection:
         self._names = names
 
     def views(self) -> Mapping[str, View]:
-        """Return all views. The views in `names` show the calling browser's bag, if it has opened one."""
+        """Return all views. Views in `names` show the bag that the calling browser has opened, if any."""
         live = self._live.views
         return {**live, **{name: self._view(name, live[name]) for name in self._names & live.keys()}}
 
     def actions(self) -> Mapping[str, Action]:
-        """Return all actions. The actions in `names` read the calling browser's bag, if it has opened one."""
+        """Return all actions. Actions in `names` read the bag that the calling browser has opened, if any."""
         live = self._live.actions
         return {**live, **{name: self._action(name, live[name]) for name in self._names & live.keys()}}
 

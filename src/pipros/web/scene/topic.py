@@ -71,7 +71,7 @@ class SceneTopic:
 
     @contextlib.contextmanager
     def queued(self, limit: int) -> Iterator[PendingMessages]:
-        """Provide a queue of at most `limit` messages, beginning with those kept for new browsers."""
+        """Provide a queue of at most `limit` messages, beginning with the messages kept for new browsers."""
         queue = PendingMessages(limit)
         with self._lock:
             for message, wall_s in (*self._latched.values(), *self._recent.messages()):

@@ -75,7 +75,7 @@ class BagViews:
     """The views and actions of the Bags tab.
 
     Args:
-        folder: the folder whose bags browsers may open; None if they may open none.
+        folder: the folder whose bags browsers may open; None if there is no folder.
         open_bags: the bags that are open.
         may_note: whether browsers may write notes beside bags.
         computed_s: maximum processor time for one sample of an expression.

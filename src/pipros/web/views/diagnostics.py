@@ -103,7 +103,7 @@ class Statuses:
     def news(self, sent: dict[str, int], max_bytes: int) -> list[Mapping[str, Any]]:
         """Return the statuses that have changed since a view sent them, up to about `max_bytes`.
 
-        Statuses that the view has never sent come first, followed by those that it sent longest ago.
+        Statuses that the view has never sent come first, followed by the statuses that it sent longest ago.
 
         Args:
             sent: numbers of the statuses that the view has sent, by component. Updated in place.
@@ -142,7 +142,7 @@ class DiagnosticViews:
         self._shared = {name: system.shared(open_statuses, name) for name in TOPICS}
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the list of all components, then periodically the list of those that have changed.
+        """Yield the list of all components, then periodically the list of changed components.
 
         If an aggregator exists, yield only its statuses.
         """

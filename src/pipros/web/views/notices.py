@@ -114,7 +114,7 @@ class _CollectedNotices:
 
 
 def leaves(levels: Mapping[str, T]) -> Mapping[str, T]:
-    """Return the components without the groups of an aggregator, which repeat the levels of their members."""
+    """Return the components, except an aggregator's groups, which repeat the levels of their members."""
     groups = {name.rpartition("/")[0] for name in levels}
     return {name: each for name, each in levels.items() if name not in groups}
 

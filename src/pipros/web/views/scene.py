@@ -76,7 +76,7 @@ class SceneViews:
         self._topics: dict[str, Shared[SceneTopic]] = {}
         self._clouds: dict[str, Shared[CloudTopic]] = {}
         self._packages = PackageIndex.from_environment(system.node.environment)
-        self._files: dict[str, frozenset[str]] = {}  # by parameter of a robot description, oldest first
+        self._files: dict[str, frozenset[str]] = {}  # by parameter name, oldest first
         self._feedback: dict[str, Future[Publisher[Any] | GatedPublisher]] = {}
 
     async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -260,7 +260,7 @@ class SceneViews:
     def _shared(self, name: str) -> Shared[SceneTopic]:
         if name not in self._topics:
             if len(self._topics) >= process_limits().of(PageLimits).page_topics:
-                self._topics.clear()  # topics that browsers are showing stay open for those browsers
+                self._topics.clear()  # topics that browsers are showing stay open for these browsers
             self._topics[name] = Shared(lambda: self._open(name))
         return self._topics[name]
 

@@ -180,9 +180,9 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
 def topic_rows(
     observation: GraphObservation, stale: Mapping[str, float] | None = None, own: str = ""
 ) -> Iterator[Mapping[str, Any]]:
-    """Yield the topics of an observation, without those to which only the node `own` subscribes.
+    """Yield the topics of an observation, except topics to which only the node `own` subscribes.
 
-    `stale` has the ages (s) of the stale topics.
+    `stale` contains the ages (s) of the stale topics.
     """
     rates: dict[str, dict[str, list[float]]] = {}
     for connection, traffic in observation.connections.items():

@@ -97,7 +97,7 @@ class Lidar:
 
         Args:
             name: name of the device for error messages.
-            is_ending: function that returns True when the node is shutting down, which ends all waits with
+            is_ending: function that returns True when the node is shutting down. All waits then end with
                 DeviceError.
 
         Raises:

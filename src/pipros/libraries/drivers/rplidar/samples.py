@@ -85,7 +85,7 @@ class CapsuleFormat:
         start_at: offset of the 16-bit word with the angle of the first point. The encoded points (cabins)
             follow this word.
         points: function that returns the points of a capsule. Its arguments are the cabins of the capsule,
-            those of the next capsule, and a function that maps the index of a point to its angle.
+            the cabins of the next capsule, and a function that maps the index of a point to its angle.
     """
 
     length: int
@@ -179,8 +179,8 @@ def _scaled(value: int) -> tuple[int, int]:
 def _ultra(cabins: bytes, following: bytes, angle: Callable[[int], float]) -> list[Point]:
     """Decode triples: a 12-bit distance and two signed 10-bit differences.
 
-    The first difference is relative to this distance or, if this distance is 0, to that of the next triple.
-    The second difference is always relative to the distance of the next triple.
+    The first difference is relative to this distance or, if this distance is 0, to the next triple's
+    distance. The second difference is always relative to the distance of the next triple.
     """
     words = [word for (word,) in struct.iter_unpack("<I", cabins)]
     words.append(struct.unpack_from("<I", following)[0])

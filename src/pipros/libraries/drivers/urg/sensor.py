@@ -87,7 +87,7 @@ class UrgSensor:
 
         Args:
             name: name of the device for error messages.
-            is_ending: function that returns True when the node is shutting down, which ends all waits with
+            is_ending: function that returns True when the node is shutting down. All waits then end with
                 DeviceError.
             now_ns: function that returns the current time.
 

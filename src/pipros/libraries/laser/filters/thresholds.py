@@ -43,7 +43,7 @@ class IntensityFilter(ScanFilter):
     """Selects beams whose intensities are outside two thresholds, or inside if `invert` is true.
 
     If `filter_override_range` is true, removes these beams. If `filter_override_intensity` is true, sets
-    their intensities to 0 and all others to 1.
+    their intensities to 0 and all other intensities to 1.
     """
 
     settings = (

@@ -36,7 +36,7 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: Array | None = No
 
 
 def unit_vector(data: ArrayLike, axis: int | None = None, out: Array | None = None) -> Any:
-    """Return `data` divided by its norm, or its vectors along `axis` each divided by their norm.
+    """Return `data` divided by its norm, or with each vector along `axis` divided by its norm.
 
     If `out` is given, write the result there and return None. A vector of norm 0 gives NaN.
     """
