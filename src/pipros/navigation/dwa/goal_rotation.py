@@ -45,7 +45,7 @@ class GoalRotation:
     def command(
         self, pose: Triple, velocity: Triple, goal: Triple, is_legal: Callable[[Triple], bool]
     ) -> Triple | None:
-        """Return the velocity for braking, or for turning to the goal's direction; None if it would be illegal.
+        """Return the velocity for braking, or for turning to the goal's direction; None if illegal.
 
         The velocity is 0 if the robot already has the goal's direction.
         """
