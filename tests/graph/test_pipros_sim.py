@@ -166,7 +166,7 @@ def test_simulated_time_is_on_the_clock_and_the_same_seed_repeats_the_scans(
         ("_laser:={rays: 0}", "laser/rays must be > 0, got 0|laser/rays must be 1 to 10000, got 0"),
         ("_obstacles:=5", r"obstacles must be a list of at most 100 mappings, got 5"),
         ("_obstacles:=[{points: 1}]", r"obstacles/points must be a list of \[x, y\], got 1"),
-        ("_obstacles:=[{size: 1}]", r"an obstacle is a mapping with points, radius and speed"),
+        ("_obstacles:=[{size: 1}]", r"an obstacle must be a mapping with points, radius and speed"),
         ("_speed:=2.0", r"speed 2\.0 needs simulated time: set /use_sim_time to true first"),
         ("_speed:=0", r"seed must be >= 0 and speed > 0, got 0 and 0"),
         ("_map:=/missing.yaml", r"/missing\.yaml"),

@@ -331,7 +331,7 @@ class BridgeServer:
             )
 
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
-        """Disconnect the client that has been silent longest, to make room for a new one.
+        """Disconnect the client that has been silent longest, to make room for a new client.
 
         The client is chosen from the unused clients (see `Session.is_unused`) or, if there are none, from the
         clients of an address that has more than half of all clients, unless the new client has the same

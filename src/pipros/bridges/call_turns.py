@@ -125,7 +125,8 @@ class ClientCalls:
     async def wait_for(self, call: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run a call in a thread, and return its result or raise its exception.
 
-        If the caller is cancelled, a waiting call is not started, and the result of a running one is dropped.
+        If the caller is cancelled, a waiting call is not started, and the result of a running call is
+        dropped.
         """
         future: Future[T] = Future()
 

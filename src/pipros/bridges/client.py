@@ -292,7 +292,7 @@ class BridgeClient:
             self._loop.call_later(CLOSING_S, self._connection.transport.abort)
 
     async def replace(self) -> None:
-        """Disconnect the client in favour of a new one. Return once it is disconnected."""
+        """Disconnect the client to make room for another client. Return once it is disconnected."""
         self.end("This unused connection makes room for a new client.", CloseCode.TRY_AGAIN_LATER)
         await self._connection.wait_closed()
 

@@ -76,7 +76,7 @@ class FleetOutbox(Generic[Item]):
         return topic is not None and topic.queue_size == QUEUE and not self._bytes_per_s
 
     def push(self, name: str, item: Item, size: int) -> None:
-        """Queue a message, dropping older ones to make room.
+        """Queue a message, dropping older messages to make room.
 
         Messages of unknown topics and messages larger than the limit are dropped.
         """

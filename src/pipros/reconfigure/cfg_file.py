@@ -80,7 +80,7 @@ def find(package_folder: Path, name: str) -> Path | None:
 
 
 def find_all(package_folder: Path) -> list[Path]:
-    """Return the `.cfg` files of a package: those in `cfg/`, then those named in its `CMakeLists.txt`.
+    """Return a package's `.cfg` files: the files in `cfg/`, then the files named in `CMakeLists.txt`.
 
     Words in `CMakeLists.txt` that end in `.cfg` are paths or patterns relative to the package's folder. A
     variable before the first slash is assumed to be the package's folder. `CMakeLists.txt` is ignored unless

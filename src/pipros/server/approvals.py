@@ -1,9 +1,9 @@
 """Let a human approve a program's acts in another program of the same user on the same machine.
 
 Theory of operation. The program that acts has an `Approvals`, whose `wait` blocks until a human has answered.
-Other programs list the waiting acts and answer them through `net/local_requests.py`. The operating system
-identifies their user, so only programs of this user and root can answer. Approving acts over ROS is not
-possible. Requests and responses:
+Other programs list the acts that await approval, and answer them through `net/local_requests.py`. The
+operating system identifies their user, so only programs of this user and root can answer. Approving acts over
+ROS is not possible. Requests and responses:
 
     {"do": "list"}                                     {"master": …, "waiting": […], "acts": […]}
     {"do": "answer", "id": …, "verdict": "once"}       {}
@@ -82,7 +82,7 @@ class Approvals:
         self._server = LocalServer(_FOLDER, self.answer)
 
     def start(self) -> None:
-        """Let other programs list and answer the waiting acts.
+        """Let other programs list the acts that await approval, and approve or refuse them.
 
         Raises:
             OSError: this system does not support Unix sockets, or the folder cannot be used.
@@ -90,7 +90,7 @@ class Approvals:
         self._server.start()
 
     def stop(self) -> None:
-        """Refuse all waiting acts, and stop serving other programs."""
+        """Refuse all acts that await approval, and stop serving other programs."""
         self._server.stop()
         with self._changed:
             self._limit = 0
@@ -117,7 +117,7 @@ class Approvals:
             if key in self._granted:
                 return FOR_A_MINUTE
             if len(self._waiting) >= self._limit:
-                raise ActRefused(f"{len(self._waiting)} acts already wait for a human; no more may wait")
+                raise ActRefused(f"{len(self._waiting)} acts already await approval; try again later")
             waiting = self._waiting[identity] = _WaitingAct(question, now_s + wait_s)
             try:
                 while not (waiting.verdict or over.is_set() or self._clock_s() >= waiting.due_s):

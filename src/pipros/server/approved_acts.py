@@ -128,7 +128,7 @@ class ApprovedActs:
             self.goals[identity] = action
 
     def close(self) -> None:
-        """Refuse waiting acts, let the guardian publish pending stops, and end the programs and the node."""
+        """Refuse pending acts, let the guardian publish pending stops, and end the programs and the node."""
         self.approvals.stop()
         self.runs.stop()
         with self._lock:

@@ -30,7 +30,7 @@ class DaemonPool:
     async def run(self, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Run a function in a thread, and return its result or raise its exception.
 
-        If the caller is cancelled, a queued function is not run, and the result of a running one is
+        If the caller is cancelled, a queued function is not run, and the result of a running function is
         discarded.
         """
         return await asyncio.wrap_future(self.start(function, *args, **kwargs))

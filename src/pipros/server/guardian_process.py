@@ -86,7 +86,7 @@ class Stops:
             self.stop(key, identity, now_s)
 
     def run(self, now_s: float) -> float | None:
-        """Publish the stops that are due. Return the time of the next one; None if none is pending."""
+        """Publish the stops that are due. Return the time of the next stop, or None if no stop is pending."""
         for (key, identity), each in list(self._stops.items()):
             if each.due_s > now_s:
                 continue

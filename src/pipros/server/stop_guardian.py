@@ -29,7 +29,7 @@ def key_of(rule: ActRule) -> str:
 class StopGuardian:
     """Starts the process with the first act that has a time limit. Thread-safe.
 
-    If the process ends while it is needed, a new one publishes all pending stops.
+    If the process ends while it is needed, a new process publishes all pending stops.
     """
 
     def __init__(self, node: Node) -> None:

@@ -1,4 +1,4 @@
-"""Ask a human at a terminal about the acts that wait for approval; see `approvals.py`."""
+"""Ask a human at a terminal about the acts that await approval; see `approvals.py`."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def shown(program: Mapping[str, Any], act: Mapping[str, Any]) -> str:
 
 
 def _acts(found: list[Mapping[str, Any]]) -> Iterator[tuple[Mapping[str, Any], Mapping[str, Any]]]:
-    """Yield the waiting acts with their programs, sorted by the time that is left."""
+    """Yield the acts that await approval with their programs, sorted by the remaining time."""
     acts = [(program, act) for program in found for act in program["waiting"]]
     yield from sorted(acts, key=lambda each: float(each[1]["left_s"]))
 
@@ -79,7 +79,7 @@ def _acts(found: list[Mapping[str, Any]]) -> Iterator[tuple[Mapping[str, Any], M
 def _read_verdict(
     program: Mapping[str, Any], act: Mapping[str, Any], find: Callable[[], list[Mapping[str, Any]]]
 ) -> str | None:
-    """Return the answer; empty if the act no longer waits, and None at the end of the input."""
+    """Return the answer; empty if the act no longer awaits approval, and None at the end of the input."""
     left_s = float(act["left_s"])
     begin_s = time.monotonic()
     _discard_typed()

@@ -98,7 +98,7 @@ class NotANumber(ValueError):
     """The field is not a number.
 
     Attributes:
-        fields: paths of the numeric fields inside it, relative to it.
+        fields: paths of the numeric fields inside the field, relative to the field.
     """
 
     def __init__(self, text: str, fields: Sequence[str]) -> None:

@@ -85,7 +85,7 @@ class Notices:
         self._notices.append(notice)
 
     def recent(self, now_s: float) -> list[PageNotice]:
-        """Return the changes of the last minute, newest first, and forget older ones."""
+        """Return the changes of the last minute, newest first, and forget older changes."""
         recent = [each for each in self._notices if now_s - each.when_s < SHOWN_S]
         self._notices = deque(recent, MAX_NOTICES)
         return recent[::-1]

@@ -110,7 +110,7 @@ class TopicWatch:
             listener(message, wall_s)
 
     def _keep_latched(self, message: AnyMsg, wall_s: float) -> None:
-        """Keep a publisher's newest message. Beyond `page_message_bytes`, the oldest messages are dropped."""
+        """Keep a publisher's newest message. Beyond limits in number and in bytes, the oldest are dropped."""
         sender = message.header.get("callerid", "")
         self._latched.pop(sender, None)
         self._latched[sender] = message, wall_s

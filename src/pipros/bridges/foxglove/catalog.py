@@ -49,7 +49,7 @@ AnyDefinition = TypeVar("AnyDefinition")
 
 @dataclass(frozen=True, slots=True)
 class CatalogChange(Generic[AnyOffer]):
-    """Added channels or services, and the ids of removed ones, to announce to the clients."""
+    """Added channels or services, and the ids of removed channels or services, for the clients."""
 
     added: Sequence[AnyOffer]
     removed: Sequence[int]

@@ -77,7 +77,7 @@ class OfferedServices:
         """
         found = self._offers.get(service)
         if found is None or found.client is not client:
-            raise PiprosError(f"{service} is now offered by another client")
+            raise PiprosError(f"{service} is no longer offered by this client")
         found.answer(call, values, self._filler, is_success=is_success)
 
     def close(self) -> None:

@@ -4,8 +4,9 @@ Performs no I/O. Not thread-safe.
 
 Clients rely on the following rules. An id of any JSON type is returned unchanged. A failed `call_service` is
 answered with a `service_response`; all other errors are reported as `status` operations of level `error`,
-unless the client turned them off with `set_level`. If a client subscribes to a topic several times, the
-highest-ranking encoding, the shortest throttle interval, the shortest queue and the smallest fragments apply.
+unless the client has turned off this level with `set_level`. If a client subscribes to a topic several times,
+the highest-ranking encoding, the shortest throttle interval, the shortest queue and the smallest fragments
+apply.
 
 Source of the protocol: https://github.com/RobotWebTools/rosbridge_suite/blob/develop/ROSBRIDGE_PROTOCOL.md
 """
@@ -234,7 +235,7 @@ class ClientProtocol:
         return json_object(text)
 
     def _begin_parsing(self, size_bytes: int) -> None:
-        """Reserve memory for a parsed message, replacing the reservation for the previous one.
+        """Reserve memory for a parsed message, replacing the reservation for the previous message.
 
         Raises:
             BadInput: too little memory is left.

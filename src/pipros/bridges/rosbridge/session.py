@@ -95,7 +95,7 @@ class RosbridgeNode:
         limits: Limits | None = None,
         gate: ActGate | None = None,
     ) -> None:
-        """Create the state. `call_later` must not call functions in the event loop, as they may block.
+        """Create the state. `call_later` must not call functions in the event loop, because they may block.
 
         `gate` allows or refuses the clients' acts; the default gate has the policy of the settings.
         """

@@ -100,7 +100,7 @@ class TopicStream:
 
     def _on_message(self, message: TopicMessage, *, is_new: bool) -> None:
         with self._lock:
-            # While a subscription is being replaced, the old and the new one both receive each message.
+            # While a subscription is being replaced, both subscriptions receive each message.
             if message is self._newest and not (is_new and message.is_latched):
                 return
             self._newest = message

@@ -6,7 +6,7 @@ earliest timestamps are dropped.
 
 If time is simulated and `reset` is true, a backward jump of the clock clears each queue when its input's next
 message arrives. After such a jump, no set is completed as long as the last message of any input arrived at a
-simulated time later than the current one.
+simulated time later than the current time.
 """
 
 from __future__ import annotations

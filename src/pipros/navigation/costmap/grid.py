@@ -92,7 +92,7 @@ class CostGrid:
     def center_on(self, x: float, y: float) -> None:
         """Move the grid by whole cells to centre it on a position. Keep the overlapping cells.
 
-        As in costmap_2d, the computed centre is a quarter of a cell lower in x and in y than the true one.
+        As in costmap_2d, the computed centre is a quarter of a cell lower in x and in y than the true centre.
         """
         wide, high = ((size - 0.5) * self.resolution / 2 for size in (self.width, self.height))
         right = int((x - wide - self.origin_x) / self.resolution)

@@ -20,7 +20,7 @@ class Pose2D(NamedTuple):
 
 
 class CellRectangle(NamedTuple):
-    """A rectangle of cells: the first column and row, and the column and row after the last ones."""
+    """A rectangle of cells: the first column and row, and the column and row after the last."""
 
     x0: int
     y0: int

@@ -55,7 +55,7 @@ class HitMaps:
         self._pools: list[Any] = [np.zeros((64, _AREA), kind) for kind in (np.int32, float, float)]
 
     def resample(self, chosen: Cells) -> None:
-        """Replace the particles with copies of the chosen ones."""
+        """Replace the particles with copies of the chosen particles."""
         self._table = self._table[chosen]
 
     def add(self, x: Array, y: Array) -> None:

@@ -124,7 +124,7 @@ class Turtle:
         self._down = SIDE_M - y  # computed as in genuine turtlesim, so that all digits match
         self._log = log
         self._namespace = namespace
-        self._command = self._active = _STAND  # the newest command, and the one used in the last tick
+        self._command = self._active = _STAND  # the newest command, and the command used in the last tick
         self._teleports: deque[Teleport] = deque()
 
     @property

@@ -24,7 +24,7 @@ Take = Callable[[Any, float], Any]
 class BagSamples:
     """Samples of the messages on the given connections. All methods block.
 
-    If there are more than `MAX_SAMPLES` messages, only evenly spaced ones are decoded.
+    If there are more than `MAX_SAMPLES` messages, only evenly spaced messages are decoded.
 
     Args:
         limit_s: maximum processor time (s) that `take` may use for one message.

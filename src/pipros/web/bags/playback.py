@@ -283,7 +283,7 @@ class BagPlayback:
             self._reader.close()
 
     def _turn(self) -> bool:
-        """Do the pending work, or wait until there is some. Return False once the playback is closed."""
+        """Do the pending work, or wait for work. Return False once the playback is closed."""
         with self._changed:
             version, moment_ns = self._version, self._moment_ns
             is_over = functools.partial(self._is_over, self._epoch)
@@ -330,7 +330,7 @@ class BagPlayback:
     ) -> Sequence[StoredMessage]:
         """Return the messages that a subscriber needs when playback starts at this time, oldest first.
 
-        If they exceed the limits, return the newest ones, at least one. See `LEAD_S`.
+        If the messages exceed the limits, return only the newest, at least one. See `LEAD_S`.
         """
         lead_s = LEAD_S.get(topic, LEAD_OF_TYPE_S.get(connections[0].type, 0.0))
         if self.recording is not None and topic in LOG_TOPICS:

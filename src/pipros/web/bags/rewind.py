@@ -97,7 +97,7 @@ class RecentMessages:
         begin_ns = min((each.time_ns for each in messages), default=now_ns)
         found = [*(each._replace(time_ns=begin_ns) for each in latched), *messages]
         if not found:
-            raise NoMessages("no message has been received yet: no view shows a topic that is published")
+            raise NoMessages("no message has been received yet: open a view of a published topic")
         return Recording(sorted(found, key=lambda each: each.time_ns), max(now_ns, found[-1].time_ns))
 
     def _new_source(self, key: tuple[str, ...], topic: str, header: Mapping[str, str]) -> _Source:

@@ -61,7 +61,7 @@ class SceneTopic:
                 queue.add(message, wall_s)
 
     def _keep_latched(self, sender: str, message: AnyMsg, wall_s: float) -> None:
-        """Keep a publisher's newest message. Beyond `page_message_bytes`, the oldest messages are dropped."""
+        """Keep a publisher's newest message. Beyond limits in number and in bytes, the oldest are dropped."""
         self._latched.pop(sender, None)
         self._latched[sender] = message, wall_s
         size = sum(len(kept.body) for kept, _ in self._latched.values())

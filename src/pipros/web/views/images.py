@@ -90,8 +90,8 @@ class ImageViews:
 
         The shapes are a list of dictionaries with `stamp` (ns) and `shapes`, in pixels of the image. There is
         one dictionary for each `Detection2DArray` since the last value. For markers, there is a single
-        dictionary with the stamp 0, and they are projected with the image's `camera_info` and the newest
-        transforms.
+        dictionary with the stamp 0, and the markers are projected with the image's `camera_info` and the
+        newest transforms.
         """
         image = topic_name({"name": arguments.get("image")})
         with self._system.topics.watch(topic_name(arguments)) as watch, contextlib.ExitStack() as stack:

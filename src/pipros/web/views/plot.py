@@ -114,7 +114,7 @@ class PlotViews:
 
 
 class _RosTime:
-    """The newest time from `/clock`; until one is received, each message's time of arrival."""
+    """The newest time from `/clock`; until a time is received, each message's time of arrival."""
 
     def __init__(self) -> None:
         self._clock_s: float | None = None

@@ -97,7 +97,7 @@ class CapsuleFormat:
 class Capsules:
     """Decodes capsules.
 
-    A capsule ends at the start angle of the next one, so it is decoded when the next one arrives.
+    A capsule ends at the start angle of the next capsule, and is decoded when the next capsule arrives.
     """
 
     def __init__(self, form: CapsuleFormat, sample_us: float) -> None:

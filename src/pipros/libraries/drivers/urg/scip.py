@@ -39,7 +39,7 @@ class Replies:
         """The number of invalid replies."""
 
     def feed(self, data: bytes, now_ns: int) -> Iterator[ScipReply]:
-        """Yield the replies that `data` completes, and count invalid ones."""
+        """Yield the replies that `data` completes, and count invalid replies."""
         if not self._buffer:
             self._began_ns = now_ns
         *blocks, self._buffer = (self._buffer + data).split(b"\n\n")

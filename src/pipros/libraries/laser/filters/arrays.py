@@ -92,7 +92,7 @@ class ArrayChain:
 
 
 class ArrayFilter(ScanFilter):
-    """Applies one chain of filters over time to the ranges, and another one to the intensities."""
+    """Applies one chain of filters over time to the ranges, and another chain to the intensities."""
 
     def read(self, params: Mapping[str, Any]) -> None:
         chains = params.get("range_filter_chain"), params.get("intensity_filter_chain")
