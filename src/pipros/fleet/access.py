@@ -29,7 +29,7 @@ class FleetRole(Enum):
 
     MEMBER = "member"
     OBSERVER = "observer"
-    """Receives topics and reads parameters. Cannot publish to others, call services or set parameters."""
+    """Receives topics and reads parameters. Cannot publish to members, call services or set parameters."""
 
 
 def access_rules(members: Mapping[str, FleetRole]) -> dict[str, object]:

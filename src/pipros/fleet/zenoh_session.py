@@ -45,7 +45,7 @@ RETRY: Final = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_f
 """Pauses between attempts: a member reconnects within a second of its router's start."""
 FULL_US: Final = 20_000
 """Time that a member waits for room on a full link before dropping a message. Routers wait only a
-millisecond, so that a slow member hardly delays the others.
+millisecond, so that a slow member hardly delays other members.
 """
 SESSIONS: Final = 2000
 """Maximum number of a router's links, and of links being accepted."""

@@ -79,4 +79,4 @@ class TopicTools:
         if not received:
             raise ToolRefused("no message arrived during the wait; why_no_data finds the reason")
         if not known:
-            raise ToolRefused("the messages do not match their definition, or it is unknown")
+            raise ToolRefused("the messages do not match their definition, or the definition is unknown")

@@ -102,7 +102,7 @@ MAY_BE_CANCELLED = frozenset(
 MAY_BE_MISSING = frozenset(
     {ClientGoalState.WAITING_FOR_GOAL_ACK, ClientGoalState.WAITING_FOR_RESULT, ClientGoalState.DONE}
 )
-"""States in which the server may omit the goal: it has not arrived there yet, or has already been removed."""
+"""States in which the server may omit the goal, because the goal has not arrived or was removed."""
 
 
 class ClientGoal:

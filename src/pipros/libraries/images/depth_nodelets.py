@@ -102,8 +102,8 @@ class PointCloudXyzrgb(LazyNode):
         try:
             if depth.header.frame_id != rgb.header.frame_id:
                 raise BadImage(
-                    f"the frame of the depth image [{depth.header.frame_id}] must equal that of the colour "
-                    f"image [{rgb.header.frame_id}]; register the depth image"
+                    f"the frame of the depth image [{depth.header.frame_id}] must equal the frame of the "
+                    f"colour image [{rgb.header.frame_id}]; register the depth image"
                 )
             depths = array_of(depth)  # check the size before allocating memory
             pixels, name, pinhole = _fitted(array_of(rgb), rgb, depth, Pinhole.of(info))

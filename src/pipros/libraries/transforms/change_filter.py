@@ -33,7 +33,7 @@ class FramePair:
     _reported: Pose | None = field(default=None, init=False)
 
     def has_moved(self, pose: Pose) -> bool:
-        """Return True if `pose` is the first pose, or is far enough from the last reported one.
+        """Return True if `pose` is the first pose, or is far enough from the last reported pose.
 
         The pose then counts as reported.
         """

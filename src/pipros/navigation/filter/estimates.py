@@ -36,7 +36,7 @@ class Estimates:
         self._published_s = None
 
     def publish(self, time_s: float, kalman: ExtendedKalmanFilter, angular: Array, interval_s: float) -> bool:
-        """Publish the estimate. Return False if it is not finite, or not newer than the last published one.
+        """Publish the estimate. Return False if it is not finite, or not newer than the last estimate.
 
         With `permit_corrected_publication`, an estimate that is not newer is also published.
 

@@ -32,7 +32,7 @@ class InputTopic:
 
     Attributes:
         kind: `odom`, `pose`, `twist` or `imu`.
-        uses_child_frame: whether poses are poses of the message's `child_frame_id`.
+        uses_child_frame: whether poses describe the message's `child_frame_id`.
     """
 
     kind: str

@@ -14,7 +14,7 @@ from pipros.server.view_server import RequestRefused, ServedViews
 PERIOD_S: Final = 0.03
 """Interval (s) at which the server checks for new images."""
 MAX_EVENTS: Final = 200
-"""Maximum number of keys, mouse events and trackbar moves that wait for `waitKey`; later ones are dropped."""
+"""Maximum number of key, mouse and trackbar events that wait for `waitKey`; later events are dropped."""
 MOUSE_EVENTS: Final = range(12)
 
 Event = int | Callable[[], object]

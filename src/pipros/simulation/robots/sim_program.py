@@ -123,7 +123,9 @@ def obstacles_of(given: object, limit: int) -> list[Obstacle]:
     found = []
     for each in given:
         if not isinstance(each, dict) or not {"points"} <= each.keys() <= {"points", "radius", "speed"}:
-            raise InvalidSettings(f"an obstacle must be a mapping with points, radius and speed, got {each!r}")
+            raise InvalidSettings(
+                f"an obstacle must be a mapping with points, radius and speed, got {each!r}"
+            )
         points = each["points"]
         if not isinstance(points, list) or not all(isinstance(p, list) and len(p) == 2 for p in points):
             raise InvalidSettings(f"obstacles/points must be a list of [x, y], got {points!r}")

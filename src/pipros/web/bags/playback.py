@@ -86,7 +86,7 @@ class PlaybackState:
     Attributes:
         epoch: number of jumps so far; the browser reopens its views when it changes.
         moment: time in the bag (s since 1970).
-        speed: seconds of the bag per second.
+        speed: seconds of bag time per second.
         error: why the rest of the bag cannot be read; empty if there was no error.
     """
 

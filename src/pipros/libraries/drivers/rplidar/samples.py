@@ -106,7 +106,7 @@ class Capsules:
         self._buffer = b""
         self._previous: tuple[int, bytes] | None = None
         self._end = 0
-        """The end angle of the last decoded capsule. The next one starts there unless capsules were lost."""
+        """The end angle of the last decoded capsule, where the next one starts unless capsules were lost."""
 
     def feed(self, data: bytes) -> Iterator[Segment]:
         """Yield the segments that `data` completes."""
