@@ -43,7 +43,7 @@ class LocalPoller:
         self._loop.stop()
 
     def poll(self, others: Iterable[str]) -> LocalGraph | None:
-        """Return the topics and services that this member offers, except those in namespaces of `others`.
+        """Return the topics and services that this member offers, except names in namespaces of `others`.
 
         Return None if the master does not answer.
         """

@@ -82,7 +82,7 @@ class Secret:
         return code in self._codes and self._codes[code] > self._clock()
 
     def redeem(self, value: object) -> bool:
-        """Return whether a value from a client is a valid code, and invalidate it."""
+        """Return whether a value from a client is a valid code, and invalidate the code."""
         known = [code for code in self._codes if _is_equal(value, code)]
         return any(self._codes.pop(code) > self._clock() for code in known)
 

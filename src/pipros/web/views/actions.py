@@ -108,9 +108,10 @@ class ActionViews:
             withdraw(self._system, advertised)
 
     async def _publish(self, topic: str, message_class: Any, message: Any) -> Future[Any]:
-        """Publish one message as soon as all known subscribers have connected. Return its publisher's future.
+        """Publish one message when all known subscribers have connected. Return the publisher's future.
 
-        If only some have connected after `CONNECTING_S`, publish it then; if none, raise `RequestRefused`.
+        After `CONNECTING_S`, publish it even if only some have connected, and raise `RequestRefused` if none
+        has.
         """
         system = self._system
         advertising = system.questions.start(system.gate.advertise, topic, message_class, queue_size=10)
