@@ -31,8 +31,8 @@ class FleetOutbox(Generic[Item]):
     """Queue that selects the next message to send, and drops messages beyond its limits.
 
     A topic with a rate limit queues only its newest message until the topic is due, so the last message of a
-    burst is always sent. Topics that are due take turns, those with the highest priority first. Messages with
-    high priority consume bandwidth but do not wait for it.
+    burst is always sent. Topics with a higher priority are sent first, and topics with the same priority take
+    turns. Messages with high priority consume bandwidth but do not wait for it.
 
     Attributes:
         dropped: number of dropped messages, by topic.

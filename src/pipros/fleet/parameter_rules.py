@@ -28,7 +28,7 @@ def parameter_name(name: object) -> str:
 
 
 def readable(file: FleetFile, member: str, name: str, value: Any) -> Any:
-    """Return the value of a parameter that a member may read, without denied parameters below it."""
+    """Return the value of a parameter that a member may read, without the denied parameters below it."""
     if not isinstance(value, dict):
         return value
     found = {}

@@ -98,7 +98,7 @@ class DwaLocalPlanner:
     def command(self) -> Triple | None:
         """Return the next velocity to command.
 
-        Return None if no velocity is legal, the pose or the goal is unknown, or no pose of the plan is near.
+        Return None if no velocity is legal, the pose or the goal is unknown, or no pose in the plan is near.
         """
         pose, goal = self._costmap.robot_pose(), self._goal()
         local = None if pose is None else self._local(pose)

@@ -73,7 +73,8 @@ class Alignment:
     def set_attitude(self, orientation: Pose, mounting: Pose) -> None:
         """Use the orientation measured by a sensor that has the pose `mounting` on the robot.
 
-        The mounting's angles are subtracted individually. Then roll and pitch are rotated by its yaw.
+        The mounting's angles are subtracted individually. Then roll and pitch are rotated by the mounting's
+        yaw.
         """
         offsets = roll_pitch_yaw(mounting)
         roll, pitch, yaw = (

@@ -50,7 +50,7 @@ class NoticeViews:
 
 
 class _CollectedNotices:
-    """Notices from all sources, updated once per observation, however many browsers there are.
+    """Notices from all sources, updated once per observation, regardless of the number of browsers.
 
     Topics are subscribed to as soon as they are published.
     """
