@@ -57,7 +57,7 @@ class MessageSamples:
     """The messages that one call received.
 
     Attributes:
-        received: the messages, in the order of their receipt.
+        received: the messages, in order of arrival.
         seconds: how long the call received messages.
         now_s: ROS time at the end of the call.
         is_full: whether the call ended because the messages reached the size limit.

@@ -22,7 +22,7 @@ MAX_FRAMES: Final = 10_000
 
 
 def frame_change(entry: DirectoryEntry, rule: FleetRule, member: str) -> FrameChange | None:
-    """Return the function that changes a topic's messages, or None if they are sent unchanged."""
+    """Return the function that changes a topic's messages, or None if the messages are sent unchanged."""
     if entry.type not in TF_TYPES:
         return None
     merges = entry.name == STATIC_TOPIC

@@ -32,7 +32,7 @@ class KeyFolder:
 
 
 def read_keys(folder: str | Path) -> KeyFolder:
-    """Return the files of a member's folder.
+    """Return a member's name and certificate files from the member's folder.
 
     Raises:
         BadKeys: a file is missing or unreadable.

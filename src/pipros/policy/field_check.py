@@ -152,7 +152,7 @@ def check_value(value: Any, rule: FieldRule, what: str, *, is_single: bool = Fal
 def check_changes(
     found: Mapping[str, tuple[float, FieldRule]], before: Mapping[str, float], elapsed_s: float, what: str
 ) -> None:
-    """Compare values with those of the previous permitted message, `elapsed_s` seconds earlier.
+    """Compare values with the values of the previous permitted message, `elapsed_s` seconds earlier.
 
     Raises:
         ActRefused: a value changes too fast.

@@ -251,7 +251,7 @@ def _time_limit(section: Settings) -> float | None:
 
 
 def _argument(args: Settings, name: str) -> FieldTree:
-    """Return the rule for an argument of a launch file, which must have a range or a list of values."""
+    """Return the rule for a launch file's argument. The rule must have a range or a list of values."""
     spec = args.section(name)
     spec.only(("range", "one_of", "unit"))
     return FieldTree(read_rule(spec, is_number="range" in spec.values))

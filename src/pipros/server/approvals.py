@@ -140,10 +140,10 @@ class Approvals:
             (self._refused if act.get("outcome") == "refused" else self._acts).appendleft(act)
 
     def answer(self, request: Any) -> Mapping[str, Any]:
-        """Return the response to a request of another program.
+        """Return the response to a request from another program.
 
         Raises:
-            PiprosError: the act no longer waits, or the request is malformed.
+            PiprosError: the act no longer awaits approval, or the request is malformed.
         """
         wanted = request["do"]
         with self._changed:
@@ -195,7 +195,7 @@ def answer_act(process: str, identity: str, verdict: str) -> None:
     """Send a human's verdict on an act: `once`, `minute` or `refuse`.
 
     Raises:
-        LocalFailed: the act no longer waits, or its program has ended.
+        LocalFailed: the act no longer awaits approval, or its program has ended.
     """
     request = {"do": "answer", "id": identity, "verdict": verdict}
     local_requests.ask(_FOLDER, process, request, _ANSWER_BYTES)

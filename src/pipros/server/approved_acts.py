@@ -39,7 +39,7 @@ T = TypeVar("T")
 
 
 class Caller(NamedTuple):
-    """A client during one call: its identity, and an event that is set when it leaves or the call ends."""
+    """A client during one call. The event `over` is set when the client leaves or the call ends."""
 
     identity: Hashable
     over: threading.Event

@@ -152,7 +152,7 @@ class StopGuardian:
             self._send(line)
 
     def _read(self, process: subprocess.Popen[str], output: IO[str]) -> None:
-        """Record which stops are ready. If the process ends, start another one for the pending stops."""
+        """Record which stops are ready. If the process ends, start another process for the pending stops."""
         with contextlib.suppress(OSError, ValueError), output:
             for line in output:
                 with self._changed:

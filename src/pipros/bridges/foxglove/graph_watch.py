@@ -26,7 +26,7 @@ class GraphSnapshot:
     """Snapshot of the system, restricted to the names that clients may see.
 
     Attributes:
-        state: registrations of all topics and services that are allowed.
+        state: registrations of the topics and services that clients may see.
         topics, services: the known definitions.
     """
 

@@ -245,7 +245,7 @@ class _SharedPublisher:
     def pass_charges(self, left: ClientShares) -> bool:
         """Charge another client, or `left_behind`, instead of a client that no longer publishes the topic.
 
-        Return False if their budget has too little memory left.
+        Return False if too little memory is left in `left_behind`.
         """
         with self._lock:
             charges = [charge for _, charge in self._early]

@@ -121,7 +121,7 @@ class RosbridgeNode:
         self.questions = QuestionTurns("questions of a bridge", QUESTION_THREADS)
 
     def connect(self, outbox: ClientOutbox, shares: ClientShares | None = None) -> RosbridgeSession:
-        """Return a session for a new client. The caller must send the content of its outbox to the client."""
+        """Return a session for a new client. The caller must send the content of `outbox` to the client."""
         is_reader = not self.settings.has_control
         return RosbridgeSession(self, outbox, shares or ServerShares(self.limits).client(is_reader=is_reader))
 

@@ -25,7 +25,7 @@ _NO_GUI = r"(?m)^\s*GUI:\s*NONE\s*$"
 def show_windows_on_page(node: Node) -> None:
     """Show OpenCV's windows on a page of the node, unless OpenCV has a GUI or `PIPROS_WINDOWS` is `off`.
 
-    If `cv2` is not imported yet, its functions are replaced when it is.
+    If `cv2` is not imported yet, its functions are replaced when it is imported.
     """
     if os.environ.get(VARIABLE, "").lower() == "off":
         return

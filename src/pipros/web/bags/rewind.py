@@ -77,7 +77,7 @@ class RecentMessages:
             self._trim(self._messages[-1].time_ns)
 
     def figures(self) -> tuple[float, int]:
-        """Return the time since the oldest message (s), and the used memory in bytes."""
+        """Return the age of the oldest message (s), and the memory in use in bytes."""
         now_ns = time.time_ns()
         with self._lock:
             self._trim(now_ns)

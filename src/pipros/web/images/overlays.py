@@ -40,7 +40,7 @@ def detection_shapes(message: Any) -> list[Shape]:
     `bbox.center.x` or `bbox.center.position.x`, and `results[].id` or `results[].hypothesis.class_id`.
 
     Raises:
-        AttributeError: the definition has neither.
+        AttributeError: the definition lacks both names of a field.
     """
     lines: list[float] = []
     texts: list[list[Any]] = []
