@@ -203,7 +203,7 @@ def read_fleet_file(path: str | Path) -> FleetFile:
 
 
 def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
-    """Parse a fleet file; see the head of this module. Error messages call it `file`.
+    """Parse a fleet file; see the module's docstring. Error messages name it `file`.
 
     Raises:
         BadFleetFile: the text is not YAML, or has an unknown key or an invalid value.

@@ -28,7 +28,7 @@ class Members:
     Thread-safe: Zenoh's threads update the set, and the agent's thread reads it.
 
     Attributes:
-        crowded: names that have exceeded this number of tokens.
+        crowded: names that have had more than `TOKENS_PER_MEMBER` tokens.
     """
 
     def __init__(self, limit: int) -> None:

@@ -23,7 +23,7 @@ _KEPT = 100
 class Sink:
     """A local topic on which the agent publishes messages from other members.
 
-    It is either a topic that another member shares, or one that this member accepts.
+    It is either a topic that another member shares, or a topic that this member accepts.
 
     Attributes:
         entry: name and type of the local topic.

@@ -108,7 +108,7 @@ def _permits_all(tree: FieldTree) -> bool:
 
 
 def _below(tree: FieldTree, below: FieldTree | None) -> FieldTree:
-    """Return the rules for a part of a field: its own, or else `any` if that is the field's rule."""
+    """Return the rules for a part of a field: its own rules or, if missing, the field's rule `any`."""
     if tree.rule is None or not tree.rule.is_any:
         return below or _EMPTY
     if below is None or below.rule is None:

@@ -89,7 +89,7 @@ class ActGate:
             message: the message, or its serialized form if its type and MD5 sum are given.
 
         Raises:
-            ActRefused: the policy does not allow it.
+            ActRefused: the policy does not allow the message.
         """
         self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 

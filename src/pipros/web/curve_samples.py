@@ -70,7 +70,7 @@ class CurveField:
 def find_field(text: str, topics: Mapping[str, str]) -> CurveField | None:
     """Return the field that `text` denotes, or None if `text` does not begin with the name of a topic.
 
-    If several topic names match, the longest one is chosen.
+    If several topic names match, the longest name is chosen.
 
     `/cmd_vel=hypot(m.linear.x, m.linear.y)` is an expression over the message `m` of the topic before `=`.
     `/pose{m.header.frame_id == "map"}/pose/position/x` has a condition over the message.

@@ -58,7 +58,7 @@ class Newest:
 
 
 class TopicWatch:
-    """Statistics and newest message of one topic. Messages are counted in the threads of its links."""
+    """Statistics and newest message of one topic. The threads that receive messages count them."""
 
     def __init__(
         self,
@@ -147,7 +147,7 @@ class TopicWatch:
         """Call `listener` with leading messages (see `note`) and each message received within the context.
 
         If `from_newest` is true, also begin with the newest message of each latching publisher and the newest
-        of all received so far.
+        message received so far.
         """
         with self._lock:
             self._listeners.append(listener)

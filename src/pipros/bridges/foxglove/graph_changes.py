@@ -10,7 +10,7 @@ EMPTY = SystemState({}, {}, {})
 
 
 def graph_update(before: SystemState, after: SystemState) -> WebSocketFrame | None:
-    """Return a message with the difference between two states, or None if they are equal."""
+    """Return a message with the difference between two states, or None if the states are equal."""
     topics_before, services_before = {*before.publishers, *before.subscribers}, {*before.services}
     removed_topics = sorted(topics_before - {*after.publishers, *after.subscribers})
     removed_services = sorted(services_before - {*after.services})

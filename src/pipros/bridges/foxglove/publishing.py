@@ -115,7 +115,7 @@ def _check_encoding(encoding: str) -> None:
 
 
 def _class_of(channel: ClientChannel) -> type[Message]:
-    """Return the message class for a client's channel: the installed one, or one created from its schema."""
+    """Return the message class for a client's channel: installed, or created from its schema."""
     installed = installed_class(channel.type)
     if not channel.schema.strip():
         if installed is None:

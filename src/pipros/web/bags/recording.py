@@ -41,7 +41,7 @@ class RecordingPlan:
 
     Attributes:
         name: file name; `.bag` is appended unless it ends in `.bag` or `.mcap`. Defaults to date and time.
-        topics: names of topics; empty for all topics, including those that appear later.
+        topics: names of topics; empty for all topics, including topics that appear later.
         size_bytes, duration_s: limits after which the recording ends; 0 for none.
     """
 

@@ -171,7 +171,7 @@ class DiagnosticViews:
 
 
 def topics_of(observation: GraphObservation) -> Sequence[str]:
-    """Return the topics whose statuses are shown: the first published one of `TOPICS`; both if none is."""
+    """Return the topics whose statuses are shown: the first published one of `TOPICS`, or else both."""
     return [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)
 
 

@@ -127,7 +127,7 @@ class _RosTime:
 
 
 class _Curve:
-    """Decodes samples in the link's thread, and stores the last error with a list of the valid fields."""
+    """Decodes samples in the thread that receives them, and stores the last error and the valid fields."""
 
     def __init__(self, watch: TopicWatch, field: CurveField, axis: Axis, ros_time: _RosTime) -> None:
         self.samples = NewSamples(KEPT_SAMPLES)

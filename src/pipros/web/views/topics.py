@@ -90,7 +90,7 @@ class TopicViews:
         """Return the complete newest message of a topic that a browser watches, as YAML or JSON.
 
         Raises:
-            RequestRefused: no message has been received, or it is too large.
+            RequestRefused: no message has been received, or the message is too large.
         """
         name, form = topic_name(arguments), arguments.get("format", "yaml")
         if form not in ("yaml", "json"):
