@@ -229,7 +229,7 @@ class _Browser:
     async def welcome(self, token: str) -> None:
         """Send the token in reply to the first message.
 
-        A browser that sent a one-time code does not have it yet.
+        A browser that sent a one-time code does not have the token yet.
         """
         await self._send({"id": 0, "data": {"token": token}})
 

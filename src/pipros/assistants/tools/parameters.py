@@ -81,9 +81,7 @@ class StateTools:
             {"time_s": stamp, "level": names.get(number, str(number)), "node": sender, "text": text}
             for stamp, sender, text, number in sorted(kept, key=lambda each: each[0], reverse=True)
         ]
-        note = (
-            "" if history else "There is no log file of this run here; only messages of the wait are shown."
-        )
+        note = "" if history else "Earlier messages are missing, because this run has no log file here."
         return Answer(rows, note, {"messages": len(rows)})
 
     def read_diagnostics(

@@ -216,7 +216,7 @@ class RosbridgeSession:
 
     @property
     def topics(self) -> list[str]:
-        """The topics to which the client subscribes, with the names that it uses."""
+        """The topics to which the client subscribes, by the names that the client uses."""
         return list(self._streams)
 
     @property

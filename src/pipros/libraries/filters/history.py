@@ -15,7 +15,7 @@ class MessageHistory:
         self.stamps: list[Any] = []
 
     def add(self, stamp: Any, message: Any) -> None:
-        """Add a message. If there are more than `size`, drop the message that arrived first."""
+        """Add a message. If there are more than `size` messages, drop the message that arrived first."""
         self.stamps.append(stamp)
         self.messages.append(message)
         if len(self.messages) > self.size:

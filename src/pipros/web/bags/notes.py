@@ -85,7 +85,7 @@ class BagNotes:
         return self._write([*self.read(), note])
 
     def remove(self, note: Note) -> list[Note]:
-        """Remove a note, and return the other notes. Raise `BadNotes` if the note is missing; see also `add`."""
+        """Remove a note, and return the other notes. Raise `BadNotes` if the note is missing; see `add`."""
         notes = self.read()
         if note not in notes:
             raise BadNotes(f"the note does not exist in {self.path}")

@@ -140,11 +140,11 @@ class RecentMessages:
 
 
 class Recording(BagReader):
-    """Reader of messages in memory. The recording ends at the time of its creation.
+    """Reader of messages in memory.
 
     Args:
         messages: sorted by time.
-        end_ns: end of the recording.
+        end_ns: end time of the recording.
     """
 
     def __init__(self, messages: Sequence[StoredMessage], end_ns: int) -> None:

@@ -61,7 +61,7 @@ class SceneTopic:
                 queue.add(message, wall_s)
 
     def _keep_latched(self, sender: str, message: AnyMsg, wall_s: float) -> None:
-        """Keep a publisher's newest message. Beyond limits in number and in bytes, the oldest are dropped."""
+        """Keep a publisher's newest message. If the limits are exceeded, drop the oldest kept messages."""
         self._latched.pop(sender, None)
         self._latched[sender] = message, wall_s
         size = sum(len(kept.body) for kept, _ in self._latched.values())
@@ -85,7 +85,7 @@ class SceneTopic:
 
 
 class PendingMessages:
-    """Messages for one browser. Beyond a limit in number or in bytes, the oldest are dropped."""
+    """Messages for one browser. If their number or size exceeds a limit, the oldest messages are dropped."""
 
     def __init__(self, limit: int) -> None:
         self._lock = threading.Lock()
