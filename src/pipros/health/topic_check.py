@@ -1,4 +1,4 @@
-"""Find out why no data arrives on a topic: find the first step at which messages are lost. Performs no I/O.
+"""Find the first step at which a topic's messages are lost. Performs no I/O.
 
 The steps lead from the publisher to the subscribers: the publisher, its type, its connections, its address,
 the first message, the rate, the stamp, the frame, and the subscribers' queues. A step is checked only if all

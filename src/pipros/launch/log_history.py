@@ -46,7 +46,7 @@ def log_history(log_folder: Path, run_id: object, longest_text: int, longest_nam
 
 
 def entries_in(text: str, longest_name: int) -> Iterator[Entry]:
-    """Yield the entries in the lines of `rosout.log`. A line that begins with a tab continues the last entry.
+    """Yield the entries in `rosout.log`. Lines that begin with a tab continue the previous entry.
 
     >>> list(entries_in("1.500000000 WARN /arm [arm.py:7(move)] [topics: /a, /b] slow\\n\\tvery", 300))
     [[4, '/arm', 'slow\\nvery', 1.5, 'arm.py', 7, 'move']]

@@ -258,7 +258,11 @@ class LaunchRun:
 
     @property
     def has_running(self) -> bool:
-        """Whether any node is running or waiting to be restarted."""
+        """Whether the launch must continue.
+
+        True if a node is running, is waiting to be restarted, has left child processes running, or was
+        stopped by a user, who may start it again.
+        """
         return not all(managed.is_done for managed in self._managed)
 
     def request_stop(self) -> None:

@@ -63,11 +63,11 @@ class ConnectionTable:
     """One server's open connections, longest idle first.
 
     When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
-    from the same peer if that peer has too many, otherwise a connection from any peer. New connections
-    therefore succeed, and a peer that hoards idle connections loses them. Busy connections (those with a call
-    in progress) and links are not closed to make room for new connections. If only such connections are left,
-    a new link replaces the newest link of the peer with the most links. Older links therefore survive a flood
-    of new links.
+    from the same peer if that peer has too many, otherwise a connection from any peer. A peer that hoards
+    idle connections therefore loses them. Busy connections (those with a call in progress) and links are
+    not closed to make room for new connections. If only such connections are left, a new link replaces the
+    newest link of the peer with the most links, and any other new connection is refused. Older links
+    therefore survive a flood of new links.
 
     Links cannot use up the limit, because an eighth is reserved for calls. Links that this node itself opens
     leave a quarter free: regardless of the number of its subscriptions, an eighth remains for peers' links,
@@ -76,7 +76,7 @@ class ConnectionTable:
     Thread-safe.
 
     Attributes:
-        refusals: the connections that were refused, by peer.
+        refusals: the connections that were refused, closed for another connection, or overdue, by peer.
         accepted: number of connections added.
         evicted: number of connections closed to make room for new connections.
     """

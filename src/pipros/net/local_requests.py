@@ -1,6 +1,6 @@
 """Requests between one user's programs on a machine: JSON over Unix sockets in a folder. Linux only.
 
-A program listens at a socket named after its process id. It responds only to this user and root, as
+A program listens on a socket named after its process id. It responds only to this user and root, as
 identified by the operating system. Each connection carries one request and one response; the response to a
 refused request is `{"error": "…"}`.
 """

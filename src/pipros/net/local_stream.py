@@ -1,4 +1,4 @@
-"""Unix streams between the nodes of one machine: names, permissions and connecting.
+"""Unix streams between nodes on the same machine: names, permissions and connecting.
 
 A node that listens for TCPROS connections also listens at a name in Linux's abstract socket namespace. Unix
 streams carry the bytes of TCPROS unchanged. For large messages, the kernel does half as much work as for TCP,
@@ -44,7 +44,7 @@ def is_enabled() -> bool:
 
 
 def shares_memory() -> bool:
-    """Return whether this process shares memory with the nodes of this machine."""
+    """Return whether this process shares memory with other nodes on this machine."""
     return os.environ.get(MEMORY_SWITCH) != "off" and is_enabled() and hasattr(os, "memfd_create")
 
 

@@ -1,6 +1,6 @@
 """Open TCPROS connections from either end: connect or accept, then exchange headers.
 
-Connections use TCP, or a Unix stream between nodes of one machine (`net/local_stream.py`).
+Connections use TCP, or a Unix stream between nodes on the same machine (`net/local_stream.py`).
 
 `wire/handshake.py` determines the content of the headers. A node may serve HTTP on the same port, so that a
 firewall or a container needs to open only one port for each node. The first four bytes distinguish the two.

@@ -235,7 +235,10 @@ class TopicToRos2:
 
 
 class Known(Protocol):
-    """Function that returns the ROS 2 publisher with a key, or None if its messages must not be passed."""
+    """Function that returns the ROS 2 publisher with the `Endpoint.key` `key`.
+
+    The result is None if the publisher's messages must not be passed.
+    """
 
     def __call__(self, key: bytes) -> Endpoint | None: ...
 

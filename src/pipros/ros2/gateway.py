@@ -57,7 +57,7 @@ If the version changes, the topic, service or action is closed and opened again.
 
 
 def new_identity(node: Node) -> str:
-    """Return the identity of a new gateway. Gateways of one master share the part before the `_`."""
+    """Return the identity of a new gateway. Gateways of the same master share the part before the `_`."""
     try:
         master = str(node.master.get_param("/run_id"))
     except PiprosError:

@@ -121,7 +121,7 @@ class Ros2CallFailed(EngineError):
 
 
 class Ros2Subscription(Protocol):
-    """A subscriber or a server of the engine."""
+    """A subscriber or a service server that an engine has created."""
 
     @property
     def dropped(self) -> int:
@@ -132,7 +132,7 @@ class Ros2Subscription(Protocol):
 
 
 class Ros2Publisher(Protocol):
-    """A publisher of the engine. Thread-safe."""
+    """A publisher that an engine has created. Thread-safe."""
 
     def publish(self, payload: bytes) -> None:
         """Send CDR data without waiting.
@@ -155,7 +155,7 @@ class Ros2Publisher(Protocol):
 
 
 class Ros2Caller(Protocol):
-    """A service client of the engine. Thread-safe."""
+    """A service client that an engine has created. Thread-safe."""
 
     def call(self, request: bytes, timeout_s: float) -> bytes:
         """Return the reply.

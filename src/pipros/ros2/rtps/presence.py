@@ -1,4 +1,7 @@
-"""Announce this participant to peers (SPDP): periodically, in response to a peer, and when it leaves."""
+"""Announce this participant to peers (SPDP), and notify them when it leaves.
+
+The participant is announced periodically, and in response to the announcements of peers.
+"""
 
 from __future__ import annotations
 

@@ -105,7 +105,10 @@ class RtpsServer:
         )
 
     def _on_request(self, sample: RtpsSample) -> None:
-        """Queue a request. Participants take turns; each may use half of the memory that the others leave."""
+        """Queue a request.
+
+        Participants take turns. Each may use at most half of the memory that the others leave.
+        """
         client = sample.writer[:12]
         with self._lock:
             budget = self._clients.get(client) or Budget(self._queued.limit, self._queued, part=0.5)

@@ -145,7 +145,7 @@ class SocketBacklog:
     def __init__(self, limit_bytes: int) -> None:
         """Create an empty backlog.
 
-        A sender may use half of the part of `limit_bytes` that the others leave.
+        A sender may use at most half of the part of `limit_bytes` that the other senders leave.
         """
         self._limit_bytes = limit_bytes
         self._bytes = 0

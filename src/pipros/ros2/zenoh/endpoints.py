@@ -52,14 +52,14 @@ class ZenohConnection(Protocol):
     def new_endpoint(
         self, kind: EndpointKind, name: str, type_name: str, type_hash: str, qos: TopicQos
     ) -> tuple[str, bytes, str]:
-        """Return the data key, GID and token of a new endpoint. The token is not yet declared.
+        """Return the data key, GID and liveliness token of a new endpoint. The token is not yet declared.
 
         Raises:
             EngineError: the engine is closed.
         """
 
     def declare(self, token: str) -> Any:
-        """Declare a token. The endpoint must already exist, because peers may use it immediately."""
+        """Declare a liveliness token. Its endpoint must exist, because peers may use it immediately."""
 
     def wait_for_endpoint(self, gid: bytes, timeout_s: float) -> bool:
         """Wait until an endpoint is known; return False after the timeout, or if the engine is closed."""
