@@ -70,7 +70,7 @@ def flatten(key: str, value: Any) -> dict[str, Any]:
     """Flatten a tree of parameters to full names and values; empty dictionaries are dropped.
 
     Raises:
-        InvalidKey: a key is not a string, as XML-RPC requires.
+        InvalidKey: a key is not a string; XML-RPC allows only strings as keys.
 
     >>> flatten("/a", {"b": 1, "c": {"d": [2]}})
     {'/a/b': 1, '/a/c/d': [2]}

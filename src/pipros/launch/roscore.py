@@ -31,7 +31,7 @@ STANDARD_PARAMETERS: dict[str, Any] = {
 
 
 class Core:
-    """A master and, by default, the `/rosout` node. No other process is started.
+    """A master and, by default, the `/rosout` node. Both run in this process.
 
     Used as a context manager, a core starts on entry and stops on exit. Several cores can run in one process.
 

@@ -121,7 +121,7 @@ class TopicMemory:
     # -- messages -----------------------------------------------------------------
 
     def offer(self, links: Sequence[LinkMemory]) -> None:
-        """Offer memory to new subscribers. Their next messages can be in slots."""
+        """Offer memory to new subscribers. After they accept, messages for them can be placed in slots."""
         for link in links:
             if not link.is_ready:
                 link.owner.offer_memory()

@@ -47,7 +47,7 @@ class Settings:
         return cls(file, "", values, lines)
 
     def place(self, key: str = "") -> str:
-        """Return the location of a key for messages: file, line and dotted name."""
+        """Return the location of a key, for error texts: file, line and dotted name."""
         name = ".".join(part for part in (self.key, key) if part)
         line = self._lines.get(name) or self._lines.get(self.key)
         where = f"{self._file}:{line}" if line else self._file

@@ -1,7 +1,7 @@
 """Send argv[2] goals to /fibonacci, one after another, and print how many succeeded.
 
-The goal handles of `ActionClient` are polled. `SimpleActionClient` can wait for ever for a goal that ends at once:
-it ignores transitions that another thread reports before `send_goal` has stored the handle.
+The goal handles of `ActionClient` are polled. `SimpleActionClient` can wait for ever for a goal that ends
+at once: it ignores transitions that another thread reports before `send_goal` has stored the handle.
 """
 
 import sys

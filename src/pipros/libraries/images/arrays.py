@@ -45,7 +45,10 @@ def array_of(message: Any) -> Any:
 
 
 def image_message(array: Any, encoding_name: str, header: Any) -> Any:
-    """Return a `sensor_msgs/Image` that shares the memory of an array. Do not change the array afterwards."""
+    """Return a `sensor_msgs/Image` that shares the memory of a contiguous array.
+
+    Do not change the array afterwards. Other arrays are copied.
+    """
     pixels = np.ascontiguousarray(array)
     message: Any = load_message_class("sensor_msgs/Image")()
     message.header = copy.copy(header)  # publishing sets its seq

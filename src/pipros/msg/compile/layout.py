@@ -27,7 +27,7 @@ class TypeLayout:
     Attributes:
         spec: the definition of the type.
         members: the layouts of the fields' message types, by type name.
-        has_octets: whether the type contains a variable array of octets at any depth.
+        has_octets: whether the type contains a variable-length array of octets at any depth.
         takes_bytes: whether serialized messages have any bytes. If not, the serialized size of an array of
             such messages does not depend on its length.
         is_one_unpack: whether a single `struct` call can read a message: all fields have fixed sizes, and

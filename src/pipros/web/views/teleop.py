@@ -29,7 +29,7 @@ LONGEST_SESSION = 64
 
 
 class TeleopViews:
-    """The view and the action of the Teleop tab. The action selects a view by session name."""
+    """The view and the action of the Teleop tab. The action addresses an open view by its session name."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
