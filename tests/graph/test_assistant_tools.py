@@ -18,6 +18,7 @@ from pipros.msg.time import Time
 from pipros.net.master_client import MasterClient
 from tests.support.assistants import LocalAssistant, Reply
 from tests.support.nodes import MakeNode
+from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
 Image: Any = load_message_class("sensor_msgs/Image")
@@ -234,14 +235,18 @@ def test_diagnostics_and_logs_are_read(make_node: MakeNode, assistant: LocalAssi
     node = make_node("driver")
     statuses = [DiagnosticStatus(level=0, name="fan"), DiagnosticStatus(level=2, name="motor", message="hot")]
     node.advertise("/diagnostics", DiagnosticArray, latch=True).publish(DiagnosticArray(status=statuses))
-    rows = assistant.call("read_diagnostics", wait_s=0.5).data
-    assert [row["name"] for row in rows] == ["motor", "fan"]
-    assert [row["name"] for row in assistant.call("read_diagnostics", wait_s=0.5, level=1).data] == ["motor"]
+
+    def names(**arguments: Any) -> list[str]:
+        return [row["name"] for row in assistant.call("read_diagnostics", wait_s=0.5, **arguments).data]
+
+    # Half a second can be too short for the connection.
+    wait_until(lambda: names() == ["motor", "fan"], what="both statuses")
+    wait_until(lambda: names(level=1) == ["motor"], what="the status of the motor")
 
     log = Log(level=8, name="/driver", msg="motor is hot")
     log.header.stamp = Time(0, node.clock.now_ns())
     node.advertise("/rosout", Log, latch=True).publish(log)
-    [row] = assistant.call("read_logs", wait_s=0.5, level="warn").data
+    [row] = wait_until(lambda: assistant.call("read_logs", wait_s=0.5, level="warn").data, what="an entry")
     assert (row["level"], row["node"], row["text"]) == ("error", "/driver", "motor is hot")
     assert assistant.call("read_logs", wait_s=0.2, node="/other").data == []
 

@@ -97,12 +97,14 @@ def test_an_installation_is_unchanged_until_the_project_changes(machine: Machine
     first = machine.run("dev")
     calls = machine.calls()
     assert first.returncode == 0, first.output
-    assert calls[-1].endswith("--editable .[dev]")
+    upgrade, installation = [call for call in calls if "pip install" in call]
+    assert upgrade.endswith("--upgrade pip")
+    assert installation.endswith("--editable .[dev]")
 
     # Whatever is in a plain installation is also in one for developers.
     for arguments in (["dev"], []):
         assert machine.run(*arguments).stderr == []
-    assert [call for call in machine.calls() if "pip install" in call] == calls[-1:]
+    assert [call for call in machine.calls() if "pip install" in call] == [upgrade, installation]
 
     (machine.folder / "pyproject.toml").write_text("two\n")
     machine.run()
