@@ -154,6 +154,7 @@ def test_the_same_planes_and_clusters_are_found(plain_ros: RosSystem, genuine: S
         unrefined = {**planes, "optimize_coefficients": False, "distance_threshold": 0.03}
         add(both, "unrefined", "SACSegmentation", unrefined, {"~model": coefficients})
         clusters = {"cluster_tolerance": 0.3, "spatial_locator": 0, "cluster_min_size": 20}
+        clusters["max_queue_size"] = 10  # by default 3: of four clusters, one can be dropped
         some = {"use_indices": True}
         add(both, "some_plane", "SACSegmentation", {**planes, **some}, {"~model": coefficients})
         add(both, "some_points", "EuclideanClusterExtraction", {**clusters, **some}, {"~output": CLOUD})
