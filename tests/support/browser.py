@@ -1,7 +1,7 @@
 """A real browser for tests of the page: Debian's Chromium, driven by Playwright.
 
 `chromium --headless` also draws its own user interface. The headless shell has the same engine and no such
-interface, and takes a third of the processor time.
+interface, and takes half of the processor time for all tests in a browser.
 """
 
 from __future__ import annotations

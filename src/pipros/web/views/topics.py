@@ -209,7 +209,7 @@ def topic_rows(
 
 
 def percentage(message: object) -> float | None:
-    """Return the percentage in a battery message, from 0 to 100, or None if there is no valid percentage.
+    """Return the percentage in a battery message, from 0 to 100, or None if it is missing or invalid.
 
     `sensor_msgs/BatteryState.percentage` is defined as a fraction from 0 to 1. A message whose only field is
     a string such as `%25` or `80 %` counts as a battery message, too.
