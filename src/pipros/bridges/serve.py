@@ -182,7 +182,8 @@ def secret_of(options: BridgeOptions) -> Secret | None:
 async def _open(
     server: BridgeServer, options: BridgeOptions, protocols: Protocols, tls: ssl.SSLContext | None
 ) -> None:
-    names = () if options.is_local else (options.shown_host.lower(), socket.gethostname().lower())
+    shown = options.shown_host
+    names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
     await server.open(options.host.strip("[]"), options.port, names=names, tls=tls)
     protocols.start()
 

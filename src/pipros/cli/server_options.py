@@ -17,15 +17,15 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
     return [word for word in argv if not is_legal_remapping(word)]
 
 
-def bind_address(text: str) -> tuple[str, int]:
-    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`. Return the host and the port; without a port, return 0.
+def bind_address(text: str) -> tuple[str, int | None]:
+    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`. Return the host and the port, which is None if it is not given.
 
     Raises:
         CommandError: the port is not a number from 0 to 65535.
     """
     host, colon, port = text.rpartition(":")
     if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
-        return text, 0
+        return text, None
     if not port.isdigit() or int(port) > 65535:
         raise CommandError(f"--bind must be HOST or HOST:PORT with a port from 0 to 65535, got {text}")
     return host, int(port)

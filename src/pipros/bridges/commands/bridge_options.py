@@ -55,7 +55,7 @@ def bridge_options(tool: str, options: Any) -> BridgeOptions:
     origins = options.origin or []
     return BridgeOptions(
         tool,
-        port or options.port,
+        options.port if port is None else port,
         host,
         options.cert,
         options.key,

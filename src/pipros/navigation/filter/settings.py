@@ -97,7 +97,7 @@ def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
     topics = tuple(_read_topics(parameters))
     settings = parameters.read(FilterSettings, **frames, base_link_frame_output=output, topics=topics)
     if not 0 < settings.frequency < inf:
-        raise InvalidParameter(f"~frequency must be > 0, got {settings.frequency}")
+        raise InvalidParameter(f"~frequency must be > 0 and finite, got {settings.frequency}")
     return settings
 
 

@@ -72,7 +72,7 @@ def read_settings(parameters: PrivateParameters) -> MappingSettings:
         settings = replace(settings, tf_delay=settings.transform_publish_period)
     for name in ("delta", "sigma", "lsigma", "ogain", "lstep", "astep", "particles", "throttle_scans"):
         if not 0 < getattr(settings, name) < float("inf"):
-            raise InvalidParameter(f"~{name} must be > 0, got {getattr(settings, name)}")
+            raise InvalidParameter(f"~{name} must be > 0 and finite, got {getattr(settings, name)}")
     for low, high in (("xmin", "xmax"), ("ymin", "ymax")):
         ends = getattr(settings, low), getattr(settings, high)
         if not (all(map(isfinite, ends)) and ends[1] - ends[0] >= settings.delta):

@@ -66,7 +66,7 @@ class NavsatNode:
         given = self._renamed(read_parameters(node))
         self._settings = settings = given.read(NavsatSettings)
         if not 0.0 < settings.frequency < math.inf:
-            raise InvalidParameter(f"~frequency must be > 0, got {settings.frequency}")
+            raise InvalidParameter(f"~frequency must be > 0 and finite, got {settings.frequency}")
         turn = settings.magnetic_declination_radians + settings.yaw_offset
         self._alignment = Alignment(settings.use_local_cartesian, turn)
         self._has_datum = settings.wait_for_datum

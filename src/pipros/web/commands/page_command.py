@@ -68,7 +68,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
             tool,
             tab,
             host,
-            port,
+            port or 0,
             options.cert,
             options.key,
             options.token_file,

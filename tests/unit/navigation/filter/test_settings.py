@@ -66,7 +66,8 @@ def test_inputs_use_the_variables_of_their_messages() -> None:
         ({"odom0": "a"}, "~odom0_config must be a list of 15 booleans, got None"),
         ({"odom0": "a", "odom0_config": [1] * 15}, "must be a list of 15 booleans"),
         ({"odom0": "a", "odom0_config": [True] * 6}, "must be a list of 15 booleans"),
-        ({"frequency": 0}, "~frequency must be > 0, got 0.0"),
+        ({"frequency": 0}, "~frequency must be > 0 and finite, got 0.0"),
+        ({"frequency": float("inf")}, "~frequency must be > 0 and finite, got inf"),
         ({"map_frame": "odom"}, "must differ, got odom, odom, base_link"),
     ],
 )
