@@ -21,9 +21,9 @@ _ORDINARY_RATIO = 1000
 """Maximum expansion ratio of ordinary messages. Only large blank images and maps exceed it."""
 
 _ENTRY_BYTES_PER_BYTE = 16
-"""Maximum ratio of index bytes to compressed bytes.
+"""Maximum plausible ratio of index bytes to compressed bytes.
 
-Each message adds at least one byte to a compressed chunk, and at most 16 bytes to an index.
+A message usually adds at least one byte to a compressed chunk, and adds at most 16 bytes to an index.
 """
 
 _VIEW_BYTES = 64 * 1024
@@ -97,7 +97,7 @@ def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
 
 
 class ChunkStore:
-    """Cache of chunk contents, filled ahead of use by a thread pool that decompresses the upcoming chunks.
+    """Cache of chunk contents. A thread pool decompresses the upcoming chunks if their format is slow.
 
     The size of the cache is at most `bag_cache_bytes`, plus the chunk in use and the chunks that are read
     ahead.

@@ -11,7 +11,7 @@ _TEXT_LIMIT = 2_000
 class BagError(PiprosError):
     """A bag cannot be read or written as requested.
 
-    Unprintable characters in the text are escaped, because it may quote the file.
+    Unprintable characters in the error text are escaped, because the text may quote the file.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -19,12 +19,18 @@ class BagError(PiprosError):
 
 
 class BagFormatError(BagError):
-    """A file violates the bag format. The error text names the position."""
+    """A file is damaged, violates its format, or exceeds a limit.
+
+    The error text names the position, if it is known.
+    """
 
 
 class NotIndexed(BagError):
-    """A bag has no readable index, for example because its writer was killed. `rosbag reindex` can help."""
+    """A bag has no readable index, for example because its writer was killed.
+
+    `rosbag reindex` rebuilds the index.
+    """
 
 
 class NoMessages(BagError):
-    """The start or end of an empty bag was requested."""
+    """The start or end of a bag without messages was requested."""

@@ -1,4 +1,4 @@
-"""The output of `rosbag info` in Noetic's format, as text and as YAML. Messages are not read."""
+"""The output of `rosbag info` in Noetic's format, as text, YAML and HTML."""
 
 from __future__ import annotations
 
@@ -71,7 +71,9 @@ class BagInfo:
 
 
 def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False) -> BagInfo:
-    """Summarize a bag. This reads the headers of all chunks and, for frequencies, their indexes.
+    """Summarize a bag. This reads the headers of all chunks.
+
+    For frequencies, it also reads the indexes of the chunks, or the messages of an MCAP file.
 
     Raises:
         BagFormatError: a header or an index is damaged.

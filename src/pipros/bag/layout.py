@@ -30,12 +30,11 @@ class BagLayout:
         version: format version.
         connections: connections by number, in file order.
         chunks: chunks in file order.
-        indexes: index entries by chunk position, then by connection, if the file was scanned instead of read
-            from its index: bags in format 1.2, and bags whose index was rebuilt. Otherwise, the entries are
-            read from the file when needed.
+        indexes: packed index entries by chunk position, then by connection number, for bags in format 1.2 and
+            bags whose index was rebuilt. For other bags, the entries are read from the file when needed.
         index_bytes: total size of `indexes`.
         headers: chunk headers by position, if they were found by a scan.
-        index_position: byte position of the index; 0 if there is none.
+        index_position: byte position of the index; 0 if there is none. Always 1 for bags in format 1.2.
         end: byte position after the last chunk.
         damage: descriptions of the damage that a scan found.
     """
@@ -148,7 +147,7 @@ def read_chunk_header(source: Source, layout: BagLayout, position: int) -> Chunk
 def read_chunk_index(
     source: Source, layout: BagLayout, chunk: ChunkInfo, header: ChunkHeader, end: int
 ) -> Mapping[int, bytes]:
-    """Return a chunk's index entries by connection.
+    """Return a chunk's packed index entries by connection number.
 
     Args:
         end: byte position that the entries must not exceed, such as the position of the next chunk.
@@ -185,7 +184,7 @@ def read_chunk_index(
 
 
 class _Block:
-    """A buffered part of a source. Data beyond it are read from the source."""
+    """A buffered part of a source. Data beyond the buffer are read from the source."""
 
     def __init__(self, source: Source, position: int, size: int) -> None:
         self._source = source

@@ -77,7 +77,7 @@ def _u32(data: bytes, position: int) -> int:
 
 
 def _block(block: bytes, out: bytearray, begin: int, end: int) -> None:
-    """Decode a block into `out`, up to the position `end`. Blocks may copy from `out[begin:]`."""
+    """Append a decoded block to `out`, up to the position `end`. The block may copy from `out[begin:]`."""
     position, size = 0, len(block)
     while position < size:
         token = block[position]

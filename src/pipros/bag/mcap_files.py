@@ -45,7 +45,7 @@ MAX_CONNECTIONS = 65_535
 
 @contextmanager
 def translated(name: str) -> Iterator[None]:
-    """Context manager that translates errors of `mcap` about damaged files into `BagFormatError`."""
+    """Context manager that translates the errors that damaged files cause in `mcap` into `BagFormatError`."""
     try:
         yield
     except BagError:

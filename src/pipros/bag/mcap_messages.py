@@ -40,7 +40,7 @@ _INDEX_ENTRY_BYTES = 16
 """Size of a message's entry in the index of its chunk: a time and an offset."""
 
 _LOOSE = -1
-"""Number of a pseudo chunk that contains all messages outside of chunks."""
+"""Number of a pseudo chunk that contains the selected messages outside of chunks."""
 
 
 class McapMessages:
@@ -48,12 +48,12 @@ class McapMessages:
 
     Args:
         indexes: the summary's chunk indexes, sorted by position.
-        wanted: ids of the channels.
+        wanted: IDs of the channels.
         first, last: timestamps (ns).
         as_views: whether to yield large messages as views of their chunk; see `BagReader.stored_fields`.
 
     Raises:
-        BagFormatError: the iteration reaches a damaged part of the file.
+        BagFormatError: the constructor or the iteration reaches a damaged part of the file.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Merge the messages from several bags in time order. Memory use is limited to each bag's open chunks."""
+"""Merge the messages from several bags in time order. Each bag is read chunk by chunk."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ def merged_raw(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Iterator[tuple[int, tuple[Connection, int, bytes, int, int]]]:
-    """Yield, for each message in time order, the index of its bag and its `BagReader.stored_fields`.
+    """Yield pairs of a bag's index and a message, in time order.
 
-    Messages with equal timestamps are yielded in the order of the bags.
+    The messages are tuples, as in `BagReader.stored_fields`. Messages with equal timestamps are yielded in
+    the order of the bags.
 
     Args:
         where: function that selects connections; defaults to all connections.

@@ -47,7 +47,7 @@ class MessageIndex:
         self._kept: tuple[int, bytes] = (-1, b"")
 
     def positions(self) -> dict[int, list[Position]]:
-        """Return the positions in time order, by connection number.
+        """Return each connection's positions in time order, by connection number.
 
         Raise `BagFormatError` if the bag is damaged.
         """
@@ -103,7 +103,7 @@ class MessageIndex:
         """Return the message at a position.
 
         Raises:
-            BagFormatError: there is no message at this position.
+            BagFormatError: there is no valid message at this position.
         """
         if not self._is_chunked and not chunk:
             chunk = max((each.position for each in self.bag.chunks if each.position <= offset), default=0)

@@ -31,7 +31,7 @@ class TypeChange:
 
     Attributes:
         old, new: type and md5sum in the bag and in the installed package, respectively.
-        missing: pairs of an old and a new type that have no valid rule.
+        missing: pairs of an old and a new type for which there is no valid rule.
     """
 
     old: Kind
@@ -118,7 +118,7 @@ class Migrator:
         """Return a message of the class `new` with the content of `message`.
 
         Raises:
-            BagError: a rule is missing.
+            BagError: a rule is missing or fails.
             ExpressionError: an expression in a rule fails.
         """
         if message._md5sum == new._md5sum:

@@ -43,7 +43,8 @@ def parse_rules(
     """Return the rules in a file.
 
     Args:
-        on_refusal: called with the error of each invalid rule, which is then skipped.
+        on_refusal: called with the error text for each invalid rule, which is then skipped. If None, the
+            first error is raised.
 
     Raises:
         BagError: the file is malformed, or contains statements that rules must not contain. The text names

@@ -2,8 +2,8 @@
 
 The statements that occur in real rules are supported: assignments to message fields and to names, `assert`,
 `if`, `for` over a list, `self.migrate`, `self.migrate_array`, `self.get_new_class(NAME)(…)`, calls to the
-rule's other methods, directly or through a dictionary of methods, and `append`. `pipros.safe.expr` evaluates
-expressions. Everything else is rejected when the rule is parsed, with its line number.
+rule's other methods, directly or through a dictionary of methods, and `append`. Other statements are rejected
+when the rule is parsed, with an error that names the line. `pipros.safe.expr` evaluates expressions.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FindClass = Callable[[str, str], type[Message] | None]
 
 
 class RuleRefused(Exception):
-    """A rule contains an unsupported statement. `node` is the part at fault."""
+    """A rule contains an unsupported statement. `node` is the unsupported part."""
 
     def __init__(self, node: ast.AST, reason: str) -> None:
         super().__init__(reason)
@@ -59,7 +59,7 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
         elif not isinstance(node, ast.Assert | ast.Pass) and not is_text(node):
             raise RuleRefused(
                 node,
-                "a rule may only assign to fields of new_msg, or call self.migrate or self.migrate_array",
+                "a rule may only contain assignments, calls, assert, pass, if and for",
             )
 
 
@@ -127,7 +127,8 @@ class Update:
         """Fill `new` from `old`.
 
         Raises:
-            BagError, ExpressionError: an `assert` failed, a field does not exist, or a rule is missing.
+            BagError, ExpressionError: the rule fails, for example because an `assert` failed, a field does
+                not exist, or another rule is missing.
         """
         self._left, self._depth = _STATEMENT_LIMIT, 0
         try:

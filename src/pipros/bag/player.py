@@ -23,7 +23,7 @@ from pipros.node.any_msg import AnyMsg
 _FOUND_S = 1.1
 """Minimum lifetime of latched topics.
 
-Recorders, including genuine ROS recorders, poll for new topics every second.
+Genuine ROS recorders poll for new topics every second.
 """
 
 _SLICE_NS = 20_000_000
@@ -37,7 +37,8 @@ class PlayOptions:
     """Options for playback, with the names and meanings of the options of `rosbag play`.
 
     Attributes:
-        duration_s, skip_empty_s: durations in seconds; None for no limit.
+        duration_s: maximum duration to play, in seconds; None for no limit.
+        skip_empty_s: duration in seconds; longer gaps between messages are skipped. None to play all gaps.
         topics: topics to play; empty for all.
         pause_topics: playback pauses after each message on these topics.
         rate_control_topic: playback pauses while the last message on this topic is older than
@@ -71,11 +72,11 @@ class Controls(Protocol):
         """Return the next pressed key, or an empty string if there is none. Must not block."""
 
     def show(self, state: str, bag_ns: int, played_ns: int, whole_ns: int) -> None:
-        """Show the current position; times are in ns. This method is called very often."""
+        """Show the current position. Times are in ns. This method is called often."""
 
 
 class Player:
-    """Player that publishes bags through a node.
+    """Player that publishes the messages in bags through a node.
 
     Raises:
         BagError: there are no messages to play, or a topic has an illegal name.
@@ -159,7 +160,7 @@ class Player:
                 topic = self._options.prefix + connection.topic
                 if taken.get(topic, connection.md5sum) != connection.md5sum:
                     kind = listed(connection.type)
-                    self._say(f"[{topic}] has several types; those of {kind} are not played")
+                    self._say(f"[{topic}] has several types; messages of type {kind} are not played")
                     continue
                 message_class = _class_of(connection)
                 publisher = self._node.advertise(

@@ -1,6 +1,7 @@
 """Read a bag's messages in time order, optionally limited to certain topics or a time range.
 
-Opening a bag reads only its index. Memory is bounded by the open chunks, not by the size of the bag.
+Opening an indexed bag in format 2.0 reads only its index. Messages are read chunk by chunk, so a bag may be
+larger than memory.
 """
 
 from __future__ import annotations
@@ -54,8 +55,8 @@ class BagReader:
     Args:
         file: a path, or a seekable binary file open for reading, which the caller must close.
         rebuild_index: whether to scan the whole file instead of reading its index, for bags that are
-            truncated, damaged or not indexed. In each chunk, all messages before the first damage are found;
-            `damage` describes the damage.
+            truncated, damaged or not indexed. In each chunk that can be decompressed, all messages before the
+            first damage are found; `damage` describes the damage.
         progress: called with the byte position while the index is rebuilt.
         limits: defaults to the process-wide limits.
         name: the name to use in error messages; defaults to the file's name.
@@ -144,7 +145,7 @@ class BagReader:
 
     @property
     def damage(self) -> list[str]:
-        """Descriptions of the damage found while rebuilding the index, one for each damaged position."""
+        """Descriptions of the damage found while scanning the file, one for each damaged position."""
         return self.layout.damage
 
     @property
@@ -203,7 +204,10 @@ class BagReader:
         return header
 
     def chunk_index(self, number: int) -> Mapping[int, bytes]:
-        """Return a chunk's packed entries for each connection. Raise `BagFormatError` if they are damaged."""
+        """Return a chunk's packed index entries by connection number.
+
+        Raise `BagFormatError` if the entries are damaged.
+        """
         chunks = self.layout.chunks
         end = chunks[number + 1].position if number + 1 < len(chunks) else self._source.size
         return read_chunk_index(self._source, self.layout, chunks[number], self.chunk_header(number), end)
@@ -228,7 +232,7 @@ class BagReader:
     def class_of(self, connection: Connection) -> Any:
         """Return the class for a connection's messages.
 
-        Raise `BagError` if the connection does not have a valid definition.
+        Raise `BagError` if there is no valid definition of its type.
         """
         kind, topic = connection.type, connection.topic
         try:
@@ -246,7 +250,7 @@ class BagReader:
         start: Stamp | None = None,
         end: Stamp | None = None,
     ) -> Iterator[tuple[Connection, int, int, bytes, int, int]]:
-        """Like `stored_messages`, but yield seconds and nanoseconds instead of `time_ns`."""
+        """Like `stored_messages`, but take and yield times as seconds and nanoseconds, in plain tuples."""
         for connection, time_ns, *rest in self.stored_fields(connections, ns_of(start), ns_of(end)):
             yield connection, *divmod(time_ns, NS_PER_S), *rest
 
@@ -256,7 +260,9 @@ class BagReader:
         start_ns: int | None = None,
         end_ns: int | None = None,
     ) -> Iterator[StoredMessage]:
-        """Return an iterator over the serialized messages, ordered by time, then by connection.
+        """Return an iterator over the serialized messages in time order.
+
+        Messages with equal timestamps are ordered by connection in bags, and by position in MCAP files.
 
         Args:
             connections: connections to read; defaults to all.
@@ -264,7 +270,7 @@ class BagReader:
             end_ns: latest timestamp, inclusive; None for no limit.
 
         Raises:
-            BagFormatError: the file is damaged at the position of the next message.
+            BagFormatError: the iteration reaches a damaged part of the file.
         """
         return map(partial(tuple.__new__, StoredMessage), self.stored_fields(connections, start_ns, end_ns))
 
@@ -357,7 +363,7 @@ class BagReader:
         *,
         where: Callable[[Connection], bool] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages in time order.
+        """Yield deserialized messages in time order.
 
         Args:
             topics: the topic or topics to read; defaults to all.

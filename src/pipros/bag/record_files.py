@@ -52,7 +52,7 @@ class FileOptions:
 
 
 class RecordFiles:
-    """Writer of received messages to a sequence of files. Not thread-safe.
+    """Writer that adds received messages to a sequence of files. Not thread-safe.
 
     Args:
         say: called with a line of text when a file is opened or closed.
@@ -134,7 +134,7 @@ class RecordFiles:
         self._kept.append(self._path)
 
     def flush(self) -> None:
-        """Write the open chunk."""
+        """Write a bag's open chunk, or the complete chunks of an MCAP file."""
         if self._writer is not None:
             self._writer.flush()
 
@@ -161,7 +161,7 @@ class RecordFiles:
         self._latched = {key: message for key, message in self._latched.items() if key[0] not in topics}
 
     def is_due(self, now_ns: int) -> bool:
-        """Return whether the file has reached its maximum size or duration."""
+        """Return whether the current file has reached its maximum size or duration."""
         options = self._options
         if self._writer is not None and options.size_bytes and self._writer.size >= options.size_bytes:
             return True

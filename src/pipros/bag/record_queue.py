@@ -1,4 +1,4 @@
-"""Bounded queue of received messages, so that a slow disk does not block publishers."""
+"""Bounded queue of received messages, so that a slow disk does not block the receiving threads."""
 
 from __future__ import annotations
 

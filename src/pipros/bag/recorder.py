@@ -110,7 +110,7 @@ class Recorder:
     def run(self) -> bool:
         """Record until the node shuts down, or until the recording is complete.
 
-        Return False if messages were lost when the last file was completed.
+        Return False if the last file could not be completed, or messages were discarded to complete it.
 
         Raises:
             OSError: the first file cannot be created.
@@ -174,7 +174,7 @@ class Recorder:
         except OSError as error:
             self._warn(
                 f"cannot complete '{files.path}': {error.strerror}. Its complete chunks stay in "
-                f"'{files.path}.active', for rosbag reindex"
+                f"'{files.path}.active', which rosbag reindex can repair"
             )
             return False
         if files.lost > before:

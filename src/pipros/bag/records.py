@@ -58,7 +58,7 @@ class Version:
 
 
 def parse_version(line: bytes) -> Version | None:
-    """Parse the version in the first line of a file. Return None if it is not a bag.
+    """Parse the version in the first line of a file. Return None if the file is not a bag.
 
     >>> parse_version(b"#ROSBAG V2.0")
     Version(major=2, minor=0)

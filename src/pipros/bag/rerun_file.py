@@ -31,7 +31,7 @@ POINTS: Final = 1_000_000
 def rerun_file(path: Path, bag: BagReader) -> Iterator[RerunSink]:
     """Context manager that provides a sink for a bag's messages. The file is complete after the block.
 
-    If the block raises an exception, no file is left.
+    If the block raises an exception, `path` stays unchanged.
 
     Raises:
         MissingExtra: rerun's library is not installed.
@@ -146,8 +146,8 @@ def _scan(message: Any) -> list[tuple[float, float, float]]:
 def _numbers(value: Any, path: str) -> Iterator[tuple[str, float]]:
     """Yield the path and value of each number in a message.
 
-    Times, durations, headers, strings and octets are skipped, and so are all but the first `CURVES` elements
-    of an array.
+    Times, durations, headers, strings and byte arrays are skipped, and so are all but the first `CURVES`
+    elements of an array.
     """
     if isinstance(value, bool | int | float):
         yield path, float(value)

@@ -66,7 +66,7 @@ def runs_in_time_order(spans: Sequence[Span], load: Callable[[int], Sequence[Ent
 
     Args:
         load: function that returns a chunk's sorted entries. It is called once per chunk, when the first
-            message is due.
+            message of the chunk is due.
     """
     waiting = sorted(spans, key=lambda span: (span.start_ns, span.number), reverse=True)
     # (timestamp, rank, number) for each active chunk's next message, and the message's index in the entries

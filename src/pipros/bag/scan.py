@@ -73,7 +73,7 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
     if op == Op.CHUNK:
         header = parse_chunk_header(fields, data_position, data_size, where)
         if header.compression == "none" and (not data_size or after > source.size):
-            # The writer was killed before it wrote the size.
+            # The writer was killed before it wrote the size or the entire chunk.
             header = replace(header, data_size=source.size - data_position, size=source.size - data_position)
             return _scan_open_chunk(source, layout, position, header)
         try:
@@ -129,7 +129,7 @@ def _scan_open_chunk(source: Source, layout: BagLayout, position: int, header: C
 
 
 def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: Contents) -> None:
-    """Add a chunk and its index to the layout unless the chunk is empty."""
+    """Add a chunk's connections and, unless the chunk has no messages, the chunk and its index."""
     for connection in contents.connections:
         layout.connections.setdefault(connection.id, connection)
     if contents.start_ns is None:
@@ -142,7 +142,7 @@ def add_chunk(layout: BagLayout, position: int, header: ChunkHeader, contents: C
 
 
 def _walk(read: Callable[[int, int], bytes], size: int) -> Contents:
-    """Return the records in a chunk's content before the first damaged or truncated record."""
+    """Return the connections and messages in a chunk before the first damaged or truncated record."""
     contents = Contents()
     position = 0
     while size - position >= 8:

@@ -1,7 +1,7 @@
 """Write bags in format 2.0. If the writer is killed, at most the open chunk is lost.
 
-A chunk is built in memory and written in one piece, with its index. The position of the file's index is
-written to the file header last. Until then the file has no index, but `rosbag reindex` can restore its
+A chunk is built in memory, and is written together with its index. The position of the file's index is
+written to the file header last. Until then, the file has no index, but `rosbag reindex` can restore its
 complete chunks.
 """
 
@@ -67,7 +67,7 @@ class MessageSink(Protocol):
 
 
 class MessageWriter(MessageSink, Protocol):
-    """The methods shared by the writers of all ROS 1 bag formats; see `BagWriter`."""
+    """The methods shared by the writers of bags and MCAP files; see `BagWriter`."""
 
     layout: BagLayout
 
@@ -159,7 +159,7 @@ class BagWriter:
         """Serialize a message into the open chunk.
 
         Raises:
-            genpy.SerializationError: a value does not fit its field. Nothing is added.
+            SerializationError: a value does not fit its field. Nothing is added.
         """
         chunk = self._chunk
         offset = chunk.tell()
@@ -246,7 +246,7 @@ class BagWriter:
     def finish(self) -> None:
         """Write the index.
 
-        Afterwards, the bag is complete, and nothing can be added. May be called repeatedly.
+        Afterwards, the bag is complete, and nothing must be added. May be called repeatedly.
         """
         if self._is_finished:
             return
