@@ -114,11 +114,11 @@ class Message:
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
-        """Write the message like `serialize`, which also accepts numpy arrays and does not copy them."""
+        """Write the message like `serialize`, which also accepts numpy arrays."""
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:
-        """Return the serialized message as buffers. Large arrays are not copied.
+        """Return the serialized message as buffers, without copying large arrays if possible.
 
         Raises:
             SerializationError: a value does not fit its field. The error text names the field.

@@ -1,6 +1,7 @@
 """Find the message field whose value does not fit its type, and raise an error with genpy's text.
 
-These functions are called only after serializing a message has failed, so they do not need to be fast.
+These functions are called for messages from command lines, and after serializing a message has failed, so
+they do not need to be fast.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def check_type(field_name: str, field_type: str, field_val: Any) -> None:
 
 
 def check_lengths(name: str, message: HasFields) -> None:
-    """Check the lengths of all fixed arrays, including in embedded messages.
+    """Check the lengths of all fixed arrays, including those in embedded messages.
 
     Raises:
         SerializationError: an array has the wrong length. The error text names the field, prefixed by `name`.

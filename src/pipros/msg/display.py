@@ -48,7 +48,10 @@ def _rows(value: Any, path: str) -> Iterator[tuple[str, object]]:
 
 
 def _picture(message: Any) -> str:
-    """Return an HTML image of a message; empty if it cannot be drawn or Pillow is not installed."""
+    """Return an HTML image of a message.
+
+    Return an empty string if the message cannot be drawn, or Pillow is not installed.
+    """
     try:
         from pipros.pictures.drawn import picture_of
         from pipros.pictures.errors import PictureError

@@ -1,8 +1,8 @@
 """Message classes created at run time from the full definition in a connection header or a bag.
 
 Such a class does not belong to a module, so its pickled messages include the full definition. Unpickling
-recreates the class from this definition, even in a process in which the type is not installed. Unpickling in
-the same process reuses the existing class.
+recreates the class from this definition, even in a process in which the type is not installed. If the class
+still exists, it is reused.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ from pipros.msg.language.spec import DefinitionError, MessageSpec
 def message_classes_from_text(
     type_name: str, full_text: str, limits: Limits | None = None
 ) -> dict[str, type[Message]]:
-    """Return classes for all types in a full definition, regardless of installed types with the same names.
+    """Return the classes for all types in a full definition, by type name.
+
+    Installed types with the same names are ignored.
 
     Args:
         limits: defaults to the process-wide limits.
@@ -88,7 +90,7 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
 class DynamicClasses:
     """The classes that were created from full definitions and are still in use.
 
-    They are needed to copy and unpickle messages.
+    Unpickling a message looks up its class here.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Determine which attributes expressions may read: fields and types of messages, and the values of times."""
+"""Define which attributes of messages and times expressions may read."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _OF_TIMES = ("secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero")
 
 
 def field_of(value: Any, name: str) -> Any:
-    """Return a message's declared field or its `_type`, or a field or method of a time.
+    """Return a message's declared field, `_type` or `_md5sum`, or a field or method of a time.
 
     Access to anything else is refused.
 

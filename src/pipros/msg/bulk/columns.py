@@ -114,7 +114,7 @@ class TextColumn(OctetColumn):
 
 
 class ListColumn(_Ragged):
-    """A column of arrays. Each cell is a slice of `values`: a numpy array or, for other elements, a column.
+    """A column of arrays. Each cell is a slice of `values`: a numpy array of numbers, or a column.
 
     Args:
         values: the elements of all cells. May be a 2-D array with a row for each cell, such as a view of
@@ -225,7 +225,10 @@ def blank(column: Column, count: int) -> Column:
 
 
 def without(column: Column, is_gap: NDArray[np.bool_]) -> Column:
-    """Empty the cells of a column with offsets where `is_gap` is true. Return other columns unchanged."""
+    """Return the column with its cells emptied where `is_gap` is true.
+
+    Columns without offsets are returned unchanged.
+    """
     if isinstance(column, np.ndarray | RecordColumn) or not is_gap.any():
         return column
     kept = column.take(np.flatnonzero(~is_gap))

@@ -10,7 +10,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _BLOCK_BYTES = 1 << 22
-"""Maximum number of bytes gathered in one step by index; each byte needs 16 bytes of indexes."""
+"""Approximate number of bytes that `joined_parts` copies in one step by index.
+
+Each copied byte temporarily needs at least 16 bytes for its index.
+"""
 
 _LONG_BYTES = 64
 """Mean size of parts above which they are copied one by one, as slices."""
@@ -98,7 +101,7 @@ def equal_stride(at: NDArray[np.int64]) -> int | None:
 def values_at(
     data: NDArray[np.uint8], at: NDArray[np.int64], stride: int | None, dtype: np.dtype[Any]
 ) -> NDArray[Any]:
-    """Return the value at each position, decoded as `dtype`. The caller has checked the positions."""
+    """Return the value at each position, decoded as `dtype`. The positions are not checked."""
     count = len(at)
     if not count:
         return np.empty(0, dtype)

@@ -44,11 +44,11 @@ class MalformedMessage(Exception):
 def decode(
     plan: MessagePlan, data: bytes | bytearray | NDArray[np.uint8], ends: Offsets, *, datetimes: bool = False
 ) -> dict[str, Column]:
-    """Return the columns of joined messages.
+    """Return the columns of joined messages, by field name.
 
     Args:
-        plan: the plan for their type.
-        data: the messages, joined. Columns may be views of it.
+        plan: the plan for the type of the messages.
+        data: the messages, joined. Columns may be views of the data.
         ends: the position at which each message ends.
         datetimes: whether to return times as `datetime64[ns]` and durations as `timedelta64[ns]`, instead of
             integers.

@@ -1,4 +1,4 @@
-"""Plans for reading messages as columns, made from their definitions.
+"""Plans for reading messages as columns, created from message definitions.
 
 A plan is a sequence of steps: runs of values at fixed offsets, and parts whose sizes are stored in the
 messages. Fields of embedded messages become fields of the outer message, with dotted names. Fields that take

@@ -31,7 +31,7 @@ def element_starts(
 ) -> NDArray[np.int64]:
     """Return the positions of all elements of arrays whose first elements are at the cursors.
 
-    The caller has checked that the messages have room for elements of the minimum size.
+    The caller must have checked that the messages have room for elements of the minimum size.
 
     Raises:
         TooShort: a message ends before its last element.
@@ -50,7 +50,10 @@ def _skip_elements(
     counts: NDArray[np.int64],
     noted: tuple[NDArray[np.int64], Offsets] | None = None,
 ) -> NDArray[np.int64]:
-    """Return the positions after the elements of arrays, and store each element's position in `noted`."""
+    """Return the positions after the elements of arrays.
+
+    If `noted` is given, store each element's position in its first array, at the offsets in its second array.
+    """
     order = np.argsort(-counts, kind="stable")
     falling = -counts[order]
     at, ends = cursors.at[order], cursors.ends[order]

@@ -59,7 +59,10 @@ class CompiledTypes:
         self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in compiler)
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
-        """Return a type's code and the names that it uses for embedded types; None if no entry is valid."""
+        """Return a type's code and the names that it uses for embedded types.
+
+        Return None if there is no valid entry.
+        """
         try:
             data = self._folder.read(self._entry(kind, type_name))
         except OSError:  # the path is relative, and the working directory no longer exists

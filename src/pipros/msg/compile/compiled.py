@@ -34,7 +34,7 @@ class CompiledMessage(Message):
         As in genpy, octets become `bytes` and booleans become a list.
 
         Args:
-            numpy: the module numpy.
+            numpy: the `numpy` module.
 
         Raises:
             DeserializationError: there are too few bytes.
@@ -52,7 +52,7 @@ class CompiledMessage(Message):
         The arrays share the memory of `data`, and are read-only if `data` is.
 
         Args:
-            numpy: the module numpy.
+            numpy: the `numpy` module.
             has_numbers: whether to read all arrays of numbers as numpy arrays, as `deserialize_numpy` does.
 
         Raises:

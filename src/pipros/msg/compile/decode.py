@@ -10,7 +10,7 @@ Theory of operation:
 - A slice that extends beyond the data is detected by the next `unpack_from`, or by a check that is emitted
   at the end if `_is_end_checked` is false.
 - Memory is allocated only for bytes that have arrived, never for a claimed length. If an array's elements may
-  contain more values than their size suggests, the code first subtracts these values from a limit
+  contain more values than their size suggests, the code first subtracts the excess values from a limit
   (`allowed`).
 """
 

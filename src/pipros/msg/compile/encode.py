@@ -1,12 +1,13 @@
 """Generate the body of `serialize` for one message type.
 
-How fields are packed, such as those of `Header header; float64[9] a; uint8[] data; Point[] points`:
+Fields such as those of `Header header; float64[9] a; uint8[] data; Point[] points` are packed as follows:
 
-- consecutive scalars, times, fixed arrays and lengths become one `struct.pack`;
-- the pieces of a section are joined once; a variable array of numbers is a separate section, whose memory
-  reaches the transport without a copy;
-- arrays of messages and strings append their pieces to a list, which is joined;
-- nothing is written until everything is packed, so an invalid message is never partly written.
+- Consecutive scalars, times, fixed arrays and lengths are packed by one `struct.pack`.
+- A message consists of one or more sections, each of which is written by one call. A variable-length array of
+  numbers that is not inside another array is a separate section, whose memory can reach the transport without
+  a copy. The pieces of any other section are joined once.
+- Arrays of messages and strings append their pieces to a list, which is joined.
+- Nothing is written until everything is packed, so an invalid message is never partly written.
 """
 
 from __future__ import annotations

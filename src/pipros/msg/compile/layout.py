@@ -16,7 +16,7 @@ _LENGTH_BYTES = 4
 _VALUES_PER_BYTE = 8
 """Number of values allowed per byte.
 
-This is enough for a boolean (one byte) that is the only field of a message in a message in a message.
+This is enough for a boolean (one byte) that is the only field of a message nested two levels deep.
 """
 
 
@@ -28,7 +28,7 @@ class TypeLayout:
         spec: the definition of the type.
         members: the layouts of the fields' message types, by type name.
         has_octets: whether the type contains a variable-length array of octets at any depth.
-        takes_bytes: whether serialized messages have any bytes. If not, the serialized size of an array of
+        takes_bytes: whether serialized messages are non-empty. If not, the serialized size of an array of
             such messages does not depend on its length.
         is_one_unpack: whether a single `struct` call can read a message: all fields have fixed sizes, and
             arrays are short or contain octets.

@@ -5,7 +5,7 @@ no other finder finds a module of that name. `InterfaceFinder` is first, and fin
 `my_pkg.srv`. Without it, a folder `my_pkg/msg` with definitions below the working directory would be taken
 for a Python namespace package. Real Python packages, such as those that catkin generates in a devel space,
 take precedence, with one exception: `WorkspaceFinder`, which is second, prefers a Python package in the
-workspace to a distribution of the same name that pip installed, such as `xacro`, and to an older wheel of the
+workspace to a distribution of the same name that pip or apt installed, such as `xacro`, and to a wheel of the
 same ROS package.
 
 `modules.py` creates the modules when the first type is needed. Every interpreter start imports this module,
@@ -50,7 +50,7 @@ DEPENDENCIES = frozenset(
         ),
     )
 )
-"""Modules that pipros's own commands import, in lower case. ROS packages are not searched for these."""
+"""Modules that pipros's own commands import, in lower case. The workspace is not searched for these."""
 
 
 def install() -> None:
@@ -184,8 +184,8 @@ class WorkspaceFinder:
     """Finder for Python packages in the workspace that installed distributions would otherwise hide.
 
     Because this finder is called for every import of an installed module, it searches for packages only if a
-    folder in the workspace has the module's name. The folders are listed once for each value of
-    `ROS_PACKAGE_PATH`.
+    folder in the workspace, or a module in a wheel of a ROS package, has the module's name. These names are
+    listed when `ROS_PACKAGE_PATH` has changed.
 
     A package in the workspace hides all modules of a wheel of the same package, even modules that are
     missing from the workspace.
@@ -372,7 +372,7 @@ def _may_be_package(name: str) -> bool:
 def _is_python_starting() -> bool:
     """Return True while Python runs `sitecustomize` or `usercustomize`.
 
-    These modules often try to import others that do not exist. For example, on Debian and Ubuntu,
+    These modules often try to import modules that do not exist. For example, on Debian and Ubuntu,
     `sitecustomize` tries to import the crash reporter whenever Python starts. Searching for a ROS package of
     that name would take longer than the rest of Python's startup.
     """

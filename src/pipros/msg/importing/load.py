@@ -25,7 +25,8 @@ def load_message_class(type_name: str) -> type[Message]:
     """Return the class of `package/Name` that `from package.msg import Name` imports.
 
     Raises:
-        NotFound: the package or type does not exist. The text names the places that were searched.
+        NotFound: the package or type does not exist. The text names a place that was searched, or explains
+            how to install the package.
         DefinitionError: the definition is invalid.
     """
     return _load("msg", type_name)  # type: ignore[no-any-return]
@@ -103,7 +104,7 @@ def _generated_file(module: str) -> str | None:
 
 
 def _generated_md5(module: str) -> str | None:
-    """Return the MD5 sum in the source of a class that genpy generated."""
+    """Return the MD5 sum in the source of a class that genpy generated, or None if it cannot be read."""
     import re
 
     file = _generated_file(module)

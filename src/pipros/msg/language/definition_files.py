@@ -61,7 +61,7 @@ class DefinitionFiles:
         for file in below:
             if os.path.isfile(file):
                 return file
-        # They may also list files in another folder: add_message_files(DIRECTORY test/msg).
+        # Packages may also list files in another folder: add_message_files(DIRECTORY test/msg).
         other = [os.path.join(path, f"{name}.{kind}") for path in _folders_below(folder)]
         found = [file for file in other if os.path.isfile(file)]
         if len(found) == 1:

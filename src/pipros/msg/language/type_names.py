@@ -1,7 +1,7 @@
 """Syntax of message type names.
 
-This module is separate from the parser, because loading a message class always needs these functions but
-rarely needs the parser.
+This module is separate from the parser, because loading a message class always needs `is_full_type_name`, but
+rarely the parser.
 """
 
 from __future__ import annotations
