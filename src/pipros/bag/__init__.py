@@ -2,8 +2,8 @@
 
     from pipros.bag import BagReader, BagWriter, merged, open_bag
 
-The modules for records, indexes, compression and message order perform no I/O. Bags and MCAP files are read
-through `source.py`.
+The modules `records`, `index`, `compression` and `runs` perform no I/O. Bags and MCAP files are read through
+`source.py`.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class BagFile:
         name: the file's name, for error messages.
         mode: `r`, `w` or `a`.
         compression, chunk_bytes: compression and size of new chunks.
-        allow_unindexed: whether to open a bag without an index as an empty bag, for `reindex`.
+        allow_unindexed: whether to open a bag without a readable index as an empty bag, for `reindex`.
 
     Raises:
         BagError: the file is not a bag, or cannot be appended to.

@@ -1,4 +1,4 @@
-"""Cache of chunk contents. A thread pool decompresses slow formats in advance."""
+"""Cache of chunk contents. A thread pool decompresses bz2 and zstd chunks in advance."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
 
 
 class ChunkStore:
-    """Cache of chunk contents. A thread pool decompresses the upcoming chunks if their format is slow.
+    """Cache of chunk contents. A thread pool decompresses upcoming chunks if their format is slow.
 
     The size of the cache is at most `bag_cache_bytes`, plus the chunk in use and the chunks that are read
     ahead.

@@ -1,4 +1,4 @@
-"""The output of `rosbag info` in Noetic's format, as text, YAML and HTML."""
+"""Summaries of bags: the text and YAML that Noetic's `rosbag info` prints, and HTML."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def compressions(bag: BagReader) -> list[Compression]:
 def topics(
     bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
 ) -> list[BagTopic]:
-    """Return summaries of the topics in `wanted`, or of all topics if it is None, sorted by name."""
+    """Return summaries of the topics in `wanted`, or of all topics if `wanted` is None, sorted by name."""
     counts = bag.count_by_connection()
     times = bag.times_ns() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)

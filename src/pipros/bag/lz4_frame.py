@@ -1,7 +1,7 @@
 """Pure Python decoder for LZ4 frames, for machines without the `lz4` library. It decodes 20 to 35 MB/s.
 
-If the library (`pipros[lz4]`) is installed, it is used instead, and decodes several GB/s. The library
-has no wheels for musl or 32-bit ARM, where installing it requires a compiler. This decoder verifies
+If the library (`pipros[lz4]`) is installed, it is used instead, and decodes several GB/s. On platforms for
+which the library has no wheel, such as 32-bit ARM, installing it requires a compiler. This decoder verifies
 checksums. For the format, see https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md.
 """
 

@@ -234,7 +234,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
 
 
 class McapWriter:
-    """Writer for an MCAP file, with the methods of `BagWriter`.
+    """Writer for an MCAP file, with the methods of `MessageWriter`; see `BagWriter`.
 
     Args:
         compression: `none`, `lz4` or `zstd`. MCAP does not support `bz2`, so `bz2` selects `zstd`.

@@ -34,7 +34,7 @@ _MIN_SLICE_NS = 500_000
 
 @dataclass(frozen=True, slots=True)
 class PlayOptions:
-    """Options for playback, with the names and meanings of the options of `rosbag play`.
+    """Options for playback, which correspond to the options of `rosbag play`.
 
     Attributes:
         duration_s: maximum duration to play, in seconds; None for no limit.

@@ -407,7 +407,9 @@ class BagReader:
     __iter__ = messages
 
     def __getitem__(self, times: slice) -> Iterator[BagMessage]:
-        """Return the messages between two times in seconds or `Time`, inclusive: `bag[10.5:20]`.
+        """Return an iterator over the messages between two times, inclusive: `bag[10.5:20]`.
+
+        The times are `Time`, or numbers of seconds.
 
         Raises:
             TypeError: `times` is not a slice of times.

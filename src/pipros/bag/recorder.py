@@ -249,8 +249,8 @@ class Recorder:
     def _callback_for(self, topic: str) -> Callable[[AnyMsg], None]:
         now_ns = self._node.clock.now_ns
         put = self._snapshots.put if self._options.snapshot else self._queue.put
-        # Connections are keyed by the `id` of the publisher's header. It is unique as long as the header is
-        # referenced, so the cache keeps a reference.
+        # Connections are keyed by the `id` of the publisher's header. The `id` is unique as long as the
+        # header is referenced, so the cache keeps a reference.
         connections: dict[int, tuple[Connection, Mapping[str, str]]] = {}
 
         def put_received(message: AnyMsg) -> None:

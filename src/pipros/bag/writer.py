@@ -244,9 +244,9 @@ class BagWriter:
         self._file.flush()
 
     def finish(self) -> None:
-        """Write the index.
+        """Write the index, which completes the bag. May be called repeatedly.
 
-        Afterwards, the bag is complete, and nothing must be added. May be called repeatedly.
+        No messages may be added afterwards.
         """
         if self._is_finished:
             return

@@ -78,7 +78,7 @@ class Message:
         return self._slot_types
 
     def _check_types(self, exc: Exception | None = None) -> None:
-        """Raise an error that names the field whose value does not fit its type.
+        """Raise an error if a field's value does not fit its type.
 
         Args:
             exc: the error that was raised when serializing the message.

@@ -1,4 +1,4 @@
-"""Find the classes of messages that are received with their definitions, over a link or from a bag.
+"""Find the classes of messages whose definitions were received over a connection or read from a bag.
 
 An installed package's class is used if its definition has the same MD5 sum, so that messages are instances of
 the class that `from package.msg import Name` imports. Otherwise, the class is created from the received
@@ -24,7 +24,7 @@ class MissingDefinition(PiprosError):
 class ClassFinder:
     """Finder and cache of message classes by type and MD5 sum.
 
-    A peer could send new definitions forever, so the cache is emptied when it exceeds
+    A peer could send new definitions forever, so the cache is emptied when it would exceed
     `Limits.definition_cache_bytes`.
     """
 

@@ -55,7 +55,7 @@ def message_classes_from_text(
 
 
 def checked_specs(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
-    """Return all types in a full definition, by name; see `message_classes_from_text` for errors."""
+    """Return the types defined in a full definition, by name; see `message_classes_from_text` for errors."""
     limits = limits or process_limits()
     specs = specs_from_text(type_name, full_text, limits)
     _check_together(specs, limits)

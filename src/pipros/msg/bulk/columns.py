@@ -1,8 +1,8 @@
 """Columns of a table: numpy arrays, and columns whose cells differ in size.
 
 A column of numbers is an array with one row per message; it has two dimensions if the field is a fixed array.
-Columns of octets, strings and variable arrays have offsets: cell `i` contains the values from `offsets[i]` to
-`offsets[i + 1]`.
+Columns of octets, strings and variable-length arrays have offsets: cell `i` contains the values from
+`offsets[i]` to `offsets[i + 1]`.
 """
 
 from __future__ import annotations

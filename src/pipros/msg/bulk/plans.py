@@ -58,7 +58,7 @@ class SizedPart:
 
     Attributes:
         base: `string`, or the type of the elements.
-        is_array: whether it is an array; otherwise, it is a string.
+        is_array: whether the part is an array; if not, it is a string.
         length: the length of a fixed array.
         element: the plan for the elements, if they are messages or strings.
     """

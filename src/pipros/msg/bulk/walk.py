@@ -143,7 +143,7 @@ def _checked(position: int, size: int, end: int) -> int:
 
 
 def element_size(part: SizedPart) -> int | None:
-    """Return the size of an element of an array, or 1 for the characters of a string; None if it varies."""
+    """Return the size in bytes of an array's elements, or 1 for a string. Return None if the size varies."""
     if not part.is_array:
         return 1
     if part.element is not None:

@@ -183,9 +183,9 @@ _LEVELS = 3
 class WorkspaceFinder:
     """Finder for Python packages in the workspace that installed distributions would otherwise hide.
 
-    Because this finder is called for every import of an installed module, it searches for packages only if a
-    folder in the workspace, or a module in a wheel of a ROS package, has the module's name. These names are
-    listed when `ROS_PACKAGE_PATH` has changed.
+    Because this finder is called for every import of an installed module, it searches for packages only if
+    the module's name is that of a folder in the workspace, or of a module in a wheel of a ROS package. These
+    names are listed when `ROS_PACKAGE_PATH` has changed.
 
     A package in the workspace hides all modules of a wheel of the same package, even modules that are
     missing from the workspace.
@@ -263,7 +263,7 @@ def _modules_of_wheels() -> dict[str, str]:
 
 
 def _folder_names(folder: str, levels: int) -> Iterator[str]:
-    """Yield the names of a folder and the folders below it, except folders inside packages."""
+    """Yield the names of a folder and its subfolders, down to `levels`. Skip folders inside packages."""
     yield os.path.basename(folder.rstrip(os.sep))
     if levels == 0 or os.path.isfile(os.path.join(folder, "package.xml")):
         return
