@@ -121,7 +121,8 @@ class Bags:
         Args:
             start, end: the earliest and latest time of receipt, inclusive; a number is in seconds.
             every: read only every n-th message.
-            datetimes: whether to return times as `datetime64[ns]` instead of integers (ns).
+            datetimes: whether to return times as `datetime64[ns]` and durations as `timedelta64[ns]` instead
+                of integers (ns).
 
         Raises:
             NoSuchTopic: no bag contains this topic.
@@ -238,7 +239,7 @@ class Bags:
     def _parts(
         self, topic: str, start: int | None, end: int | None, every: int, limit: int
     ) -> Iterator[MessageGroup]:
-        """Yield the messages of a topic in batches, or an empty batch if there are none."""
+        """Yield the messages of a topic in batches. If there are none, yield one empty batch."""
         waiting: list[MessageGroup] = []
         size = seen = 0
         is_first = True
@@ -267,7 +268,7 @@ class Bags:
 
 
 def matching_files(path: BagPath) -> list[str]:
-    """Return the files that match a pattern; a path matches itself.
+    """Return the files that match a pattern. A path that exists or has no wildcards is returned as it is.
 
     Raises:
         FileNotFoundError: no file matches the pattern.

@@ -1,4 +1,4 @@
-"""Read the messages of a topic in groups, without a Python loop over the messages in a chunk.
+"""Read the messages of a topic in groups, usually without a Python loop over the messages in a chunk.
 
 rosbag and rosbag_storage write message records with headers of equal size, so the positions of the messages
 follow from the index. Other bags, MCAP files and ROS 2 bags are read message by message.
@@ -70,7 +70,7 @@ def message_groups(
     end_ns: int | None,
     limit: int,
 ) -> Iterator[MessageGroup]:
-    """Yield the messages that `BagReader.stored_fields` yields, in the same order.
+    """Yield the messages of `BagReader.stored_fields` in groups, in the same order.
 
     Args:
         limit: approximate maximum size of a group in bytes. A chunk that is read as a whole may exceed it.

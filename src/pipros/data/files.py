@@ -61,7 +61,10 @@ def _writer(file: Any, schema: Any, kind: str) -> Any:
 
 
 def as_texts(table: Any) -> tuple[Any, list[str]]:
-    """Return the table for CSV, with lists as JSON, and the names of dropped columns, which contain bytes."""
+    """Return a table that CSV can store, and the names of the columns that were dropped.
+
+    Nested columns become JSON strings. Columns that contain bytes are dropped.
+    """
     pa = library("pyarrow", "CSV")
     kept, names, left_out = [], [], []
     for field, column in zip(table.schema, table.columns, strict=True):

@@ -1,7 +1,8 @@
 """Run untrusted SQL queries on a bag, such as those from assistants, in a process with limited resources.
 
 The database contains only the topics that the query names, and has no access to files or networks. The time,
-memory and files of the process are limited (on Windows, only the time), and its folder is removed afterwards.
+memory and file sizes of the process are limited (on Windows, only the time), and its folder is removed
+afterwards.
 """
 
 from __future__ import annotations

@@ -108,4 +108,4 @@ LAZY_COLUMNS = {
     "sensor_msgs/CompressedImage": ("_image", picture_array),
     "sensor_msgs/PointCloud2": ("_points", cloud_array),
 }
-"""The name of the additional column of a type, and the function that decodes a cell."""
+"""For each type, the name of its additional column, and the function that decodes a cell."""

@@ -34,7 +34,7 @@ def main() -> int:
 
 
 def _limit(seconds: int, limit_bytes: int) -> None:
-    """Limit the processor time, the memory and the files of this process, except on Windows."""
+    """Limit the processor time, the memory and the file sizes of this process, except on Windows."""
     if sys.platform == "win32":
         return
     import resource

@@ -76,10 +76,10 @@ class Database:
         self._connection.close()
 
     def add(self, topic: str, tables: Iterable[Table], *, alias: str = "") -> None:
-        """Add the rows of a topic, as a table with its name and, if `alias` is given, a view with that name.
+        """Add a table with the name of a topic and the topic's rows. If `alias` is given, also add a view.
 
         Raises:
-            QueryError: a table with this name exists already. Names are not case-sensitive.
+            QueryError: the name of the table or view exists already. Names are not case-sensitive.
         """
         is_first = True
         for table in tables:
@@ -133,7 +133,7 @@ class Database:
 def tables_in(sql: str, topics: Sequence[str]) -> dict[str, str]:
     """Return the topics that a query may refer to, each with its short name: `imu_data` for `/imu/data`.
 
-    The short name is empty if several topics would share it. Topics named only in string literals are also
+    The short name is empty if it would be ambiguous. Topics named only in string literals are also
     returned; this is harmless.
     """
     short = {topic: re.sub(r"\W", "_", topic.strip("/")) for topic in topics}

@@ -146,7 +146,8 @@ class Table(Mapping[str, Any]):
                 within this time are gaps.
             direction: `backward` for the last message that is not later, `forward` for the first message that
                 is not earlier, or `nearest` (the earlier of two equally near messages).
-            prefix: added to the names of the columns; by default, the topic and a dot: `odom.`.
+            prefix: added to the names of the columns; by default, the topic without its leading slash, and a
+                dot: `odom.`.
 
         Raises:
             ValueError: an argument is invalid, or messages have no header.

@@ -250,7 +250,7 @@ def test_workers_that_are_starting_end_silently_on_ctrl_c(delay_s: float) -> Non
 def test_the_suggested_description_makes_a_data_set(capsys: pytest.CaptureFixture[str]) -> None:
     assert dataset(["run.bag", "--suggest"]) == 0
     text = capsys.readouterr().out
-    assert "rate: 10  # rows a second" in text
+    assert "rate: 10  # rows per second" in text
     assert '  joints:\n    topic: "/joints"  # sensor_msgs/JointState, ' in text
     assert 'names: ["a", "b"]' in text
     assert text.index("actions:\n") < text.index('topic: "/cmd_vel"')

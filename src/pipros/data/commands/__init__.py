@@ -1,1 +1,1 @@
-"""The subcommands of `rosbag` that read bags as tables."""
+"""The commands `rosbag table`, `rosbag query` and `pipros dataset`."""

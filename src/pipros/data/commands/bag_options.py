@@ -96,7 +96,7 @@ def one_line_errors() -> Iterator[None]:
         yield
     except PiprosError:
         raise
-    except KeyboardInterrupt:  # so that `&& rm run.bag` does not run; other commands exit with 0
+    except KeyboardInterrupt:  # so that `&& rm run.bag` does not run; other `rosbag` commands exit with 0
         raise SystemExit(130) from None
     except (MissingExtra, ValueError) as error:
         raise CommandError(str(error)) from None

@@ -1,4 +1,4 @@
-"""Check episodes for missing frames, clock jumps, frozen and saturated signals, and topics that end early.
+"""Check episodes for missing messages, clock jumps, frozen and saturated signals, and topics that end early.
 
 docs/data.md explains the checks and their thresholds, which can be set in the description.
 """
@@ -26,8 +26,8 @@ class DatasetFinding:
 
     check: str
     source: str  # the topic's name in the data set
-    text: str
-    spans: list[tuple[float, float]]  # in seconds since the start of the episode
+    text: str  # describes the first three problems
+    spans: list[tuple[float, float]]  # of the first 100 problems, in seconds since the start of the episode
 
 
 def examine(recording: RecordedTopic, source: DatasetSource, start: int, end: int) -> list[DatasetFinding]:
@@ -101,7 +101,7 @@ def _saturated(
 
 
 def _runs(is_on: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """Yield the first and the last index of each run of true values."""
+    """Return an iterator over the first and last indices of the runs of true values."""
     edges = np.diff(np.concatenate(([0], is_on.astype(np.int8), [0])))
     return zip(np.flatnonzero(edges == 1).tolist(), (np.flatnonzero(edges == -1) - 1).tolist(), strict=True)
 

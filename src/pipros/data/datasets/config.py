@@ -52,7 +52,7 @@ class SignalSource(DatasetSource):
     """Numbers from a topic."""
 
     fields: tuple[str, ...]  # empty for the usual fields of the type
-    names: tuple[str, ...]  # of the values; they select these in messages such as JointState
+    names: tuple[str, ...]  # of the numbers; in messages such as JointState, they select the elements
     unit: str  # the unit in the data set; may be empty
     scale: float  # factor from the numbers in the messages to this unit
     least: tuple[float, ...]  # minimum in this unit: empty, one for all numbers, or one for each

@@ -61,9 +61,9 @@ def write_parquet(folder: Path, rows: EpisodeRows, bags: Bags, threads: int) -> 
 
 
 def write_hdf5(folder: Path, rows: EpisodeRows, bags: Bags, threads: int) -> int:
-    """Write `data/EPISODE.hdf5`, with a group for each section of the description, and write videos.
+    """Write `data/EPISODE.hdf5`, with the groups `observations`, `actions` and `cameras`, and write videos.
 
-    JPEG pictures are stored in the HDF5 file itself.
+    JPEG pictures are stored in the HDF5 file.
     """
     h5py = library("h5py", "HDF5")
     broken = 0

@@ -146,6 +146,13 @@ def increasing(times: NDArray[np.int64]) -> NDArray[np.int64]:
 def numbers_of(
     table: Table, source: SignalSource, names: tuple[str, ...]
 ) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return the numbers in each row of a table, in the unit of the description, and their names.
+
+    `names` are the expected names; if they are empty, the names are derived from the fields.
+
+    Raises:
+        BadSettings: the description does not fit the type or the messages.
+    """
     fields = source.fields or USUAL_FIELDS.get(table.type, ())
     if not fields:
         raise BadSettings(f"{source.place}: {table.type} has no default fields. Name some of {_known(table)}")

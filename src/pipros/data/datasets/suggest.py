@@ -71,8 +71,8 @@ def suggest(bags: Bags, rows: int = 200) -> str:
         raise BadSettings(f"no topic has numbers or pictures of known types, got {names}")
     rate = min([each for each in found if each >= _RARE_HZ] or found)
     head = [
-        f"rate: {max(1, min(50, round(rate)))}  # rows a second",
-        "tolerance: 0.1  # s; older messages are gaps",
+        f"rate: {max(1, min(50, round(rate)))}  # rows per second",
+        "tolerance: 0.1  # s; a row without a message this close in time is a gap",
         "gaps: skip  # episodes with gaps; or hold (the last message), or keep (null)",
         f"episodes: {episodes}",
         'task: ""  # what the robot does, in words',

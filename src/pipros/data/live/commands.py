@@ -28,12 +28,15 @@ _ZERO_STOPS = ("geometry_msgs/Twist", "geometry_msgs/TwistStamped")
 
 
 def is_stopped_by_zeros(source: SignalSource, kind: str) -> bool:
-    """Return whether zeros stop an action with the message type `kind`. By default, they stop velocities."""
+    """Return whether zeros stop an action with the message type `kind`.
+
+    Without `stop` in the description, they do so if the type is in `_ZERO_STOPS`.
+    """
     return source.stop == "zero" or (not source.stop and kind in _ZERO_STOPS)
 
 
 class ActionRefused(PiprosError, ValueError):
-    """A number of an action is outside its limits, or the action has too few or too many numbers."""
+    """A number of an action is not finite or outside its limits, or the count is wrong."""
 
 
 class DriveCommand:
@@ -44,17 +47,17 @@ class DriveCommand:
         topic, type: the resolved topic, and its message type.
         names: the names of the numbers.
         limits: the minimum and the maximum of each number; infinite if there are no limits.
-        stop: the numbers that stop the robot, or None to hold the measured numbers.
+        stop: the numbers that stop the robot, or None if the robot is stopped by holding its measured state.
     """
 
     def __init__(self, node: Node, source: SignalSource, end_s: float) -> None:
-        """Advertise the topic. If the description does not specify a type, wait until the master has one.
+        """Advertise the topic. If the description has no type, wait until one is registered with the master.
 
         Raises:
             BadSettings: the description does not fit the type or does not say how to stop, or the message
                 is too large.
             NotFound: the type is not installed.
-            RobotSilent: the master has no type for the topic by the monotonic time `end_s`.
+            RobotSilent: no type is registered for the topic by the monotonic time `end_s`.
         """
         self.source = source
         self.topic = node.resolve(source.topic)
@@ -74,7 +77,7 @@ class DriveCommand:
             raise BadSettings(
                 f"{source.place}: the message has {len(body)} bytes: {limit_text('policy_stop_bytes', most)}"
             )
-        # Decoding the message like one from a bag checks the fields, and yields the data set's names.
+        # Decoding this message as if it were from a bag checks the fields, and returns the names.
         table = table_of(source.topic, kind, message_class._full_text, body)
         self.names = numbers_of(table, source, source.names)[1]
         check_limits(source, len(self.names))
@@ -103,7 +106,7 @@ class DriveCommand:
         return self.publisher.connection_count > 0
 
     def message(self, values: NDArray[np.float64], now_ns: int = 0) -> Any:
-        """Return a message with these numbers, stamped with `now_ns` if it has a header."""
+        """Return a message with these numbers. If it has a header, its stamp is `now_ns`."""
         found: Any = self._class()
         if found._has_header:
             found.header.stamp = Time(*divmod(now_ns, NS_PER_S))
@@ -133,7 +136,7 @@ class DriveCommand:
 
     @staticmethod
     def _size(kind: str) -> int | None:
-        """Return how many numbers a field of this type contains; None for an array of any length."""
+        """Return how many numbers a field of this type contains; None for a variable-length array."""
         length = kind.partition("[")[2][:-1]
         return 1 if not kind.endswith("]") else int(length) if length else None
 

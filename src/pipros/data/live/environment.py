@@ -1,4 +1,4 @@
-"""A robot as a Gymnasium environment. Users install Gymnasium themselves."""
+"""A robot as a Gymnasium environment. Gymnasium must be installed separately."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ _Base: Any = _gymnasium.Env
 
 
 class RobotEnvironment(_Base):  # type: ignore[misc]
-    """`gymnasium.Env` for a robot. A step publishes an action, waits for its due time, and observes.
+    """`gymnasium.Env` for a robot. A step publishes an action, waits until it is due, and observes.
 
-    Steps are due at the rate in the description, counted from `reset`. A late step does not delay the later
-    ones; `info["late_s"]` is its delay. An observation contains `state` and the picture of each camera.
+    Steps are due at the rate in the description, counted from `reset`. A late step does not shift the
+    schedule; `info["late_s"]` is its delay. An observation contains `state` and the picture of each camera.
 
     Attributes:
         robot: the robot; its `state_names` and `action_names` are the names of the numbers.
@@ -41,7 +41,8 @@ class RobotEnvironment(_Base):  # type: ignore[misc]
             reward: function that returns the reward for an observation and the preceding action; by
                 default, the reward is 0.
             is_done: function that returns whether an observation ends the episode.
-            on_reset: function that moves the stopped robot to the start of an episode.
+            on_reset: function that moves the robot to the start of an episode. It is called after the robot
+                was stopped.
         """
         spaces = _gymnasium.spaces
         self.robot = LiveRobot(path, **options)

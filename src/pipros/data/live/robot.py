@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 class LiveRobot:
     """A robot controlled by ROS 1 nodes and described by a `robot.yaml`. Not thread-safe.
 
-    A context manager that stops the robot at the end.
+    As a context manager, it stops the robot at the end of the block.
 
-    The numbers have the same order as in the data set: `state_names` for `observation.state`, `action_names`
-    for `action`. Units, limits and gaps are also treated as in the data set.
+    The numbers have the same order and units as in the data set: `state_names` for `observation.state`,
+    `action_names` for `action`.
 
     The robot is stopped if an action is refused, or if `observe` or `act` finds a silent topic. Unless
     `watchdog` is 0, the robot is also stopped if no action follows within `watchdog` seconds or this process
@@ -49,8 +49,8 @@ class LiveRobot:
 
         Raises:
             BadSettings: the description is invalid, or does not fit the robot.
-            RobotSilent: after `timeout_s`, there is a topic without messages, or an action without a type or
-                subscriber.
+            RobotSilent: after `timeout_s`, a topic has no complete message, or the topic of an action has no
+                type or no subscriber.
             Unreachable: there is no master.
         """
         self.config: DatasetConfig = read_config(Path(path))
@@ -96,13 +96,14 @@ class LiveRobot:
                 self._guardian.watch(rule)
 
     def _measured(self, command: DriveCommand) -> LiveSource:
-        """Return the observation that matches an action. Its last values are sent to stop the robot."""
+        """Return the observation that matches an action. Its last numbers are sent to stop the robot."""
         wanted = command.source.short_name, command.source.unit, len(command.names)
         for each in self._signals:
             if (each.source.short_name, each.source.unit, len(each.names)) == wanted:
                 return each
         raise BadSettings(
-            f"{command.source.place}.stop: hold needs an observation with the same name, unit and names"
+            f"{command.source.place}.stop: hold needs an observation with the same name, unit and number of "
+            "values"
         )
 
     def _stop_message(self, command: DriveCommand) -> Any:
@@ -126,8 +127,8 @@ class LiveRobot:
         """Return the latest numbers, in the order of `state_names`, and the latest picture of each camera.
 
         Raises:
-            RobotSilent: a topic is no longer published or, unless `gaps` is `hold`, its last message is older
-                than its tolerance. The robot is stopped.
+            RobotSilent: a topic has no publisher, its last message is incomplete or, unless `gaps` is `hold`,
+                older than its tolerance. The robot is stopped.
         """
         try:
             self._require_messages()
@@ -140,14 +141,14 @@ class LiveRobot:
         return np.concatenate(state) if state else np.zeros(0), pictures
 
     def act(self, values: Any) -> NDArray[np.float64]:
-        """Publish an action, given as numbers in the order of `action_names`, and return it as an array.
+        """Publish an action, and return it as an array. `values` are in the order of `action_names`.
 
         After an error, the robot is stopped.
 
         Raises:
-            ActionRefused: the number of values is wrong, or one is outside its limits.
+            ActionRefused: the count is wrong, or a number is not finite or outside its limits.
             RobotSilent: a topic of the robot is silent, or no node subscribes to a command.
-            ActRefused: the process that would stop the robot does not respond.
+            ActRefused: the guardian process, which would stop the robot, is not running or cannot be reached.
         """
         numbers = np.array(values, np.float64).reshape(-1)
         try:

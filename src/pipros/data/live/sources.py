@@ -32,11 +32,11 @@ class RobotSilent(PiprosError):
 
 
 class LiveSource:
-    """A subscription that keeps the last message on a topic in the description.
+    """A subscription to a topic in the description, which keeps the last message.
 
     Attributes:
-        names: the names of the numbers; empty before the first read, and for a camera.
-        type: the type of the last message that was read.
+        names: the names of the numbers; empty before `numbers` is first called, and for a camera.
+        type: the type of the last message that was decoded; empty before.
     """
 
     def __init__(self, node: Node, source: SignalSource | CameraSource, topic: str = "") -> None:
@@ -68,24 +68,26 @@ class LiveSource:
             return False
 
     def numbers(self) -> NDArray[np.float64]:
-        """Return the numbers of the last message, in the unit of the description.
+        """Return the numbers in the last message, converted to the unit in the description.
 
         Raises:
-            RobotSilent: there is no message, or it lacks numbers.
+            RobotSilent: there is no message, or one of its numbers is missing or NaN.
             BadSettings: the message does not fit the description.
         """
         values, self.names = numbers_of(self._table(), self.source, self.source.names)
         if np.isnan(values).any():
-            raise RobotSilent(f"{self.source.place}: the last message on {self.topic} lacks a named number")
+            raise RobotSilent(
+                f"{self.source.place}: a number in the last message on {self.topic} is missing or NaN"
+            )
         row: NDArray[np.float64] = values[0]
         return row
 
     def picture(self, size: tuple[int, int] | None = None) -> Any:
-        """Return the pixels of the last picture (red, green, blue), scaled to the width and height `size`.
+        """Return the pixels of the last picture (red, green, blue), scaled to `size`: width and height.
 
         Raises:
             RobotSilent: there is no picture, or it is damaged.
-            PictureError: the encoding is unknown.
+            PictureError: the encoding is not supported.
         """
         frame = decoded(picture_of(self._table(), 0))
         if frame is None:
@@ -101,7 +103,7 @@ class LiveSource:
 
 
 def table_of(topic: str, kind: str, definition: str, body: bytes) -> Table:
-    """Return a table with a single message. Raise `RobotSilent` if it does not match its definition."""
+    """Return a table with a single message. Raise `RobotSilent` if it does not match the definition."""
     try:
         columns = decode(_plan_of(kind, definition), body, np.array([len(body)]))
     except (MalformedMessage, DefinitionError) as error:
@@ -113,7 +115,7 @@ _plan_of = lru_cache(maxsize=100)(plan_of)
 
 
 def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
-    """Wait until each source has a complete message, and return the sources.
+    """Wait until the last message of each source is complete, and return the sources.
 
     Raises:
         RobotSilent: a source has no complete message by the monotonic time `end_s`.
@@ -133,5 +135,5 @@ def wait_until(condition: Callable[[], object], end_s: float, problem: str) -> N
 
 
 def full_names(parts: Sequence[Any]) -> tuple[str, ...]:
-    """Return the names that the numbers of sources or commands have in a data set, such as `arm.elbow`."""
+    """Return the names in a data set of the numbers of sources or commands, such as `arm.elbow`."""
     return tuple(f"{each.source.short_name}.{name}" for each in parts for name in each.names)

@@ -1,4 +1,4 @@
-"""Read a person's commands from joysticks or leader arms that publish the numbers of an action."""
+"""Read a person's commands, which a joystick or a leader arm publishes, as actions."""
 
 from __future__ import annotations
 
@@ -46,11 +46,12 @@ class LiveTeleoperator:
     def read(self) -> NDArray[np.float64]:
         """Return the last action.
 
-        If zeros stop an action (see `is_stopped_by_zeros`), its numbers are replaced by zeros once they are
-        older than its tolerance, or no publisher is connected.
+        If zeros stop an action (see `is_stopped_by_zeros`), its numbers are replaced by zeros when they are
+        older than its tolerance, or when no publisher is connected.
 
         Raises:
-            RobotSilent: a message lacks numbers.
+            RobotSilent: a number in a message is missing or NaN.
+            BadSettings: a message does not fit the description.
         """
         parts = []
         for each in self._sources:
