@@ -44,7 +44,7 @@ class NoSuchTopic(PiprosError, LookupError):
 
 
 def open_bags(*paths: BagPath, msgs: Sequence[BagPath] = ()) -> Bags:
-    """Open bags, MCAP files and ROS 2 bags, whose topics can be read as if from a single bag.
+    """Open bags, MCAP files and ROS 2 bags. Topics are read as if all files were a single bag.
 
     Args:
         paths: paths of bags, or patterns such as `run*.bag`.

@@ -46,8 +46,8 @@ def with_transform(
         readers: the bags with the transforms.
         on: the times of the rows: `header` for the stamps of the headers, or `receipt`.
         gap: poses are interpolated over pauses of up to this many seconds between transforms, and never over
-            pauses of more than twice this time. For each row, transforms are read up to `gap` seconds later;
-            of each frame, those that are more than twice as much older than the newest one are dropped.
+            pauses of more than twice this time. Transforms are read up to this long after each row, and kept
+            for twice this time.
         prefix: added to the names of the columns; by default, `source.`.
         tf, tf_static: the topics of the transforms. Static transforms apply from the start.
 

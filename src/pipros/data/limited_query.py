@@ -1,4 +1,4 @@
-"""Run untrusted SQL queries on a bag, such as those from assistants, in a process with limited resources.
+"""Run untrusted SQL queries on a bag, such as queries from assistants, in a process with limited resources.
 
 The database contains only the topics that the query names, and has no access to files or networks. The time,
 memory and file sizes of the process are limited (on Windows, only the time), and its folder is removed

@@ -37,7 +37,7 @@ class LazyColumn:
 
 
 def image_array(row: Mapping[str, Any]) -> Any:
-    """Return the pixels of a `sensor_msgs/Image`, by row, column and, if there are several, channel.
+    """Return the pixels of a `sensor_msgs/Image`, indexed by row, column and, if it has several, channel.
 
     Raises:
         PictureError: the encoding is unknown, or pixels are missing.

@@ -76,10 +76,10 @@ class Database:
         self._connection.close()
 
     def add(self, topic: str, tables: Iterable[Table], *, alias: str = "") -> None:
-        """Add a table with the name of a topic and the topic's rows. If `alias` is given, also add a view.
+        """Add a table with a topic's name and rows. If `alias` is given, also add a view with this name.
 
         Raises:
-            QueryError: the name of the table or view exists already. Names are not case-sensitive.
+            QueryError: a table or view with one of these names exists already. Names are not case-sensitive.
         """
         is_first = True
         for table in tables:

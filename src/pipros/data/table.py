@@ -27,7 +27,7 @@ class Table(Mapping[str, Any]):
     """Columns of equal length, by name: `_time` (the time of receipt), and one column for each field.
 
     Fields of embedded messages have dotted names: `pose.position.x`. A column of numbers or times is a numpy
-    array; see `pipros.msg.bulk.columns` for others. A numpy array with gaps is masked.
+    array; see `pipros.msg.bulk.columns` for other columns. A numpy array with gaps is masked.
 
     Images also have the column `_image`, and point clouds `_points`. Their cells are decoded when they are
     accessed; iterating over the table does not include them.

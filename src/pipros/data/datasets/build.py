@@ -2,7 +2,7 @@
 
 Each finished episode has a file in `checks`, which is written last. Episodes with such a file are not written
 again, so an interrupted run can be continued. `dataset.json` contains the episodes with their bags, and a
-hash of the description; a different description or different bags require a different folder.
+hash of the description; a different description or format, or different bags, require a different folder.
 """
 
 from __future__ import annotations

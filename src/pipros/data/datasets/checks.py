@@ -31,7 +31,7 @@ class DatasetFinding:
 
 
 def examine(recording: RecordedTopic, source: DatasetSource, start: int, end: int) -> list[DatasetFinding]:
-    """Apply all checks to one topic of an episode that lasts from `start` to `end` (ns)."""
+    """Apply the checks that are turned on to one topic of an episode from `start` to `end` (ns)."""
     inside = (recording.times >= start) & (recording.times <= end)
     times, values = recording.times[inside], recording.values[inside]
     checks = {

@@ -57,7 +57,7 @@ class SignalSource(DatasetSource):
     scale: float  # factor from the numbers in the messages to this unit
     least: tuple[float, ...]  # minimum in this unit: empty, one for all numbers, or one for each
     most: tuple[float, ...]  # maximum in this unit, in the same form as `least`
-    type: str  # for actions: the message type; empty to ask the master
+    type: str  # for actions: the message type; empty for the type registered with the master
     stop: str | tuple[float, ...]  # for actions: `zero`, `hold` or numbers; empty for the default
     teleop: str  # for actions: the topic of a teleoperator's commands; may be empty
 

@@ -1,7 +1,7 @@
 """Write a data set with the LeRobot library, which users install in an environment with torch.
 
-LeRobot cannot continue a data set whose process was killed. Therefore, several processes write
-each episode as a separate data set in `parts`, and LeRobot joins these data sets at the end.
+LeRobot cannot continue a data set whose process was killed. Therefore, each episode is written as a
+separate data set in `parts`, and LeRobot joins these data sets at the end.
 """
 
 from __future__ import annotations

@@ -52,12 +52,12 @@ USUAL_FIELDS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class RecordedTopic:
-    """The messages of a topic during an episode. Messages are dropped so that times never decrease."""
+    """The messages of a topic during an episode. Some are dropped so that `times` never decreases."""
 
     times: NDArray[np.int64]  # the times (ns) by which the kept messages are aligned
     values: NDArray[np.float64]  # one row per kept message
     names: tuple[str, ...]  # names of the numbers in a row
-    stamps: NDArray[np.int64]  # stamps of all messages (ns); empty if they have no header
+    stamps: NDArray[np.int64]  # stamps of all messages (ns); empty without headers, or if all are 0
     receipts: NDArray[np.int64]  # times of receipt of all messages (ns)
     rows: NDArray[np.int64]  # indices of the kept messages
 

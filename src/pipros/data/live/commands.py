@@ -54,8 +54,8 @@ class DriveCommand:
         """Advertise the topic. If the description has no type, wait until one is registered with the master.
 
         Raises:
-            BadSettings: the description does not fit the type or does not say how to stop, or the message
-                is too large.
+            BadSettings: the description does not fit the type or does not specify how to stop the robot, or
+                the message is too large.
             NotFound: the type is not installed.
             RobotSilent: no type is registered for the topic by the monotonic time `end_s`.
         """

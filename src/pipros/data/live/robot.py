@@ -51,6 +51,8 @@ class LiveRobot:
             BadSettings: the description is invalid, or does not fit the robot.
             RobotSilent: after `timeout_s`, a topic has no complete message, or the topic of an action has no
                 type or no subscriber.
+            PictureError: the encoding of a picture is not supported.
+            ActRefused: the guardian process does not start.
             Unreachable: there is no master.
         """
         self.config: DatasetConfig = read_config(Path(path))
@@ -129,6 +131,7 @@ class LiveRobot:
         Raises:
             RobotSilent: a topic has no publisher, its last message is incomplete or, unless `gaps` is `hold`,
                 older than its tolerance. The robot is stopped.
+            PictureError: the encoding of a picture is not supported. The robot is stopped.
         """
         try:
             self._require_messages()

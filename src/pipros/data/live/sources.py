@@ -61,6 +61,7 @@ class LiveSource:
 
         Raises:
             BadSettings: the message does not fit the description.
+            PictureError: the encoding of the picture is not supported.
         """
         try:
             return (self.numbers() if isinstance(self.source, SignalSource) else self.picture()) is not None
@@ -83,7 +84,7 @@ class LiveSource:
         return row
 
     def picture(self, size: tuple[int, int] | None = None) -> Any:
-        """Return the pixels of the last picture (red, green, blue), scaled to `size`: width and height.
+        """Return the pixels of the last picture (red, green, blue), scaled to the width and height in `size`.
 
         Raises:
             RobotSilent: there is no picture, or it is damaged.
@@ -120,6 +121,7 @@ def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
     Raises:
         RobotSilent: a source has no complete message by the monotonic time `end_s`.
         BadSettings: a message does not fit the description.
+        PictureError: the encoding of a picture is not supported.
     """
     for each in sources:
         wait_until(each.is_complete, end_s, f"no message on {each.topic}")
@@ -135,5 +137,5 @@ def wait_until(condition: Callable[[], object], end_s: float, problem: str) -> N
 
 
 def full_names(parts: Sequence[Any]) -> tuple[str, ...]:
-    """Return the names in a data set of the numbers of sources or commands, such as `arm.elbow`."""
+    """Return the names that data sets use for the numbers of sources or commands, such as `arm.elbow`."""
     return tuple(f"{each.source.short_name}.{name}" for each in parts for name in each.names)
