@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class SignalRows:
-    """The numbers of a topic, and their names. In `values`, each row of the episode has a row; gaps are NaN."""
+    """The numbers of a topic, one row in `values` for each row of the episode. Gaps are NaN."""
 
     source: SignalSource
     names: tuple[str, ...]
