@@ -120,7 +120,7 @@ def test_the_time_stands_still_while_a_member_holds_it_and_goes_on_without_a_dea
     with Node("listener", environment=Environment(master_uri=ros.master_uri)) as listener:
         clock: Any = load_message_class("rosgraph_msgs/Clock")
         listener.subscribe("/clock", clock, lambda message: clocks.append(message.clock.to_nsec()))
-        sim.wait_for(r"the lockstep goes on without \[/driver\]")
+        sim.wait_for(r"the lockstep continues without \[/driver\]")
         wait_until(lambda: clocks and clocks[-1] > 6_100_000_000, what="time without members")
 
 

@@ -19,7 +19,7 @@ class InvalidParameter(PiprosError, ValueError):
 
 
 class PrivateParameters:
-    """The private parameters of a node, or a namespace below them.
+    """The private parameters of a node, or those in a namespace below `~`.
 
     As in roscpp, a value of another type is ignored, so that the default applies. However, a float is
     accepted and rounded for an integer parameter, and an integer is accepted for a float parameter.
@@ -62,10 +62,10 @@ class PrivateParameters:
         return kind(**known)
 
     def numbers(self, name: str, length: int, default: Sequence[float]) -> tuple[float, ...]:
-        """Return a list of numbers.
+        """Return a list of numbers, or `default` if the parameter is not set.
 
         Raises:
-            InvalidParameter: the parameter is set, but not a list of `length` numbers.
+            InvalidParameter: the parameter is not a list of `length` numbers, or not set without a default.
         """
         return tuple(map(float, self._listed(name, length, default, is_number, "numbers")))
 

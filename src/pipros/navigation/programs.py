@@ -20,7 +20,7 @@ from pipros.node.roscpp_program import roscpp_program
 def run_program(module: str, *arguments: str) -> int:
     """Run `main` in a module of `pipros.navigation`, and return the exit code.
 
-    Without the required libraries, print an error and return 1.
+    If a required library is missing, print an error and return 1.
     """
     # For matrices of 15 rows, OpenBLAS's threads bring no benefit, but burn CPU time in busy waits.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -24,7 +24,7 @@ class MakeWorld(Protocol):
 def navigation_world(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[MakeWorld]:
     """Start a simulated robot with amcl and move_base: `navigation_world("flat.yaml", (1.0, 2.0, 0.0))`.
 
-    The path of the map is relative to the test module's folder; `"apartment"` and `"room"` are maps of
+    The path of the map is relative to the test module's folder; `"apartment"` and `"room"` are maps in
     pipros_sim. `start` is the robot's initial (x, y, yaw). `NavigationWorld` describes the options. The nodes
     run in this process, in lockstep. After the test, the ratio of simulated to real time is printed.
     """

@@ -70,7 +70,7 @@ class Schedule:
         return start
 
     def start(self) -> None:
-        """Offer the simulator's service if in lockstep. Create all subscriptions before this call."""
+        """If in lockstep, offer the service `~advance`. Create all subscriptions before this call."""
         if self.in_lockstep:
             self._node.serve("~advance", self._service, self._advance)
 

@@ -1,8 +1,8 @@
 """A simulated robot with localisation and move_base, in this process and in lockstep, for tests.
 
 Simulated time advances only in methods that wait for something. These methods return, or raise
-`WorldFailure`, in the tenth of a second in which the outcome is decided. Therefore, a test gives the same
-result in each run, on any machine.
+`WorldFailure`, within the 0.1 s of simulated time in which the outcome is decided. Therefore, a test gives
+the same result in each run, on any machine.
 """
 
 from __future__ import annotations
@@ -81,7 +81,8 @@ class NavigationWorld:
             start: the robot's initial pose: x, y, yaw.
             seed: seed for all noise, including amcl's.
             robot: the robot's settings; defaults to a robot with noisy odometry.
-            parameters: changes to `PARAMETERS`: parameters by node.
+            obstacles: moving obstacles.
+            parameters: changes to `PARAMETERS`, by node.
         """
         self._grid = read_map(map_file)
         settings = robot or RobotSettings(odometry_noise=0.05, max_angular=2.0)

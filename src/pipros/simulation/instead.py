@@ -2,7 +2,7 @@
 
 _SIMULATOR = "roslaunch pipros_sim sim.launch simulates robots with cmd_vel, odom and scan in a flat world."
 _MAPPING = (
-    "rosrun gmapping slam_gmapping makes maps, also of robots simulated by roslaunch pipros_sim sim.launch."
+    "rosrun gmapping slam_gmapping builds maps, also with the simulator: roslaunch pipros_sim sim.launch."
 )
 INSTEAD = {
     **dict.fromkeys(("gazebo", "gazebo_ros", "husky_gazebo", "turtlebot3_gazebo"), _SIMULATOR),

@@ -8,7 +8,7 @@ class SimulationLimits(NamedTuple):
 
     Attributes:
         turtles: maximum number of turtles in one turtlesim.
-        simulated_robots: maximum number of robots in one simulation; also that of its moving obstacles.
+        simulated_robots: maximum number of robots, and of moving obstacles, in one simulation.
         teleports: maximum number of teleports queued for one turtle until the next tick.
     """
 

@@ -11,7 +11,7 @@ from pipros.basics.errors import MissingExtra
 def run_program(module: str) -> int:
     """Run `main` in a module of `pipros.simulation.robots`, and return the exit code.
 
-    Without numpy, print an error and return 1.
+    If numpy is missing, print an error and return 1.
     """
     try:
         program = import_module(f"pipros.simulation.robots.{module}")

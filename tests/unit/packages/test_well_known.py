@@ -28,7 +28,7 @@ def test_a_program_in_c_plus_plus_names_its_package() -> None:
         "The programs of hector_mapping are written in C++, and are not part of pipros, which is pure "
         "Python. Debian has no package of hector_mapping. Run it where ROS 1 Noetic is installed (Ubuntu "
         "20.04: apt-get install ros-noetic-hector-mapping): with this machine's ROS_MASTER_URI, it joins the "
-        "same graph. On this machine, rosrun gmapping slam_gmapping makes maps, also of robots simulated by "
+        "same graph. On this machine, rosrun gmapping slam_gmapping builds maps, also with the simulator: "
         "roslaunch pipros_sim sim.launch."
     )
     assert why_not_here("my_package") is None

@@ -146,7 +146,7 @@ class AmclNode:
         x, y, yaw = flat(composed(pose_of(pose.position, pose.orientation), moved))
         belief = Belief(x, y, yaw, covariance[0], covariance[7], covariance[35], covariance[1])
         if not all(map(math.isfinite, (x, y, yaw, belief.xx, belief.yy, belief.aa, belief.xy))):
-            self._log.warning("an initial pose with numbers that are not finite is ignored")
+            self._log.warning("an initial pose with non-finite numbers is ignored")
             return
         with self._lock:
             self._start_at(belief)

@@ -50,20 +50,20 @@ class AmclSettings:
     recovery_alpha_fast: float = tunable(
         0.1, "Decay of the fast average of weights; try 0.1.", 0, 1, offered=0.0
     )
-    do_beamskip: bool = tunable(False, "Leave out beams that fit few particles (likelihood_field_prob).")
+    do_beamskip: bool = tunable(False, "Skip beams that fit few particles (likelihood_field_prob).")
     beam_skip_distance: float = tunable(0.5, "Distance of a fitting beam from an obstacle, in metres.", 0, 2)
     beam_skip_threshold: float = tunable(0.3, "Share of particles that a beam must fit.", 0, 1)
     tf_broadcast: bool = tunable(True, "Publish the transform from map to odometry.")
-    force_update_after_initialpose: bool = tunable(False, "Use the next scan after an initial pose.")
-    force_update_after_set_map: bool = tunable(False, "Update with the next scan after a map by set_map.")
-    gui_publish_rate: float = tunable(-1.0, "Without effect.", -1, 100)
+    force_update_after_initialpose: bool = tunable(False, "Update with the first scan after an initial pose.")
+    force_update_after_set_map: bool = tunable(False, "Update with the first scan after set_map.")
+    gui_publish_rate: float = tunable(-1.0, "Has no effect.", -1, 100)
     save_pose_rate: float = tunable(
-        0.5, "Rate of saving the pose as parameters, in Hz; below 0: never.", -1, 10
+        0.5, "Rate at which the pose is saved as parameters, in Hz; <= 0: never.", -1, 10
     )
-    use_map_topic: bool = tunable(False, "Subscribe to the map. Read at the start only.")
+    use_map_topic: bool = tunable(False, "Subscribe to the map. Read only at startup.")
     first_map_only: bool = tunable(False, "Ignore all maps after the first.")
-    laser_min_range: float = tunable(-1.0, "Shortest range in metres; -1: that in the scans.", -1, 1000)
-    laser_max_range: float = tunable(-1.0, "Longest range in metres; -1: that in the scans.", -1, 1000)
+    laser_min_range: float = tunable(-1.0, "Minimum range in metres; -1: as in the scan.", -1, 1000)
+    laser_max_range: float = tunable(-1.0, "Maximum range in metres; -1: as in the scan.", -1, 1000)
     laser_max_beams: int = tunable(30, "Beams of a scan to use.", 0, 250)
     laser_z_hit: float = tunable(0.95, "Weight of hits on obstacles of the map.", 0, 1)
     laser_z_short: float = tunable(0.1, "Weight of readings that are too short (beam).", 0, 1)
@@ -82,7 +82,7 @@ class AmclSettings:
     odom_frame_id: str = tunable("odom", "Frame of the odometry.")
     base_frame_id: str = tunable("base_link", "Frame of the robot.")
     global_frame_id: str = tunable("map", "Frame of the map.")
-    restore_defaults: bool = tunable(False, "Return to the settings at the start.")
+    restore_defaults: bool = tunable(False, "Return to the settings at startup.")
     beam_skip_error_threshold: float = 0.9
     selective_resampling: bool = False
     std_warn_level_x: float = 0.2

@@ -28,7 +28,7 @@ class CostmapCore:
         given: the parameters at startup.
         global_frame, base_frame: the frames of the map and of the robot.
         layered: the costs and the layers. Hold `lock` while you read or change them.
-        is_initialized: whether there has been an update since startup.
+        is_initialized: whether there has been an update since the costmap was created or last stopped.
     """
 
     def __init__(self, node: Node, log: logging.Logger, frames: Frames, name: str) -> None:

@@ -24,7 +24,7 @@ from pipros.navigation.wiring import subscribe
 from pipros.node import Node
 
 SETTINGS: Final = (
-    Setting("transform_tolerance", 0.3, 0, 10, "Age of the robot's pose in seconds, at most"),
+    Setting("transform_tolerance", 0.3, 0, 10, "Maximum age of the robot's pose, in seconds"),
     Setting("update_frequency", 5.0, 0, 100, "Updates per second; 0 for none"),
     Setting("publish_frequency", 0.0, 0, 100, "Publications per second; 0 for none"),
     Setting("width", 10, 0, None, "Width in metres"),

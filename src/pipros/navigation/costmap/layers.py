@@ -25,7 +25,7 @@ from pipros.node.clock import stamp
 STATIC, OBSTACLE = "costmap_2d::StaticLayer", "costmap_2d::ObstacleLayer"
 VOXEL, INFLATION = "costmap_2d::VoxelLayer", "costmap_2d::InflationLayer"
 
-_ENABLED: Final = Setting("enabled", True, description="Whether the layer takes part")
+_ENABLED: Final = Setting("enabled", True, description="Whether the layer is used")
 _METHODS: Final = (
     "{'enum_description': 'How costs are combined with those of earlier layers', 'enum': ["
     "{'name': 'Overwrite', 'type': 'int', 'value': 0, 'description': 'Replace them'}, "
@@ -47,14 +47,14 @@ SETTINGS: Final[dict[str, tuple[Setting, ...]]] = {
         Setting("origin_z", 0.0, 0, None, "Height of the lowest voxel, in metres"),
         Setting("z_resolution", 0.2, 0, 50, "Height of a voxel, in metres"),
         Setting("z_voxels", 10, 0, 16, "Number of voxels above each other"),
-        Setting("unknown_threshold", 15, 0, 16, "Number of unknown voxels in a known column, at most"),
-        Setting("mark_threshold", 0, 0, 16, "Number of marked voxels in a free column, at most"),
+        Setting("unknown_threshold", 15, 0, 16, "Maximum number of unknown voxels in a known column"),
+        Setting("mark_threshold", 0, 0, 16, "Maximum number of marked voxels in a free column"),
         Setting(*_COMBINATION, 0, 2, "How costs are combined", 0, _METHODS),
     ),
     INFLATION: (
         _ENABLED,
         Setting("cost_scaling_factor", 10.0, 0, 100, "How fast costs decrease with the distance, in 1/m"),
-        Setting("inflation_radius", 0.55, 0, 50, "Distance from obstacles up to which there are costs, in m"),
+        Setting("inflation_radius", 0.55, 0, 50, "Distance from obstacles up to which costs are raised, m"),
         Setting("inflate_unknown", False, description="Whether to raise the costs of unknown cells"),
     ),
 }

@@ -20,7 +20,7 @@ class ObstacleLayer(CellLayer):
     """Costs derived from the sensors' observations.
 
     Each update sets the cells on the rays of clearing sources to 0, then the cells with points of marking
-    sources to 254, then, unless this is disabled, the cells under the robot to 0.
+    sources to 254, then, if `clears_footprint` is true, the cells under the robot to 0.
 
     Attributes:
         sources: the sensors, in the order of the parameter `observation_sources`.

@@ -15,7 +15,7 @@ MAX_POSES: Final = 2_000_000
 
 @dataclass(frozen=True, slots=True)
 class DwaSettings:
-    """The reconfigurable parameters, by their names in ROS, and three that are fixed at the start.
+    """The reconfigurable parameters, by their ROS names, and three that are fixed at startup.
 
     Attributes:
         sim_period: period of the controller in seconds, for the window of velocities.
@@ -35,12 +35,12 @@ class DwaSettings:
     acc_lim_x: float = tunable(2.5, "Acceleration forwards, m/s2", 0.0, 20.0)
     acc_lim_y: float = tunable(2.5, "Acceleration to the left, m/s2", 0.0, 20.0)
     acc_lim_theta: float = tunable(3.2, "Acceleration of turns, rad/s2", 0.0, 20.0)
-    acc_lim_trans: float = tunable(0.1, "Without effect", 0.0)
-    prune_plan: bool = tunable(False, "Whether to drop the part of the plan that was driven")
+    acc_lim_trans: float = tunable(0.1, "Has no effect", 0.0)
+    prune_plan: bool = tunable(False, "Whether to drop the part of the plan behind the robot")
     xy_goal_tolerance: float = tunable(0.1, "Distance at which the goal is reached, m")
     yaw_goal_tolerance: float = tunable(0.1, "Angle at which the goal is reached, rad")
-    trans_stopped_vel: float = tunable(0.1, "Speed below which the robot stands, m/s")
-    theta_stopped_vel: float = tunable(0.1, "Rate of turning below which the robot stands, rad/s")
+    trans_stopped_vel: float = tunable(0.1, "Speed up to which the robot counts as stopped, m/s")
+    theta_stopped_vel: float = tunable(0.1, "Rate of turning up to which the robot counts as stopped, rad/s")
     sim_time: float = tunable(1.7, "Simulated time, s", 0.0)
     sim_granularity: float = tunable(0.025, "Distance between two poses, m", 0.0)
     angular_sim_granularity: float = tunable(0.1, "Angle between two poses, rad", 0.0)
@@ -48,17 +48,17 @@ class DwaSettings:
     goal_distance_bias: float = tunable(0.8, "Weight of the distance to the local goal", 0.0)
     occdist_scale: float = tunable(0.01, "Weight of costs", 0.0)
     twirling_scale: float = tunable(0.0, "Weight of turning", 0.0)
-    stop_time_buffer: float = tunable(0.2, "Without effect", 0.0)
+    stop_time_buffer: float = tunable(0.2, "Has no effect", 0.0)
     oscillation_reset_dist: float = tunable(0.05, "Distance after which a direction is allowed again, m", 0.0)
     oscillation_reset_angle: float = tunable(0.2, "Angle after which a direction is allowed again, rad", 0.0)
     forward_point_distance: float = tunable(0.325, "Distance of the point ahead that follows the plan, m")
     scaling_speed: float = tunable(0.25, "Speed above which the footprint grows, m/s", 0.0)
     max_scaling_factor: float = tunable(0.2, "Growth of the footprint at full speed", 0.0)
-    vx_samples: int = tunable(3, "Velocities along x", 1)
-    vy_samples: int = tunable(10, "Velocities along y", 1)
-    vth_samples: int = tunable(20, "Rates of turning", 1)
-    use_dwa: bool = tunable(True, "Whether only velocities of the next period are tried")
-    restore_defaults: bool = tunable(False, "Return to the settings of the start")
+    vx_samples: int = tunable(3, "Number of velocities along x", 1)
+    vy_samples: int = tunable(10, "Number of velocities along y", 1)
+    vth_samples: int = tunable(20, "Number of rates of turning", 1)
+    use_dwa: bool = tunable(True, "Whether to try only velocities within reach in the next period")
+    restore_defaults: bool = tunable(False, "Return to the settings at startup")
     sim_period: float = 0.05
     sum_scores: bool = False
     cheat_factor: float = 1.0

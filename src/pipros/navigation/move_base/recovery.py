@@ -25,7 +25,7 @@ _MOST_STEPS: Final = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Tools:
-    """Resources of behaviours: the node, both costmaps, and a function that sends a velocity to the robot."""
+    """Resources for behaviours: the node, its log, both costmaps, and a function that sends velocities."""
 
     node: Node
     log: logging.Logger

@@ -91,10 +91,13 @@ def to_grid(latitude: float, longitude: float, zone: int | None = None) -> GridP
     """Return the coordinates in a zone, which defaults to the position's standard zone.
 
     Raises:
-        OutOfRange: the latitude is not between -90 and 90, or the position is too far from the zone.
+        OutOfRange: the latitude is not between -90 and 90, the longitude is not finite, or the position is
+            too far from the zone.
     """
     if not (abs(latitude) <= 90.0 and math.isfinite(longitude)):
-        raise OutOfRange(f"latitude must be between -90 and 90, got {latitude}; longitude {longitude}")
+        raise OutOfRange(
+            f"latitude must be between -90 and 90 and longitude finite, got {latitude}, {longitude}"
+        )
     zone = standard_zone(latitude, longitude) if zone is None else zone
     is_north = math.copysign(1.0, latitude) > 0
     if zone == 0:

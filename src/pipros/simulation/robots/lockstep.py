@@ -38,7 +38,7 @@ REPORT_S: Final = 60
 
 
 def members(node: Node) -> list[str]:
-    """Return the names in the parameter `/lockstep`; none if it is not set.
+    """Return the names in the parameter `/lockstep`, or an empty list if it is not set.
 
     Raises:
         InvalidSettings: the parameter is not a list of names.
@@ -127,7 +127,7 @@ class Lockstep:
                 answer = client.call(request, ANSWER_S)
             except PiprosError as error:
                 if not self._node.is_ending:
-                    self._log.error("the lockstep goes on without [%s]: %s", name, error)
+                    self._log.error("the lockstep continues without [%s]: %s", name, error)
                 del self._clients[name]
                 self._sent = {key: each for key, each in self._sent.items() if name not in key}
                 continue

@@ -42,7 +42,7 @@ class Obstacle:
         self._next, self._direction, self._waited_s = 1 % len(self._points), 1, 0.0
 
     def step(self, duration_s: float, is_free: Callable[[float, float, float], bool]) -> None:
-        """Advance if `is_free` returns True for the next x, y and radius. If not, turn back after a wait."""
+        """Advance if `is_free` returns True for the next x, y and radius. Otherwise, wait, then turn back."""
         x, y = self._points[self._next]
         left, way = math.hypot(x - self.x, y - self.y), self._speed * duration_s
         if left > way:

@@ -26,7 +26,7 @@ class SimulatedRobot:
         wheel_speeds: speeds of the two wheels during the last step, in rad/s.
         is_bumped: whether something blocked the last step.
         battery: the battery.
-        random: source of the odometry noise; separate for each robot.
+        random: source of the odometry noise and the wheel slip; separate for each robot.
     """
 
     def __init__(self, settings: RobotSettings, start: Pose, seed: np.random.SeedSequence) -> None:
