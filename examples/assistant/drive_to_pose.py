@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives a robot to a point, as an assistant does: reads, publishes for a moment, and reads again.
+"""Drive a robot to a point, as an assistant does: read the pose, publish commands for a moment, and repeat.
 
     python3 drive_to_pose.py X Y -- pipros mcp --simulate --policy drive.yaml
 

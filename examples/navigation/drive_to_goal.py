@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives straight to each goal, and publishes the way. It stands in for a planner, and does not see walls."""
+"""Drive straight to each goal, and publish the path, in place of a planner. Walls are ignored."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What a robot must be able to do in an apartment. All times are simulated."""
+"""Requirements for a robot in an apartment. All times are simulated."""
 
 KITCHEN = (7.8, 1.5, 0.0)
 BEDROOM = (2.5, 5.8, 1.5)

@@ -42,7 +42,7 @@ class AmclSettings:
     kld_z: float = tunable(0.99, "Quantile of the normal distribution for this error.", 0, 1)
     update_min_d: float = tunable(0.2, "Distance along an axis before the next update, in metres.", 0, 5)
     update_min_a: float = tunable(pi / 6.0, "Turn before the next update, in radians.", 0, 2 * pi)
-    resample_interval: int = tunable(2, "Updates from one resampling to the next.", 0, 20)
+    resample_interval: int = tunable(2, "Number of updates between resamplings.", 0, 20)
     transform_tolerance: float = tunable(0.1, "Time by which the transform is dated ahead, in seconds.", 0, 2)
     recovery_alpha_slow: float = tunable(
         0.001, "Decay of the slow average of weights; try 0.001.", 0, 0.5, offered=0.0
@@ -64,7 +64,7 @@ class AmclSettings:
     first_map_only: bool = tunable(False, "Ignore all maps after the first.")
     laser_min_range: float = tunable(-1.0, "Minimum range in metres; -1: as in the scan.", -1, 1000)
     laser_max_range: float = tunable(-1.0, "Maximum range in metres; -1: as in the scan.", -1, 1000)
-    laser_max_beams: int = tunable(30, "Beams of a scan to use.", 0, 250)
+    laser_max_beams: int = tunable(30, "Number of beams used per scan.", 0, 250)
     laser_z_hit: float = tunable(0.95, "Weight of hits on obstacles of the map.", 0, 1)
     laser_z_short: float = tunable(0.1, "Weight of readings that are too short (beam).", 0, 1)
     laser_z_max: float = tunable(0.05, "Weight of readings of the longest range (beam).", 0, 1)

@@ -4,10 +4,11 @@ Theory of operation. After each step with scans, the simulator calls the service
 the order of the list. The request contains the new time and the numbers of messages that the simulator and
 the other members have sent to this member so far (`pipros.node.delivery`). The member handles these messages,
 performs the work that is due, and replies with the numbers of messages that it has sent, and with the time of
-its next work; it is called at that time even if the step has no scans. Finally, the simulator handles the
-messages that the members have sent to it. The steps thus form a fixed sequence regardless of the machine's
-speed, and the whole system repeats its trace if its members are deterministic. The lockstep begins when all
-topics between the nodes are connected, because earlier messages are lost in some runs but not in others.
+its next work; the member is called at that time even if the step has no scans. Finally, the simulator handles
+the messages that the members have sent to it. The steps thus form a fixed sequence regardless of the
+machine's speed, and the whole system repeats its trace if its members are deterministic. The lockstep begins
+when all topics between the nodes are connected, because earlier messages are lost in some runs but not in
+others.
 
 A member that fails or does not answer in time is left out from then on.
 """

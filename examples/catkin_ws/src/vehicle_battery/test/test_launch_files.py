@@ -1,4 +1,4 @@
-"""The launch files, in pytest with the fixtures of pipros (`ros_launch`, `ros_node`, `ros_wait_until`)."""
+"""Test the launch files with pipros's pytest fixtures `ros_launch`, `ros_node` and `ros_wait_until`."""
 
 from sensor_msgs.msg import BatteryState
 from vehicle_battery.msg import BatteryWarning

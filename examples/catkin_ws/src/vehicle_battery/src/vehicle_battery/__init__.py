@@ -1,4 +1,4 @@
-"""The battery of a vehicle: where its state comes from, and when to warn.
+"""Read or simulate the battery of a vehicle, and decide when to warn.
 
 `power_supply`, `simulated_pack` and `assessment` do not depend on a ROS system, and are tested without it;
 `driver` and `monitor` are the nodes.

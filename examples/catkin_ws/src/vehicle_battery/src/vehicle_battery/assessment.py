@@ -1,4 +1,4 @@
-"""Assesses a charge: ok, low or critical, and how long it will last. Independent of ROS."""
+"""Assess whether a charge is ok, low or critical, and how long it will last. Independent of ROS."""
 
 import math
 from collections import deque
@@ -47,8 +47,9 @@ class Assessment:
 class Assessor:
     """Assesses one battery over time.
 
-    A level begins at its limit and ends when the charge has risen above that by the hysteresis: a charge
-    that fluctuates does not warn twice. An acknowledgement is valid until the level gets worse or ends.
+    A level begins below its limit, and ends when the charge exceeds the limit by the hysteresis, so that a
+    fluctuating charge does not cause repeated warnings. An acknowledgement is valid until the level gets
+    worse or returns to OK.
     """
 
     def __init__(self, limits=None):
@@ -59,7 +60,8 @@ class Assessor:
     def update(self, stamp, percentage):
         """Return the assessment for a charge (0 to 1, NaN if unknown) at a time in seconds.
 
-        If the time is before that of the last call, start again: a bag is replayed or a simulation was reset.
+        If the time is earlier than in the last call, because a bag was restarted or a simulation was reset,
+        earlier samples are discarded.
         """
         if self._samples and stamp < self._samples[-1][0]:
             self._samples.clear()

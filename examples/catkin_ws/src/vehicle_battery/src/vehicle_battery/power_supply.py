@@ -1,4 +1,4 @@
-"""The batteries of this computer, from /sys/class/power_supply of Linux."""
+"""Read the batteries of this computer from /sys/class/power_supply (Linux only)."""
 
 import os
 
@@ -12,7 +12,7 @@ class NoBattery(Exception):
 
 
 def find_batteries(root=ROOT):
-    """Return the sorted names of all batteries; empty if there are none, or without Linux."""
+    """Return the sorted names of all batteries, or an empty list if there are none."""
     try:
         names = sorted(os.listdir(root))
     except OSError:
@@ -21,7 +21,7 @@ def find_batteries(root=ROOT):
 
 
 class PowerSupply:
-    """One battery of the kernel.
+    """A battery that the kernel reports.
 
     Raises:
         NoBattery: `name` is not one of `find_batteries(root)`.
@@ -41,8 +41,8 @@ class PowerSupply:
     def read(self):
         """Return the current reading. Values that the battery does not report are NaN or empty.
 
-        Some batteries report ampere hours, others watt hours. Watt hours are divided by the design voltage,
-        or by the current one.
+        Some batteries report ampere hours, others watt hours. Watt hours are divided by the design voltage
+        or, if it is unknown, by the present voltage.
         """
         properties = _properties(self._folder)
 

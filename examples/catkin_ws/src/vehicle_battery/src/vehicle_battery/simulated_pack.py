@@ -13,9 +13,9 @@ _SECONDS_TO_WARM = 600.0
 
 
 class SimulatedPack:
-    """A pack under a load that varies by a third. An empty pack is charged; a full one is under load again.
+    """A pack under a load that varies by a third. An empty pack is charged until it is full.
 
-    `seed` determines the load: two packs with the same seed are equal.
+    `seed` determines the load, so packs with the same seed and settings behave identically.
     """
 
     def __init__(self, percentage=1.0, capacity=10.0, cells=4, load=5.0, charger=8.0, seed=1):
