@@ -131,4 +131,4 @@ def test_a_wrong_list_of_members_ends_the_simulator(ros: RosSystem) -> None:
         node.params.set("/lockstep", "amcl")
     sim = ros.pipros.run(*SIM)
     assert sim.returncode == 1
-    sim.wait_for(r"/lockstep must be a list of names of nodes, got 'amcl'")
+    sim.wait_for(r"/lockstep must be a list of node names, got 'amcl'")

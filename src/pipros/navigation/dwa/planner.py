@@ -39,7 +39,7 @@ class Oscillation:
     def note(self, command: Triple, pose: Triple, settings: DwaSettings) -> None:
         """Record the chosen velocity: start a ban if a sign changed, and end bans after enough motion.
 
-        Signs of y and of the turn only count while the absolute value of x is at most `min_vel_trans`.
+        Signs of y and of the turn count only while the absolute value of x is at most `min_vel_trans`.
         """
         is_new = False
         for axis, value in enumerate(command):

@@ -49,7 +49,7 @@ def members(node: Node) -> list[str]:
     except LookupError:
         return []
     if not isinstance(found, list) or not all(isinstance(each, str) and each for each in found):
-        raise InvalidSettings(f"{PARAMETER} must be a list of names of nodes, got {found!r}")
+        raise InvalidSettings(f"{PARAMETER} must be a list of node names, got {found!r}")
     return [each if each.startswith("/") else f"/{each}" for each in found]
 
 

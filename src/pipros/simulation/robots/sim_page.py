@@ -46,7 +46,7 @@ class SimPage:
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the walls once, then the robots, at most every `FRAME_S` and only after a step."""
+        """Yield the walls once, then all robots after each step, but at most once per `FRAME_S`."""
         world = self._robots.simulation.world
         picture = await asyncio.to_thread(walls_picture, world)
         yield {
