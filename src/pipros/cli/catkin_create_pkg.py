@@ -15,7 +15,10 @@ from pipros.launch.roscore import ROS_DISTRO
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Create the package in the working directory. Return 2 for invalid arguments, 1 for other errors."""
+    """Create the package in the working directory. Return 1 if its manifest would be invalid.
+
+    Invalid arguments exit with code 2.
+    """
     os.environ.setdefault("ROS_DISTRO", ROS_DISTRO)
     try:
         create_package(list(sys.argv[1:] if argv is None else argv))

@@ -11,8 +11,8 @@ from pipros.cli.entry_point import command
 from pipros.workspace.genuine_catkin import find_toplevel
 
 _TOPLEVEL = """\
-# Made by catkin_init_workspace of pipros, which builds this workspace without this file.
-# It is for genuine catkin, wherever that is installed.
+# Created by pipros's catkin_init_workspace, for genuine catkin, wherever it is installed.
+# pipros builds this workspace without this file.
 cmake_minimum_required(VERSION 3.0.2)
 find_file(TOPLEVEL toplevel.cmake
   PATHS ENV CMAKE_PREFIX_PATH /opt/ros/noetic /opt/ros/one /opt/ros/melodic /usr

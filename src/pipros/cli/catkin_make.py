@@ -241,7 +241,7 @@ def _report(result: BuildResult, *, has_more_to_do: bool) -> int:
 
 
 def _clean(layout: WorkspaceFolders) -> int:
-    """Remove everything that a build created, like `make clean`."""
+    """Remove the built files, like `make clean`. The setup files and the install space are kept."""
     for folder in (
         layout.build / "pipros",
         layout.devel / "bin",

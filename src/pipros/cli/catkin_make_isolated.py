@@ -94,9 +94,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
     for tool in ("ninja", "nmake", "gmake"):
         add(f"--use-{tool}", action="store_true", help="Accepted for compatibility with Noetic; make is used")
     add("--install", action="store_true", help="Causes each catkin package to be installed.")
-    add(
-        "--force-cmake", action="store_true", help="Accepted for compatibility with Noetic; CMake always runs"
-    )
+    add("--force-cmake", action="store_true", help="Accepted for compatibility with Noetic; has no effect")
     add("--no-color", action="store_true", help="Disables colored output")
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument(
@@ -119,7 +117,8 @@ def _parse(arguments: Sequence[str]) -> Namespace:
             option,
             nargs="*",
             default=[],
-            help="All arguments that follow; -DNAME=VALUE of --cmake-args counts",
+            help="Collects the arguments that follow. Only -DNAME=VALUE for CMake and -j and -l for make "
+            "have an effect",
         )
     add("--override-build-tool-check", action="store_true", help="Accepted for compatibility with Noetic")
     remaining, collected = _split(arguments)

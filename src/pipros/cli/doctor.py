@@ -42,7 +42,7 @@ def _parse(argv: Sequence[str]) -> Namespace:
         nargs="*",
         metavar="TOPIC|FILE",
         help="only say why no data arrives on a topic, or name the interpreter with which rosrun and "
-        "roslaunch start the program of a node",
+        "roslaunch start a node's program",
     )
     parser.add_argument("--offline", action="store_true", help="check only the setup of this machine")
     parser.add_argument(
@@ -70,7 +70,7 @@ def _parse(argv: Sequence[str]) -> Namespace:
     parser.add_argument(
         "--self-test",
         action="store_true",
-        help="run a master, a talker and a listener for a second and check those",
+        help="run a master, a talker and a listener for a second and check them",
     )
     options = parser.parse_args(argv)
     if not 0 < options.timeout < float("inf"):

@@ -94,7 +94,8 @@ def discard_output() -> None:
 class _ReportingFile(io.FileIO):
     """The file behind standard output.
 
-    Errors are raised as `OutputFailed`, to distinguish them from other OSErrors.
+    OS errors other than BrokenPipeError are raised as `OutputFailed`, to distinguish them from errors of
+    other files.
     """
 
     def write(self, data: Any, /) -> int:

@@ -21,12 +21,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros policy check",
         description="Read a policy (docs/policy.md), and say in sentences what it allows. With a bag, decide "
-        "about each recorded message as if a client had published it. Exits with 1 if the policy is invalid, "
-        "or refuses a message of the bag.",
+        "about each recorded message on its topics as if a client had published it. Exits with 1 if the "
+        "policy is invalid, or refuses a message in the bag.",
     )
     parser.add_argument("check", choices=["check"], help="the only subcommand")
     parser.add_argument("file", metavar="FILE", help="the policy")
-    parser.add_argument("--bag", metavar="BAG", help="a recording of what clients published")
+    parser.add_argument("--bag", metavar="BAG", help="a recording of messages that clients published")
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
 
     def body() -> int:

@@ -53,7 +53,7 @@ def _follow() -> int:
 
 
 def describe(state: SystemState) -> str:
-    """Return a list of the registered nodes, with inbound and outbound peers, and of the services."""
+    """Return a text that lists the registered nodes, with inbound and outbound peers, and the services."""
     inbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     outbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     for topic, publishers in state.publishers.items():

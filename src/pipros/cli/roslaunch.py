@@ -129,7 +129,7 @@ def report(console: Console, error: Exception) -> int:
 def _handle_signals(session: Callable[[], Launching | None]) -> Callable[[], None]:
     """Make SIGINT, SIGTERM and SIGHUP stop the session. Return a function that restores the old handlers.
 
-    Before the session exists, the signals raise KeyboardInterrupt.
+    Before the session exists, the first signal raises KeyboardInterrupt, and later ones are ignored.
     """
     requested = False
 

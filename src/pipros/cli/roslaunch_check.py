@@ -45,10 +45,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         help="Assuming packages listed in test_depends are also installed",
     )
     add_flag(parser, "-i", "--ignore-unset-args", help="Ignore check for default value of <arg> parameters")
-    add_flag(parser, "--survey", help="list the programs in directories' launch files, with providers")
-    parser.add_option("--csv", metavar="FILE", help="the same for the nodes in a CSV file")
+    add_flag(parser, "--survey", help="list the programs in directories' launch files, and who provides them")
+    parser.add_option("--csv", metavar="FILE", help="like --survey, for the nodes listed in a CSV file")
     parser.add_option(
-        "--without", metavar="PACKAGES", help="with --csv: also count as if pipros lacked these ('a b')"
+        "--without",
+        metavar="PACKAGES",
+        help="with --csv: also count as if pipros lacked these packages ('a b')",
     )
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if options.csv or options.survey:

@@ -17,7 +17,7 @@ from pipros.launch.xml import DEFUNCT_MASTER, load
 from pipros.workspace.index import PackageIndex
 
 Inspection = Callable[[Launch, PackageIndex], int]
-"""Prints information about a launch, and returns the exit code."""
+"""A function that prints information about a launch, and returns the exit code."""
 
 
 def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str], index: PackageIndex) -> int:

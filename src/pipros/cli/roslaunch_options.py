@@ -66,7 +66,7 @@ def add_core_options(parser: OptionParser) -> None:
         metavar="PORT",
         help="master port. Only valid if master is launched",
     )
-    add("--ports", metavar="FIRST-LAST", help="port range for pipros nodes, as PIPROS_PORTS")
+    add("--ports", metavar="FIRST-LAST", help="port range for pipros nodes, like PIPROS_PORTS")
     add("--pid", dest="pid_fn", metavar="PID_FN", default="", help="write the roslaunch pid to filename")
     add("-v", dest="verbose", action="store_true", default=False, help="verbose printing")
     add(

@@ -92,7 +92,7 @@ def _parser() -> OptionParser:
     # Old versions of roslaunch and old scripts pass this option. It has no effect.
     parser.add_option("-v", "--verbose", action="store_true", help=SUPPRESS_HELP)
     parser.add_option(
-        "--bind", metavar="ADDRESS", help="address to listen on; 0.0.0.0 opens it to the network"
+        "--bind", metavar="ADDRESS", help="address to listen on; 0.0.0.0 opens the master to the network"
     )
     parser.add_option(
         "--allow", metavar="NETWORK", action="append", default=[], help="network that may connect; repeatable"

@@ -22,7 +22,7 @@ FLOW_STYLES = {0: False, 1: True}
 
 
 class NoPrototype(PiprosError):
-    """No example can be produced, for example because the type does not exist.
+    """A message cannot be created, for example because its type does not exist.
 
     Attributes:
         exit_code: the command's exit code.
@@ -51,10 +51,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _prototype(argv: Sequence[str]) -> str | None:
     """Return the text that the command prints, without a trailing newline.
 
-    Return None if there is no example and the option `--silent` is given.
+    Return None if the message cannot be created and the option `--silent` is given.
 
     Raises:
-        NoPrototype: there is no example.
+        NoPrototype: the message cannot be created.
         SystemExit: an option is invalid, or the type is not written as `package/Type`.
     """
     parser = _parser()

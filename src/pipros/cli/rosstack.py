@@ -89,7 +89,7 @@ def _folder(query: PackageQuery) -> list[str]:
 
 
 def _contents(query: PackageQuery) -> list[str]:
-    """Return the packages in a stack. A package is a stack of itself alone; a metapackage contains none.
+    """Return the packages in a stack: none for a metapackage, otherwise the package of the same name.
 
     As in Noetic, an unknown stack causes an error message, but the command does not fail.
     """

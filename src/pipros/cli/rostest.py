@@ -54,7 +54,8 @@ class Options:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the tests.
 
-    Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed, 130 after Ctrl-C.
+    Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed, 130 after Ctrl-C. With
+    `--text`, return 0 even if test cases failed.
     """
     accept_ctrl_c()
     arguments, words = split_arguments(sys.argv[1:] if argv is None else argv)
@@ -191,7 +192,7 @@ def _parser() -> OptionParser:
     parser.add_option("--pkgdir", metavar="PKG_DIR", dest="pkg_dir", help="folder of the package")
     parser.add_option("--package", metavar="PACKAGE", help="name of the package")
     parser.add_option(
-        "--results-filename", metavar="NAME", help="write rostest-NAME.xml instead of a name after the file"
+        "--results-filename", metavar="NAME", help="write rostest-NAME.xml (default: named after the file)"
     )
     parser.add_option(
         "--results-base-dir",

@@ -27,7 +27,10 @@ CASES_FAILED = 2
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the program. Return 0 if all tests passed, 1 if it could not run, 2 if test cases failed."""
+    """Run the program. Return 0 if all tests passed, 1 if it could not run, 2 if test cases failed.
+
+    With `--text`, return 0 whenever the program's package is known.
+    """
     accept_ctrl_c()
     parser = OptionParser(usage="usage: %prog [options] <file> [test args...]", prog="rosunit")
     parser.add_option(

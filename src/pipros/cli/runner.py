@@ -1,4 +1,4 @@
-"""Shared behaviour of all commands: ROS-style options, one line per error, no tracebacks.
+"""Shared behaviour of most commands: ROS-style options, one line per error, no tracebacks.
 
 Most of a command's run time is interpreter start-up, so this module imports nothing that only some commands
 need.
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from optparse import OptionParser
 
 USAGE_ERROR = 64
-"""EX_USAGE from sysexits.h, which ROS commands return if the subcommand is missing or unknown."""
+"""EX_USAGE from sysexits.h, which most ROS commands return if the subcommand is missing or unknown."""
 
 Subcommand = Callable[[Sequence[str]], int]
 
@@ -111,7 +111,10 @@ def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: 
 
 
 def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, several: str) -> str:
-    """Like `single_argument`, for a subcommand that has no options. Remappings are ignored."""
+    """Return the only argument to a subcommand without options, as in `single_argument`.
+
+    Remappings are ignored.
+    """
     from pipros.basics.names import parse_arguments
 
     parser = option_parser(tool, usage)
@@ -136,8 +139,8 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
 def run(body: Callable[[], int], *, error_code: int = 1) -> int:
     """Run a command and return its exit code.
 
-    If there is an error, print it to standard error and return `error_code`. After Ctrl-C, or if the reader
-    of a pipe closes it (`| head`), return 0 without a traceback, like Noetic's commands.
+    If `body` raises `PiprosError`, print it to standard error and return `error_code`. After Ctrl-C, or
+    if the reader of a pipe closes it (`| head`), return 0 without a traceback, like Noetic's commands.
     """
     try:
         code = body()

@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def without_remappings(argv: Sequence[str]) -> list[str]:
-    """Drop remappings such as `__name:=x`, which roslaunch adds for a `<node>`."""
+    """Return the arguments without remappings such as `__name:=x`, which roslaunch adds for a `<node>`."""
     return [word for word in argv if not is_legal_remapping(word)]
 
 
 def bind_address(text: str) -> tuple[str, int | None]:
-    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`. Return the host and the port, which is None if it is not given.
+    """Parse `HOST`, `HOST:PORT`, `IPV6` or `[IPV6]:PORT`. Return the host and the port, by default None.
 
     Raises:
         CommandError: the port is not a number from 0 to 65535.

@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "workspace", nargs="?", help="a workspace, or its devel or install folder (default: none)"
     )
     parser.add_argument("--shell", choices=SHELLS, default="sh", help="the shell (default: %(default)s)")
-    parser.add_argument("--extend", action="store_true", help="keep the active workspaces, below this one")
+    parser.add_argument("--extend", action="store_true", help="keep the active workspaces as underlays")
     parser.add_argument("--json", action="store_true", help="print the changed variables as one JSON object")
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
 

@@ -3,8 +3,8 @@
 Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
 compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
 fails, packages that depend on it are skipped, and all others are built. If only the compiled part of a
-package fails, its messages and Python code are built, and only compiled packages that depend on it are
-skipped.
+package fails, its messages and Python code are built, and only the compiled parts of packages that depend on
+it are skipped.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ class BuildResult:
         skipped: packages that were skipped, each mapped to the failed package on which it depends. If such a
             package has compiled code, its other parts may have been built.
         projects: the parsed `CMakeLists.txt` of each package, by package name.
-        needs_genuine: packages that only genuine catkin can build. If there are any, nothing was built. Only
-            set with `BuildOptions.is_alone`.
+        needs_genuine: packages that only genuine catkin can build, except those in `BuildOptions.genuine`. If
+            there are any, nothing was built. Only set with `BuildOptions.is_alone`.
     """
 
     built: list[str] = field(default_factory=list)
@@ -301,7 +301,7 @@ class _Build:
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
 
     def _check_absent(self, package: SourcePackage, project: Project) -> None:
-        """Report required packages that were not found: an error if the package has compiled code."""
+        """Report required packages that were not found, as an error only if the package has compiled code."""
         if project.absent and project.needs_cmake:
             self._fail_native(package, project.absent[0].error)
             return
@@ -333,7 +333,7 @@ class _Build:
                 )
 
     def _settings(self, package: SourcePackage) -> dict[str, str]:
-        """Return the CMake variables that depend on the workspace."""
+        """Return the CMake variables that depend on the workspace, and those set with `-D`."""
         build = self._layout.build
         binary = build / os.path.relpath(package.folder, self._layout.source)
         return {

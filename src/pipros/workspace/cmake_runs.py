@@ -2,7 +2,7 @@
 
 All packages share one build folder, as in genuine catkin_make. CMake stops at the first package that it
 cannot configure; its output names this package. If a target fails, make continues with the other targets.
-Afterwards, make is run for each package to determine whether the package is complete.
+If any target failed, make is then run for each package, to determine whether the package is complete.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def configure(
         packages: the folders of the packages, by name.
 
     Raises:
-        NativeBuildFailed: CMake failed, and no package is to blame.
+        NativeBuildFailed: CMake failed, but its output names no package as the cause.
     """
     output = _ConfigureOutput(packages)
     with subprocess.Popen(  # noqa: S603

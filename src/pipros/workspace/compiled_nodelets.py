@@ -10,7 +10,7 @@ from pipros.workspace.index import PackageIndex
 
 
 def loadable_nodelets() -> Mapping[str, str]:
-    """Map plugin names to packages. The result is empty if the genuine `nodelet` is not installed."""
+    """Return the package of each nodelet, by plugin name; empty if the genuine `nodelet` is not installed."""
     if program("nodelet", "nodelet") is None:
         return {}
     return compiled_nodelets(str(package.path) for package in PackageIndex.from_environment())

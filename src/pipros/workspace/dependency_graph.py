@@ -18,7 +18,10 @@ class CircularDependency(PiprosError):
 
 
 class DependencyGraph:
-    """Dependencies between the packages in an index. Names that are not in the index are ignored."""
+    """Dependencies between the packages in an index.
+
+    Dependencies that are not in the index are ignored, except by `named` and `rosdeps`.
+    """
 
     def __init__(self, index: PackageIndex) -> None:
         self._index = index
@@ -37,13 +40,11 @@ class DependencyGraph:
         return [needed for needed in self.manifest(name).depends("exec_depends") if self._index.get(needed)]
 
     def named(self, name: str) -> list[str]:
-        """Return all dependencies of any kind in a package's manifest, sorted, whether or not they are in the
-        index.
-        """
+        """Return the sorted dependencies of all kinds in a manifest, whether or not they are in the index."""
         return sorted(self.manifest(name).depends())
 
     def rosdeps(self, name: str, *, only_direct: bool = False) -> list[str]:
-        """Return the sorted rosdep keys that a package and its dependencies need.
+        """Return the sorted rosdep keys that a package and (unless `only_direct`) its dependencies need.
 
         For a dry package, these are the system packages in `manifest.xml` files; for other packages, all
         dependencies in the manifests.
@@ -75,7 +76,7 @@ class DependencyGraph:
         ordered[name] = None
 
     def chains(self, name: str, target: str) -> Iterator[list[str]]:
-        """Yield every dependency path from one package to another."""
+        """Yield each dependency path from one package to another, as a list of names without repetitions."""
         yield from self._chains(name, target, [name])
 
     def _chains(self, name: str, target: str, path: list[str]) -> Iterator[list[str]]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _RELAY = """\
 #!/usr/bin/env python3
-# Made by catkin_make of pipros: runs the script in the source space.
+# Created by pipros's catkin_make. Runs the script in the source space.
 import os
 import runpy
 import sys
@@ -37,7 +37,7 @@ runpy.run_path(script, run_name="__main__")
 """
 
 MADE = '"""Made by catkin_make of pipros: the Python modules of the ROS package '
-"""The beginning of the `__init__.py` of a package that has none."""
+"""The beginning of each `__init__.py` that the build writes."""
 
 _PACKAGE = (
     MADE

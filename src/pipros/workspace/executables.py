@@ -85,7 +85,7 @@ def find_executables(
             else:
                 runnable.setdefault(os.path.realpath(path), path)
     shipped = SHARED_PACKAGES / package.name
-    # a folder of headers may have the name of a program
+    # a folder, for example one with header files, may have the name of the program
     is_there = bool(runnable) or any(path.is_file() for path in unusable)
     if not is_there and (found := [*filter(_is_executable, _named(shipped, name))]):
         runnable = {str(path): path for path in found}

@@ -32,7 +32,7 @@ class MissingTools(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class NativeTools:
-    """The location of CMake and genuine catkin.
+    """The locations of CMake and genuine catkin.
 
     `prefix` is catkin's prefix, such as `/opt/ros/noetic` or `/usr`.
     """
@@ -107,8 +107,9 @@ def build(
 ) -> dict[str, str]:
     """Build packages into the devel space, and install them if `options.installs` is true.
 
-    Return the packages that could not be built, each with the reason. The reason is empty if a dependency in
-    the result is to blame. All other packages are built. The tools use this process's standard output.
+    Return the packages that could not be built, each with the reason. The reason is empty if the cause is a
+    dependency that could not be built. All other packages are built. The tools use this process's standard
+    output.
 
     Message packages shipped with pipros are also built if the local ROS installation lacks them. Python
     packages need no build. Blocks until the tools exit, without a time limit.
@@ -120,7 +121,7 @@ def build(
         components: names that each package passes to `find_package()`, by package.
 
     Raises:
-        NativeBuildFailed: a tool failed, and no package is to blame.
+        NativeBuildFailed: a tool failed, but its output names no package as the cause.
         OSError: the build space cannot be written.
     """
     folder = layout.build / "pipros" / "native"
@@ -273,7 +274,7 @@ def make(layout: WorkspaceFolders, target: str) -> None:
     """Make an additional target in packages that have already been built.
 
     Raises:
-        MissingTools: a tool has been removed since the build.
+        MissingTools: a tool is not installed.
         NativeBuildFailed: make failed.
     """
     try:

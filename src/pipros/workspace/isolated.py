@@ -60,10 +60,11 @@ def build_isolated(
     say: Say,
     variables: Mapping[str, str],
 ) -> IsolatedResult:
-    """Build packages one after another. The devel spaces of earlier packages are underlays of later packages.
+    """Build packages one after another.
 
-    If a package turns out to have compiled code, the build starts over, and genuine catkin builds this
-    package and its dependencies.
+    The devel spaces of earlier packages or, if packages are installed, the install space are underlays of
+    later packages. If a package turns out to have compiled code, the build starts over, and genuine catkin
+    builds this package and its dependencies.
 
     Args:
         layout: `build` and `devel` are the parent folders of the packages' spaces.
@@ -72,7 +73,7 @@ def build_isolated(
 
     Raises:
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
-        MissingTools: a package has compiled code, and genuine catkin is not installed.
+        MissingTools: a package needs CMake; and CMake, a compiler or genuine catkin is not installed.
         OSError: a space cannot be written.
     """
     genuine: frozenset[str] = frozenset()
@@ -154,7 +155,7 @@ def _build_plain(
     say: Say,
     variables: Mapping[str, str],
 ) -> BuildResult:
-    """Build a package with CMake alone, and write the workspace's setup files."""
+    """Build a package with CMake alone, and write the setup files of the spaces."""
     tools = genuine_catkin.find_tools(variables)
     prefix = layout.install if options.installs else layout.devel
     result = BuildResult()

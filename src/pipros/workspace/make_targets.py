@@ -15,7 +15,7 @@ _KINDS = {"python": "nosetests", "roslaunch": "roslaunch-check"}
 
 
 def names(projects: Mapping[str, Project]) -> Iterator[str]:
-    """Yield all targets of a workspace."""
+    """Yield the names of all targets in a workspace."""
     yield from _ALWAYS
     for name, project in projects.items():
         # make accepts a package name, because a folder of that name exists and counts as up to date

@@ -2,8 +2,8 @@
 
 The first line of most nodes is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a
 pipros tool is called by its full path, without an activated virtual environment, this Python usually lacks
-pipros. Therefore, the tools put the folder of their own interpreter first. `script_interpreter` handles first
-lines that name a specific interpreter, such as `#!/usr/bin/python3`.
+pipros. Therefore, the tools put the folder of their own interpreter first in `PATH`. `script_interpreter`
+handles first lines that name a specific interpreter, such as `#!/usr/bin/python3`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
     """Return the environment for a program in a package.
 
     `python3` and `python` run the given interpreter. `ROS_DISTRO`, `ROS_VERSION` and `ROS_PYTHON_VERSION`
-    have the values that Noetic's setup files set.
+    default to the values that Noetic's setup files set.
     """
     environment = {**DISTRIBUTION, **variables}
     folder = os.path.dirname(os.path.abspath(executable))

@@ -21,7 +21,10 @@ _SPACES = re.compile(rb"^ ", re.MULTILINE)
 
 
 _PYTHON = min(sys.version_info[:2], (3, 13))
-"""Since Python 3.14, `except ValueError, error:` is valid, with another meaning than in Python 2."""
+"""The version whose grammar scripts are parsed with.
+
+Not 3.14 or later, in which `except ValueError, error:` is valid, with another meaning than in Python 2.
+"""
 
 
 def python2_advice(file: str | os.PathLike[str]) -> str | None:

@@ -24,8 +24,8 @@ _OLDER_BY_S = 10
 _COMPUTE = "from pipros.workspace.environment import main; main()"
 
 _SH = """\
-# Sets up the environment of this workspace for the shell that sources it. Made by catkin_make of pipros.
-# Options: --extend keeps the workspaces that are set up already, --local leaves those below this one out.
+# Sets up this workspace's environment for the shell that sources this file. Created by pipros's catkin_make.
+# Options: --extend keeps the workspaces that are already set up; --local omits this workspace's underlays.
 
 _PIPROS_PREFIX={prefix}
 [ -z "${{_CATKIN_SETUP_DIR:-}}" ] || _PIPROS_PREFIX=$_CATKIN_SETUP_DIR
@@ -43,8 +43,8 @@ unset _PIPROS_PREFIX _PIPROS_PYTHON _PIPROS_EXTEND _PIPROS_LOCAL
 
 _BASH = """\
 #!/usr/bin/env bash
-# Made by catkin_make of pipros.
-# zsh has no BASH_SOURCE. Courses say setup.bash, whatever the shell.
+# Created by pipros's catkin_make.
+# Tutorials tell all users to source setup.bash, but zsh has no BASH_SOURCE.
 if [ -n "${{ZSH_VERSION:-}}" ]; then . "$(dirname "$0")/setup.zsh"; return; fi
 CATKIN_SHELL=bash
 _CATKIN_SETUP_DIR=$(builtin cd "$(dirname "${{BASH_SOURCE[0]}}")" > /dev/null && pwd)
@@ -55,7 +55,7 @@ _CATKIN_SETUP_DIR=$(builtin cd "$(dirname "${{BASH_SOURCE[0]}}")" > /dev/null &&
 
 _ZSH = """\
 #!/usr/bin/env zsh
-# Made by catkin_make of pipros.
+# Created by pipros's catkin_make.
 CATKIN_SHELL=zsh
 _CATKIN_SETUP_DIR=$(builtin cd -q "$(dirname "${{funcstack[1]:-${{(%):-%x}}}}")" > /dev/null && pwd)
 emulate -R zsh -c 'source "$_CATKIN_SETUP_DIR/setup.sh"'
@@ -64,7 +64,7 @@ emulate -R zsh -c 'source "$_CATKIN_SETUP_DIR/setup.sh"'
 """
 
 _FISH = """\
-# Sets up the environment of this workspace for fish. Made by catkin_make of pipros.
+# Sets up the environment of this workspace for fish. Created by pipros's catkin_make.
 set -l _pipros_python {python}
 test -x $_pipros_python; or set _pipros_python python3
 set -l _pipros_extend
@@ -76,7 +76,7 @@ test -f {functions}/ros.fish; and source {functions}/ros.fish
 """
 
 _POWERSHELL = """\
-# Sets up the environment of this workspace for PowerShell. Made by catkin_make of pipros.
+# Sets up the environment of this workspace for PowerShell. Created by pipros's catkin_make.
 $piprosPython = {powershell_python}
 if (-not (Test-Path -LiteralPath $piprosPython)) {{ $piprosPython = 'python' }}
 $piprosExtend = @($args | Where-Object {{ '--extend', '--local' -contains $_ }})
@@ -86,19 +86,19 @@ Remove-Variable 'piprosPython', 'piprosExtend', 'piprosCode'
 """
 
 _LOCAL = """\
-# Sets up this workspace and leaves those that are set up already. Made by catkin_make of pipros.
+# Sets up this workspace, and keeps those that are already set up. Created by pipros's catkin_make.
 CATKIN_SETUP_UTIL_ARGS="--extend --local ${{CATKIN_SETUP_UTIL_ARGS:-}}"
 . {setup}
 unset CATKIN_SETUP_UTIL_ARGS
 """
 
 _RELAYING = (
-    "# Sets up the last package of this workspace, and so all. Made by catkin_make_isolated of pipros.\n"
+    "# Sets up the last package in this workspace, and thus all. Created by pipros's catkin_make_isolated.\n"
 )
 
 _ENV_SH = """\
 #!/usr/bin/env sh
-# Runs a command in the environment of this workspace. Made by catkin_make of pipros.
+# Runs a command in the environment of this workspace. Created by pipros's catkin_make.
 if [ $# -eq 0 ]; then
   echo "Usage: env.sh COMMANDS" >&2
   exit 1

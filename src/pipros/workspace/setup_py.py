@@ -1,7 +1,8 @@
 """Read a package's `setup.py`: its Python packages, their folders, and its scripts.
 
-As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. `distutils` is
-replaced because Python 3.12 and newer lack it; so is `find_packages` if setuptools is not installed.
+As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. For this, the
+modules `setuptools` and `distutils` are replaced. `find_packages` is that of setuptools or, if setuptools is
+not installed, a substitute.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from pipros.workspace.layout import SourcePackage, read_source_space
 from pipros.workspace.setup_files import write_if_changed
 
 _CONFIGURATION = """\
-# Made by catkin_make of pipros: {name} comes with pipros, without C++.
+# Created by pipros's catkin_make: {name} is shipped with pipros, without C++.
 set({name}_FOUND_CATKIN_PROJECT TRUE)
 set({name}_VERSION {version})
 set({name}_INCLUDE_DIRS "")

@@ -42,7 +42,7 @@ class TypeCatalogue:
                 yield package.name
 
     def names(self, package: str) -> list[str]:
-        """Return the names of a package's types. Raises NotFound if the package does not exist."""
+        """Return the names of a package's types. Raise NotFound if the package does not exist."""
         return self.definitions.files.names(self.kind, package)
 
     def types_named(self, name: str) -> list[str]:
@@ -75,7 +75,11 @@ class TypeCatalogue:
         return SECTION_MARK.join(expanded(part, lookup) for part in parts)
 
     def md5(self, type_name: str) -> str:
-        """Return the MD5 sum that peers compare. Raises the same errors as `text`."""
+        """Return the MD5 sum that peers compare.
+
+        Raises:
+            NotFound, DefinitionError: the type does not exist or is invalid.
+        """
         lookup = self.definitions.message
         if self.kind == "srv":
             return service_md5(self.definitions.service(type_name), lookup)

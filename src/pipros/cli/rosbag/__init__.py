@@ -79,7 +79,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(name: str, arguments: Sequence[str]) -> int:
-    """Run a subcommand. Operating system errors, such as a full disk, raise `CommandError`."""
+    """Run a subcommand.
+
+    Raises:
+        CommandError: the subcommand failed, or an OS error occurred, such as a full disk.
+        OutputFailed, BrokenPipeError: standard output cannot be written to.
+    """
     try:
         with nullcontext() if name in _NODES else ended_by_termination():
             return _subcommand(name)(arguments)

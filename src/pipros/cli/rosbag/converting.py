@@ -1,4 +1,4 @@
-"""`rosbag convert`: converts between bags, MCAP files and the formats of rooms."""
+"""`rosbag convert`: converts between bags, MCAP files, rerun recordings and formats that rooms add."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _USAGE = """rosbag convert [options] IN OUT
 
 def convert(argv: Sequence[str]) -> int:
     parser = option_parser("rosbag", "", "Convert between bag files, MCAP files and other formats.")
-    parser.epilog = "OUT.rrd is written with the library of rerun: pip install rerun-sdk"
+    parser.epilog = "Writing OUT.rrd needs the rerun library: pip install rerun-sdk"
     parser.usage = _USAGE
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
     add_flag(parser, "-f", "--force", help="overwrite existing files")
@@ -34,7 +34,7 @@ def convert(argv: Sequence[str]) -> int:
         "--compression",
         dest="compression",
         default="",
-        help="none, lz4, bz2 (bags), zstd (MCAP; its default)",
+        help="none (default for bags), lz4, bz2 (bags only) or zstd (MCAP only, and its default)",
     )
     others = other_bags()
     if others is not None:

@@ -18,8 +18,8 @@ def decrypt(argv: Sequence[str]) -> int:
 
 def encrypt(argv: Sequence[str]) -> int:
     parser = bag_parser("encrypt", "Encrypt one or more bag files.")
-    parser.add_option("-p", "--plugin", dest="plugin", default="", help="encryptor name; none exists")
-    parser.add_option("-r", "--param", dest="param", default="", help="parameter of the encryptor")
+    parser.add_option("-p", "--plugin", dest="plugin", default="", help="encryptor name (not supported)")
+    parser.add_option("-r", "--param", dest="param", default="", help="encryptor parameter (not supported)")
     return _refuse(parser, argv, "encrypt")
 
 

@@ -29,7 +29,7 @@ def export(argv: Sequence[str]) -> int:
     parser = option_parser(
         "rosbag",
         "",
-        "Export topics: messages to one table for each topic, images to one file for each.",
+        "Export each topic to one table. Images are exported to one file each.",
     )
     parser.usage = "rosbag export [options] BAG DIR [TOPIC1 TOPIC2 ...]"
     parser.add_option(
@@ -70,7 +70,9 @@ def _file_names(topics: Iterable[str]) -> dict[str, str]:
     taken: set[str] = set()
     for topic in topics:
         if not is_legal_topic(topic):
-            raise CommandError(f"[{listed(topic)}] is not a legal topic name. Give the topics to export")
+            raise CommandError(
+                f"[{listed(topic)}] is not a legal topic name. Name the topics to export, without it"
+            )
         base = name = canonicalize(topic).strip("/").replace("/", "__")
         number = 1
         while name.lower() in taken:
@@ -127,7 +129,7 @@ def _images(bag: BagReader, topic: str, folder: Path) -> int:
 
 
 def _arrays(bag: BagReader, topic: str, path: Path) -> int:
-    """Write one array per field, and return the number of messages.
+    """Write one array per field, and an array `time` of the times in ns. Return the number of messages.
 
     Strings, lists of varying length, and lists of strings, times or messages are omitted.
     """

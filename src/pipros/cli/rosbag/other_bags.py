@@ -20,10 +20,10 @@ class OtherBags(Protocol):
     """The interface that a room offers under the name `bags`. `options` are the command's parsed options."""
 
     def add_reading_options(self, parser: OptionParser) -> None:
-        """Add the options shared by all commands that read bags."""
+        """Add the options for reading bags in this format."""
 
     def opened(self, path: str | os.PathLike[str], options: Any) -> BagReader:
-        """Open a bag, and print a warning for each topic that cannot be read."""
+        """Open a bag, and print a warning for each topic that cannot be converted."""
         ...
 
     def add_writing_options(self, parser: OptionParser) -> None:
@@ -34,11 +34,11 @@ class OtherBags(Protocol):
         ...
 
     def target_name(self, source: Path) -> str:
-        """Return the name of the output for an input bag, in the folder given with `--output-dir`."""
+        """Return the name of the output bag for an input bag if `--output-dir` is given."""
         ...
 
     def written(self, target: Path, options: Any) -> AbstractContextManager[MessageSink]:
-        """Context manager that creates a bag. The bag is complete after the block."""
+        """Return a context manager that creates a bag. The bag is complete after the block."""
         ...
 
 

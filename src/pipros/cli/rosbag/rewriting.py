@@ -1,6 +1,6 @@
 """`rosbag compress`, `decompress` and `reindex`: rewrite bags.
 
-The originals are kept next to the rewritten bags, unless `--output-dir` is given.
+Each rewritten bag replaces the original, which is kept as `NAME.orig.bag`, unless `--output-dir` is given.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def reindex(argv: Sequence[str]) -> int:
 
 
 def bag_parser(name: str, description: str) -> OptionParser:
-    """Return a parser with the options shared by all subcommands that rewrite bags."""
+    """Return a parser with the options shared by `compress`, `reindex` and similar subcommands."""
     parser = option_parser("rosbag", "", description)
     parser.usage = f"rosbag {name} [options] BAGFILE1 [BAGFILE2 ...]"
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
@@ -84,7 +84,10 @@ def _for_each(parser: OptionParser, argv: Sequence[str], work: Work) -> int:
 
 
 def _with_backup(path: Path, options: Values, work: Work) -> None:
-    """Replace a bag with its rewritten version, and keep the original as `name.orig.bag`."""
+    """Replace a bag with its rewritten version, and keep the original as `name.orig.bag`.
+
+    If that file exists, skip the bag, unless `--force` is given.
+    """
     backup = path.with_name(f"{path.stem}.orig{path.suffix}")
     if backup.exists() and not options.force:
         if not options.quiet:

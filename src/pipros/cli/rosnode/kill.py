@@ -44,7 +44,7 @@ def kill_nodes(argv: Sequence[str]) -> int:
 
 
 def _choose(nodes: Sequence[str]) -> str:
-    """Let the user choose one of the nodes."""
+    """Ask the user to choose a node, and return it. Raise KeyboardInterrupt at the end of the input."""
     for number, node in enumerate(nodes, 1):
         print(f"{number}. {listed(node)}")
     print("\nPlease enter the number of the node you wish to kill.\n> ", end="", flush=True)
@@ -52,4 +52,4 @@ def _choose(nodes: Sequence[str]) -> str:
         if answer.strip().isdecimal() and 1 <= int(answer) <= len(nodes):
             return nodes[int(answer) - 1]
         print("ERROR: please enter a number (ctrl-C to cancel)")
-    raise KeyboardInterrupt  # end of input counts as Ctrl-C
+    raise KeyboardInterrupt

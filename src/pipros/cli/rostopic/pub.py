@@ -95,7 +95,7 @@ class _Publishing:
         self._message_class = message_class
 
     def publish_values(self, make: Callable[[], Message]) -> None:
-        """Publish the message from the command line, either latched or at a rate."""
+        """Publish the message from the command line: at the rate if there is one, otherwise once, latched."""
         options, first = self._options, make()
         if options.rate_hz is None:
             publisher = self._advertise(latch=True)
@@ -115,7 +115,7 @@ class _Publishing:
         """Publish the messages in order, at a rate.
 
         If `once` is true, or if `latch` is true and there is no rate, publish only the first message. If a
-        file contains only one message, repeat it at the rate.
+        file contains only one message, repeat it at the rate, by default 10 Hz.
         """
         options, rate_hz = self._options, self._options.rate_hz
         # queue_size=None: `publish` blocks until the message has been sent
@@ -190,15 +190,15 @@ class _Publishing:
 
 
 def _warn_of_silence(subscribers: Sequence[str]) -> None:
-    """Warn that none of the registered subscribers has connected yet. Do nothing if there are none."""
+    """Warn that no registered subscriber has connected yet. Do nothing if no subscriber is registered."""
     if subscribers:
         names, verbs = (
             ", ".join(subscribers),
             ("subscribe", "have") if subscribers[1:] else ("subscribes", "has"),
         )
         print(
-            f"{names} {verbs[0]}, but {verbs[1]} not connected to this publisher. If the machine cannot "
-            "reach this one, set ROS_IP; `pipros doctor` shows the right address",
+            f"{names} {verbs[0]}, but {verbs[1]} not connected to this publisher. If the subscriber's "
+            "machine cannot reach this machine, set ROS_IP; `pipros doctor` shows the right address",
             file=sys.stderr,
             flush=True,
         )

@@ -11,7 +11,7 @@ from pipros.workspace.setup_files import write_if_changed
 
 _SCRIPT = """\
 #!{python}
-# Made by catkin_make of pipros, since there is no CMake on this machine.
+# Created by pipros's catkin_make, because CMake is not installed.
 import sys
 
 from pipros.cmake.cmake_command import main

@@ -40,7 +40,7 @@ class Installation:
 
 
 def read_installations(words: list[str], scope: Scope, *, is_python: bool = False) -> list[Installation]:
-    """Return the installations that `install(words)` specifies. Return an empty list for compiled targets.
+    """Return the installations that `install(words)` specifies. The list is empty for kinds such as TARGETS.
 
     Args:
         is_python: whether the command is `catkin_install_python(words)`.
@@ -85,7 +85,7 @@ def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: 
 
 
 def _name_python_3(script: Path) -> None:
-    """Change a shebang without a Python version to python3, as Noetic's catkin does."""
+    """Change the shebang `#!/usr/bin/env python` to python3, as Noetic's catkin does."""
     content = script.read_bytes()
     first_line, newline, rest = content.partition(b"\n")
     if first_line.rstrip() == b"#!/usr/bin/env python":

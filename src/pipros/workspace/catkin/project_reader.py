@@ -62,7 +62,7 @@ def read_project(
         status_lines: receives the output of `message()`, even if an error follows.
 
     Raises:
-        CMakeError: CMake would also reject the file; the message names the file and line.
+        CMakeError: the file is invalid, or reports an error; the message names the file and line.
     """
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
     if status_lines is not None:

@@ -30,7 +30,7 @@ class StepRunner:
             binary: the base folder for relative output paths.
             variables: the environment of the commands. `ROS_DISTRO` and similar variables default to Noetic's
                 values.
-            say: called with a line for each step that runs.
+            say: called with a line for each step that runs commands and has a comment or outputs.
         """
         self._steps = steps
         self._binary = binary
@@ -55,7 +55,7 @@ class StepRunner:
     def run(self, name: str) -> bool:
         """Run a target or make a file, after its dependencies.
 
-        Return False if the package has neither a target with that name nor a step that makes such a file.
+        Return False if the package has neither a target nor a step for an output with that name.
 
         Raises:
             CMakeError: a command failed, or no step creates a missing file.

@@ -100,7 +100,7 @@ def _em_expand(context: ReadContext, command: Command, words: list[str]) -> None
 
 
 def write(file: str, text: str) -> None:
-    """Write a file, creating its parent folders. Raises ValueError if that fails."""
+    """Write a file, creating its parent folders. Raise ValueError if that fails."""
     try:
         Path(file).parent.mkdir(parents=True, exist_ok=True)
         Path(file).write_text(text, "utf-8")
