@@ -17,7 +17,7 @@ from pipros.launch.roscore import ROS_DISTRO
 def main(argv: Sequence[str] | None = None) -> int:
     """Create the package in the working directory. Return 1 if its manifest would be invalid.
 
-    Invalid arguments exit with code 2.
+    Exit with code 2 if the arguments are invalid.
     """
     os.environ.setdefault("ROS_DISTRO", ROS_DISTRO)
     try:

@@ -29,7 +29,7 @@ _SCRIPT_RUNNER = [sys.executable, "-m", "pipros.testing.script_runner"]
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Build the workspace. Return the exit code, which is 1 if any package failed."""
+    """Build the workspace. Return the exit code, which is 1 if a package or the whole build failed."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     options, definitions, for_make = _parse(arguments)
     targets = list(for_make.targets)

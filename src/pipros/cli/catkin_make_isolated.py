@@ -133,7 +133,8 @@ def _parse(arguments: Sequence[str]) -> Namespace:
 def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
     """Return the command's own arguments, and the arguments after each option such as `--cmake-args`.
 
-    Such an option takes all arguments up to the next such option.
+    Such an option takes all arguments up to the next such option. Job options such as `-j4` before the first
+    one count as arguments for make.
     """
     remaining: list[str] = []
     collected: dict[str, list[str]] = {option: [] for option in _COLLECTING}

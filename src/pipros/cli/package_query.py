@@ -64,7 +64,7 @@ class PackageQuery:
     """One command's arguments, with the package index and the dependency graph.
 
     Attributes:
-        words: arguments that are not options; the first is a package name.
+        words: arguments that are not options: at most one, the name of a package or stack.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class PackageQuery:
         return lines
 
     def dependency_chains(self) -> list[str]:
-        """Return every dependency path to the package given with `--target` (`depends-why`)."""
+        """Return a heading and each dependency path to the package given with `--target` (`depends-why`)."""
         name, target = self.name, self.option("--target", f"no {self._noun} or target given")
         if self.index.get(target) is None:
             raise QueryFailed(f"{self._noun} '{target}' not found")
@@ -142,7 +142,7 @@ class PackageQuery:
         ]
 
     def crawl_times(self) -> list[str]:
-        """Return the folders that take the longest to search (`profile`)."""
+        """Return a report on the folders that take the longest to search (`profile`)."""
         from pipros.packages.installed_packages import is_installed_share
         from pipros.packages.system_packages import is_share_folder
         from pipros.workspace.crawl_times import crawl_times

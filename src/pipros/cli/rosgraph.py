@@ -1,4 +1,4 @@
-"""`rosgraph`: prints the connections between nodes, and prints them again after each change, until Ctrl-C."""
+"""`rosgraph`: prints the connections between nodes, and again after each change, until Ctrl-C."""
 
 from __future__ import annotations
 

@@ -113,7 +113,10 @@ def _pid_file_of_core(port: int | None) -> Path:
 
 
 def report(console: Console, error: Exception) -> int:
-    """Print an error as Noetic's roslaunch does, and return the exit code 1."""
+    """Print an error as Noetic's roslaunch does, and return the exit code 1.
+
+    The traceback is written to the log file, if there is one.
+    """
     from pipros.launch.model import LaunchError
 
     kind = "RLException" if isinstance(error, LaunchError) else type(error).__name__

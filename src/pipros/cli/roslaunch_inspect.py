@@ -84,7 +84,7 @@ def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
 
 
 def print_node_args(name: str, files: Sequence[str], launch: Launch, index: PackageIndex) -> int:
-    """Print the variables and command line of a node, ready to paste into a shell (`--args`)."""
+    """Print the variables and command line of a node (`--args`). As in Noetic, arguments are not quoted."""
     name = full_node_name(name)
     node = launch.node(name)
     if node is None:

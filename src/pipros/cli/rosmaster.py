@@ -35,7 +35,10 @@ WARNING ACHTUNG WARNING ACHTUNG WARNING
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the master until Ctrl-C, SIGTERM or a shutdown request; return the exit code."""
+    """Run the master until Ctrl-C, SIGTERM or a shutdown request; return the exit code.
+
+    With `--statistics`, print the statistics of a running master instead.
+    """
     parsed = names.parse_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
     options, words = parser.parse_args(list(parsed.rest))

@@ -163,7 +163,7 @@ def _print_search(found: Executables, name: str) -> None:
 def _print_advice(package: str, programs: Sequence[str] = ()) -> bool:
     """Print how to get a well-known package; return False if there is no advice.
 
-    Uses stderr, so that stdout equals Noetic's.
+    Write to stderr, so that stdout equals Noetic's.
     """
     from pipros.packages.well_known import why_not_here
 
@@ -187,7 +187,7 @@ def _report_missing_program(package: Package, name: str, found: Executables, pro
 
 
 def _suggest(name: str, known: list[str]) -> None:
-    """Suggest names similar to a mistyped name. Uses stderr, so that stdout equals Noetic's."""
+    """Suggest names similar to a mistyped name, on stderr, so that stdout equals Noetic's."""
     from pipros.basics.similar_names import similar_names
 
     if question := similar_names(name, known):

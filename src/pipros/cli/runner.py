@@ -157,7 +157,7 @@ def run(body: Callable[[], int], *, error_code: int = 1) -> int:
 
 
 def _headline(error: PiprosError) -> str:
-    """Return the error's text, which scripts may parse. On a terminal, add the reason."""
+    """Return the error's text, which scripts may parse. On a terminal, add why the master is unreachable."""
     if isinstance(error, Unreachable) and error.peer.startswith("master "):
         error = MasterUnreachable(str(error))
     if isinstance(error, MasterUnreachable) and error.reason and sys.stderr.isatty():

@@ -168,7 +168,7 @@ def install_package(
 ) -> None:
     """Copy the files that a package installs, and write type stubs for its messages.
 
-    Wheels of packages contain the same files.
+    The build of a package's wheel also calls this function, so the wheel contains the same files.
 
     Args:
         settings: CMake variables for `install(CODE)` and `install(SCRIPT)`.

@@ -14,7 +14,7 @@ _CHUNK_BYTES = 1 << 20
 
 
 def fetch(download: Download, say: Callable[[str], object]) -> None:
-    """Download a file unless it already exists with the right MD5 sum. Failures are printed, not raised."""
+    """Download a file unless it already exists with the right MD5 sum. If that fails, print a warning."""
     path = Path(download.path)
     if path.is_file() and download.md5 in ("", _md5(path)):
         return

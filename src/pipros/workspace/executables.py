@@ -69,8 +69,9 @@ def find_executables(
     """Return the programs called `name` in `package`.
 
     `workspaces` are the built workspaces to search, by default the workspaces in `CMAKE_PREFIX_PATH`. Only
-    the first workspace that has programs for this package is used. If no program is found, the package of the
-    same name that is shipped with pipros is searched, then Debian's.
+    the first workspace that has programs for this package is used. If the package has no file called `name`,
+    the package of the same name that is shipped with pipros is searched. If no program is found, Debian's
+    package is searched.
     """
     if workspaces is None:
         workspaces = built_workspaces()

@@ -87,7 +87,7 @@ def find_toplevel(
 ) -> Path | None:
     """Return the path of genuine catkin's `toplevel.cmake`, or None if catkin is not installed.
 
-    The top-level `CMakeLists.txt` of a workspace is a link to this file.
+    `catkin_init_workspace` links the top-level `CMakeLists.txt` of a workspace to this file.
     """
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH", "")
     for prefix in (*filter(None, prefix_path.split(os.pathsep)), *prefixes):
@@ -251,9 +251,9 @@ def _announce(command: Sequence[str], folder: Path, say: Callable[[str], object]
 
 
 def use_python_of_environment(prefix: Path) -> None:
-    """Change the shebangs of Python programs written by genuine catkin to the first `python3` in `PATH`.
+    """Change the shebangs of Python programs written by genuine catkin to `#!/usr/bin/env python3`.
 
-    catkin writes genuine rospy's interpreter into their shebangs, even if pipros provides `rosrun` and
+    catkin writes genuine rospy's interpreter into these shebangs, even if pipros provides `rosrun` and
     `roslaunch`.
 
     Raises:

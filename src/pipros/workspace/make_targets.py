@@ -38,9 +38,10 @@ def _names_of(test: TestEntry, package: str) -> Iterator[str]:
 
 
 def label(test: TestEntry) -> str:
-    """Return a test's name: its target or path or, if it has arguments, its file name with the arguments.
+    """Return a test's name: its target, or its path with the slashes replaced.
 
-    This allows a file to be listed several times with different arguments.
+    The name of a test with arguments is its file name with the arguments, so that a file can be listed
+    several times with different arguments.
     """
     if test.kind == "gtest":
         return test.target

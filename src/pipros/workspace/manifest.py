@@ -66,7 +66,8 @@ def read_manifest(package: Path) -> Manifest:
     """Return the manifest in a package's folder.
 
     Raises:
-        XmlError: the manifest is not well-formed; the message names the file, line and column.
+        XmlError: the manifest is not well-formed, or its root element is not `<package>`; the message names
+            the file, line and column.
         OSError: the manifest cannot be read.
     """
     file = package / MANIFEST

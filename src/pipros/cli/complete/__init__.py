@@ -42,9 +42,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _is_one_candidate(candidate: str) -> bool:
-    """Return False for a candidate with a line break, which the shell would read as several words.
+    """Return False for a candidate with unprintable characters, unless it starts with `MANY_LINES`.
 
-    Candidates with other unprintable characters are also rejected, except those after `MANY_LINES`.
+    The shell would read a file name with a line break as several words.
     """
     return candidate.startswith(MANY_LINES) or candidate.isprintable()
 

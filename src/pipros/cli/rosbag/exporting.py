@@ -71,7 +71,7 @@ def _file_names(topics: Iterable[str]) -> dict[str, str]:
     for topic in topics:
         if not is_legal_topic(topic):
             raise CommandError(
-                f"[{listed(topic)}] is not a legal topic name. Name the topics to export, without it"
+                f"[{listed(topic)}] is not a legal topic name. To export others, list them after the folder"
             )
         base = name = canonicalize(topic).strip("/").replace("/", "__")
         number = 1
@@ -129,9 +129,9 @@ def _images(bag: BagReader, topic: str, folder: Path) -> int:
 
 
 def _arrays(bag: BagReader, topic: str, path: Path) -> int:
-    """Write one array per field, and an array `time` of the times in ns. Return the number of messages.
+    """Write one array per field, and an array `time` of the message times. Return the number of messages.
 
-    Strings, lists of varying length, and lists of strings, times or messages are omitted.
+    Times are in ns. Strings, lists of varying length, and lists of strings, times or messages are omitted.
     """
     try:
         import numpy

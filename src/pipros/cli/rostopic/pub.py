@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from pipros.node import Node, Publisher
 
 ONCE_S = 3.0
-"""Time for which a message that is published once stays available."""
+"""Time for which a message from the command line stays available with `--once`."""
 DOCUMENTS_RATE_HZ = 10.0
 QUEUE_SIZE = 100
 LINK_DEADLINE_S = 1.0
-"""Timeout for connecting to existing subscribers, so that they get the first message."""
+"""Maximum wait for existing subscribers to connect, so that they get the first message."""
 SUBSCRIBER_DEADLINE_S = 5.0
-"""Timeout for the first subscriber before messages from a file or a pipe are published."""
+"""Maximum wait for a subscriber before messages from a file or a pipe are published."""
 POLL_PERIOD_S = 0.01
 
 
@@ -197,7 +197,7 @@ def _warn_of_silence(subscribers: Sequence[str]) -> None:
             ("subscribe", "have") if subscribers[1:] else ("subscribes", "has"),
         )
         print(
-            f"{names} {verbs[0]}, but {verbs[1]} not connected to this publisher. If the subscriber's "
+            f"{names} {verbs[0]}, but {verbs[1]} not connected to this publisher. If a subscriber's "
             "machine cannot reach this machine, set ROS_IP; `pipros doctor` shows the right address",
             file=sys.stderr,
             flush=True,

@@ -1,6 +1,6 @@
 """Expand empy 3 templates (`x.cmake.em`, `x.sh.em`), and run the command `em_expand()`.
 
-Templates contain Python code. A separate process expands them with the environment's `em` module.
+Templates contain Python code. A separate process of the same interpreter expands them with the module `em`.
 """
 
 from __future__ import annotations
