@@ -71,7 +71,8 @@ def _file_names(topics: Iterable[str]) -> dict[str, str]:
     for topic in topics:
         if not is_legal_topic(topic):
             raise CommandError(
-                f"[{listed(topic)}] is not a legal topic name. To export others, list them after the folder"
+                f"[{listed(topic)}] is not a legal topic name. To export other topics, list them after the "
+                "folder"
             )
         base = name = canonicalize(topic).strip("/").replace("/", "__")
         number = 1
