@@ -174,7 +174,7 @@ def _nothing(query: PackageQuery) -> list[str]:
 
 
 def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]:
-    """Return a query for the flags from pkg-config, each without `prefix`, as one line."""
+    """Return a function that returns the flags from pkg-config on one line, each without `prefix`."""
 
     def ask(query: PackageQuery) -> list[str]:
         name = query.name

@@ -73,7 +73,7 @@ def build_isolated(
 
     Raises:
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
-        MissingTools: a package needs CMake; and CMake, a compiler or genuine catkin is not installed.
+        MissingTools: a package needs CMake, but a tool is not installed; see `genuine_catkin.find_tools`.
         OSError: a space cannot be written.
     """
     genuine: frozenset[str] = frozenset()

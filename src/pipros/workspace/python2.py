@@ -21,7 +21,7 @@ _SPACES = re.compile(rb"^ ", re.MULTILINE)
 
 
 _PYTHON = min(sys.version_info[:2], (3, 13))
-"""The version whose grammar scripts are parsed with.
+"""The Python version whose grammar is used to parse scripts.
 
 Not 3.14 or later, in which `except ValueError, error:` is valid, with another meaning than in Python 2.
 """

@@ -82,7 +82,7 @@ def _run(name: str, arguments: Sequence[str]) -> int:
     """Run a subcommand.
 
     Raises:
-        CommandError: the subcommand failed, or an OS error occurred, such as a full disk.
+        CommandError: an operating system error occurred, such as a full disk.
         OutputFailed, BrokenPipeError: standard output cannot be written to.
     """
     try:

@@ -34,7 +34,7 @@ class OtherBags(Protocol):
         ...
 
     def target_name(self, source: Path) -> str:
-        """Return the name of the output bag for an input bag if `--output-dir` is given."""
+        """Return the file name of the output for an input bag, for use with `--output-dir`."""
         ...
 
     def written(self, target: Path, options: Any) -> AbstractContextManager[MessageSink]:

@@ -1,6 +1,6 @@
 """`rosbag compress`, `decompress` and `reindex`: rewrite bags.
 
-Each rewritten bag replaces the original, which is kept as `NAME.orig.bag`, unless `--output-dir` is given.
+Unless `--output-dir` is given, each rewritten bag replaces the original, which is kept as `NAME.orig.bag`.
 """
 
 from __future__ import annotations

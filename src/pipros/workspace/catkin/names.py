@@ -79,6 +79,6 @@ _COMPILED = """
 CORE_PACKAGES = frozenset((*_CORE.split(), *_COMPILED.split()))
 """ROS packages that `find_package()` finds even though they have no folder.
 
-Either pipros provides a substitute, or building a package without compiled code does not need the package,
-because it contains C++ libraries or graphical programs.
+pipros provides substitutes for some of them. The others contain C++ libraries or graphical programs, which
+are not needed to build packages without compiled code.
 """
