@@ -26,15 +26,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_option(
         "--bind",
         metavar="ADDRESS",
-        help="address to listen on: 0.0.0.0 opens the master to the network. By default only this "
-        "computer can connect, unless ROS_IP or ROS_HOSTNAME says otherwise.",
+        help="address to listen on: 0.0.0.0 opens the master to the network. By default, only this "
+        "computer can connect, unless ROS_HOSTNAME, ROS_IP or, if neither is set, ROS_MASTER_URI names an "
+        "address that is not loopback.",
     )
     parser.add_option(
         "--allow",
         metavar="NETWORK",
         action="append",
         help="network that may connect when the master is open, such as 10.0.0.0/8; may be repeated. "
-        "By default, all networks may.",
+        "By default, all networks may connect.",
     )
     parser.add_option(
         "--resume",

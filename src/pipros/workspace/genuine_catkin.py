@@ -111,8 +111,8 @@ def build(
     dependency that could not be built. All other packages are built. The tools use this process's standard
     output.
 
-    Message packages shipped with pipros are also built if the local ROS installation lacks them. Python
-    packages need no build. Blocks until the tools exit, without a time limit.
+    Message packages shipped with pipros are also built if a package needs them and the local ROS installation
+    lacks them. Python packages need no build. Blocks until the tools exit, without a time limit.
 
     Args:
         packages: the packages to build, including their dependencies in the workspace, in build order.
