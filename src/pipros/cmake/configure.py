@@ -14,7 +14,8 @@ def configure_file(words: list[str], scope: Scope) -> None:
     """Execute `configure_file(input output …)`. The output is not written if it is up to date.
 
     Raises:
-        ValueError: there are too few arguments, or a file cannot be read or written.
+        ValueError: there are too few arguments, a file cannot be read or written, or the result would be too
+            long.
     """
     if len(words) < 2:
         raise ValueError("called with incorrect number of arguments, expected 2")

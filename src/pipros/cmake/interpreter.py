@@ -145,7 +145,7 @@ class Interpreter:
             values.update(zip(names, folders, strict=True))
 
     def _run(self, commands: Sequence[Command]) -> _Flow:
-        """Execute commands until one of them leaves the loop, function or file."""
+        """Execute commands until one of them changes the control flow. Return how execution continues."""
         position = 0
         while position < len(commands):
             command = commands[position]

@@ -38,7 +38,7 @@ class _TimeIsUp(Exception):
 class Pattern:
     """A compiled expression.
 
-    All methods raise `TooSlow` if the match takes more than `MATCH_S` of processor time.
+    In the main thread, all methods raise `TooSlow` if the match takes more than `MATCH_S` of processor time.
     """
 
     expression: str
@@ -50,7 +50,7 @@ class Pattern:
             return self._compiled.search(text)
 
     def fullmatch(self, text: str) -> re.Match[str] | None:
-        """Return the match of the whole text."""
+        """Return the match if the whole text matches."""
         with self._limited():
             return self._compiled.fullmatch(text)
 

@@ -71,7 +71,7 @@ class Scope:
         self._values.characters -= len(self._variables.pop(name, ""))
 
     def set_in_parent(self, name: str, value: str | None) -> None:
-        """Set a variable in the scope that encloses the current one; unset it if `value` is None."""
+        """Set a variable in the enclosing scope when the current one ends; unset it if `value` is None."""
         self._for_parent[-1][name] = value
 
     @contextmanager

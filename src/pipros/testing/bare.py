@@ -44,7 +44,7 @@ class BareTest:
     def case(self) -> unittest.TestCase:
         """Return a test case that passes if the program exits and has written its results.
 
-        With `text`, the program need not write results.
+        If `text` is set, the program need not write results.
         """
         owner = self
 
@@ -62,6 +62,7 @@ class BareTest:
 
         Raises:
             TestProgramTimedOut: the program exceeded its time limit.
+            NoPlaceForResults: the result file cannot be written.
             AssertionError: the program cannot be started or wrote no results.
             UnreadableResults: the program wrote an invalid result file.
         """

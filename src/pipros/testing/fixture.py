@@ -59,7 +59,7 @@ class LaunchFixture:
         Args:
             reuse_master: whether to use the master at `ROS_MASTER_URI` instead of starting one on a free
                 port.
-            clear: whether to delete the existing master's parameters first.
+            clear: whether to first delete the parameters on the existing master, except the master's own.
             text: whether test programs print to the console instead of their log files.
             port: the port for a new master; 0 for a free port.
         """

@@ -41,8 +41,9 @@ class Suite:
     """The cases of one test program, with its output.
 
     Attributes:
-        stated_tests, stated_failures, stated_errors: the counts that the result file states. A program that
-            crashed may have no cases, so `tests`, `failures` and `errors` are at least the stated counts.
+        stated_tests, stated_failures, stated_errors: the counts that the result file states. The result file
+            of a crashed program may list no cases, so `tests`, `failures` and `errors` are at least the
+            stated counts.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""rostest: runs each test in a launch file on a new system with all of the file's nodes.
+"""rostest: runs each test in a launch file together with all nodes in the file.
 
 rostest itself uses unittest, with one case per `<test>`. A case passes if the test program exited and wrote
 results. The results themselves are reported separately, with a different exit code.

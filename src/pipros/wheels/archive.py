@@ -1,7 +1,7 @@
 """Write wheels and source archives whose bytes depend only on their contents.
 
-Entries are sorted and have the same timestamp: `SOURCE_DATE_EPOCH` or, by default, the year 1980, the first
-that zip files support.
+Entries are sorted and have the same timestamp: `SOURCE_DATE_EPOCH` or, by default, the start of 1980, the
+earliest time that zip files support.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ def source_entries(folder: Path) -> dict[str, ArchiveEntry]:
     """Return the files of a source archive: the package's folder, without hidden files and build results.
 
     Raises:
-        WheelRefused: a link leads out of the folder.
+        WheelRefused: a link leads out of the folder or forms a cycle.
     """
     files = _files_below(folder, (folder.resolve(),))
     return {

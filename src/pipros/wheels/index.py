@@ -1,4 +1,4 @@
-"""Write a static index of a folder of wheels (PEP 503), and a lock file with hashes.
+"""Write a static index for a folder of wheels (PEP 503), and a lock file with hashes.
 
 pip installs the highest version that it finds in any of its indexes, so a public project with the same name
 could replace a lab's package. An installation is safe if this index is the only one (`--index-url`), or if it
@@ -33,7 +33,8 @@ _WHEEL = re.compile(
 )
 _METADATA_BYTES = 4 * 1024 * 1024
 _COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""The compression methods that wheels use. For others, `zipfile` cannot bound the decompressed size."""
+"""The compression methods that wheels use. With other methods, `zipfile` cannot bound the decompressed size.
+"""
 _CHUNK_BYTES = 1024 * 1024
 
 

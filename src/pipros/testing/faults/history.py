@@ -1,4 +1,4 @@
-"""Numbered messages, and a checker for duplicated, reordered, torn and lost messages."""
+"""Numbered messages, and a checker for duplicated, reordered, corrupted and lost messages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _FILLER = "0123456789abcdef"
 
 
 class TornMessage(ValueError):
-    """A message does not match its checksum: bytes were changed, lost or reordered."""
+    """A message does not match its checksum, or was not created by `numbered_text`."""
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:
@@ -38,7 +38,7 @@ def read_numbered(text: str) -> tuple[str, int]:
         source, number, checksum, filler = parts
         if f"{_checksum(source, number, filler):08x}" == checksum:
             return source, int(number)
-    raise TornMessage(f"a message is torn: {text[:80]!r}")
+    raise TornMessage(f"a message is corrupted, or was not created by numbered_text: {text[:80]!r}")
 
 
 def _checksum(source: str, number: str, filler: str) -> int:
@@ -123,7 +123,7 @@ class History:
 
     @property
     def torn(self) -> list[str]:
-        """A line for each message that was changed in transit."""
+        """One line for each message for which `read_numbered` raised `TornMessage`."""
         with self._lock:
             return list(self._torn)
 

@@ -1,6 +1,7 @@
 """Planned faults in a byte stream. The same seed gives the same faults.
 
-Faults depend on the position in the stream, not on how the operating system divides it into packets.
+Faults other than jitter depend on the position in the stream, not on how the operating system divides the
+stream into packets.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class Cut:
 
 
 class FaultyStream:
-    """The faults for one direction of one connection. The same seed and bytes give the same decisions."""
+    """The faults in one direction of one connection. The seed determines their positions."""
 
     def __init__(self, seed: str, faults: Faults) -> None:
         self._seed = seed

@@ -1,8 +1,8 @@
 """A proxy between a node and the rest of a ROS system: its master, and its peers.
 
 A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all other nodes through the
-proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
-results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
+proxy. Theory of operation: the proxy forwards each XML-RPC call. In parameters and results, it replaces every
+address (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
 port in the result of `requestTopic`) with the address of one of the proxy's ports, and removes offers of Unix
 streams. Therefore, each connection leads to the proxy, whichever side opens it. Each port injects the faults
 for its kind of connection.
@@ -124,7 +124,7 @@ class FaultProxy:
         return self._run(cut())
 
     def stall(self, *kinds: Kind) -> None:
-        """Stop forwarding on connections of these kinds (by default `topics`) until `resume`."""
+        """Stop forwarding on connections of these kinds (by default `topics`) until `resume` is called."""
         self._stall(kinds, stall=True)
 
     def resume(self, *kinds: Kind) -> None:

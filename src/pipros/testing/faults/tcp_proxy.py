@@ -100,7 +100,7 @@ class TcpProxy:
         """Open a free port.
 
         Raises:
-            OSError: all ports are in use.
+            OSError: no port is available.
         """
         self._server = await asyncio.start_server(self._serve, LOOPBACK, 0, limit=_READ_BYTES)
         self.address = (LOOPBACK, self._server.sockets[0].getsockname()[1])
@@ -165,7 +165,7 @@ class ProxiedLink:
     async def run(
         self, reader: asyncio.StreamReader, far_reader: asyncio.StreamReader, far_writer: asyncio.StreamWriter
     ) -> None:
-        """Forward bytes in both directions until both have ended or the connection is cut."""
+        """Forward bytes in both directions until both streams have ended or the connection is cut."""
         near_writer = self._writers[0]
         self._writers.append(far_writer)
         if self._is_cut:  # the connection was cut while connecting to the other side

@@ -26,7 +26,7 @@ class Expectation:
         timeout_s: the time limit for the topic or service to appear; if `negative`, the time during which it
             must not appear.
         negative: whether the topic or service must not exist.
-        type: the required type; None for any.
+        type: the required type; None for any type.
     """
 
     name: str

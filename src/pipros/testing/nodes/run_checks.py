@@ -79,7 +79,7 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
     """Return a numeric parameter. A string that contains a number is accepted, too.
 
     Raises:
-        AssertionError: the parameter is not a number.
+        AssertionError: the parameter is not set, or is not a number.
     """
     value = parameter(node, name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):

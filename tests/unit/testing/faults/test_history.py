@@ -54,7 +54,7 @@ def test_duplicates_disorder_and_torn_messages_are_reported() -> None:
     history.receive("talker 9 nonsense")
 
     assert history.problems(counted=10) == [
-        "[sink] a message is torn: 'talker 9 nonsense'",
+        "[sink] a message is corrupted, or was not created by numbered_text: 'talker 9 nonsense'",
         "[sink] from [talker]: 1 messages were duplicated",
         "[sink] from [talker]: 1 messages were reordered",
     ]
