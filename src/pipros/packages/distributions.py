@@ -25,7 +25,7 @@ class ShippedDistribution(Distribution):
     """
 
     def __init__(self, name: str) -> None:
-        """Represent the package `name` in `SHARE`. Its manifest is read on demand."""
+        """Store the name of a package in `SHARE`. Its manifest is read on demand."""
         self._name = name
 
     def read_text(self, filename: str) -> str | None:

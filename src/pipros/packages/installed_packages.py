@@ -113,7 +113,7 @@ def editable_folders() -> Iterator[str]:
 
 
 def modules() -> dict[str, str]:
-    """Return the ROS packages by the top-level Python modules that their wheels installed."""
+    """Map each top-level Python module that a wheel installed to the name of its ROS package."""
     found: dict[str, str] = {}
     for share in share_folders():
         folder = os.path.join(share, MODULES)

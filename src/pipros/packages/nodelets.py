@@ -48,7 +48,7 @@ PLUGINS: Final[Mapping[str, str]] = {
     "stereo_image_proc/point_cloud2": "images.stereo_cloud:StereoCloud",
     "yocs_velocity_smoother/VelocitySmootherNodelet": "teleoperation.velocity_smoother_node:SmootherNode",
 }
-"""The nodelets of pipros. Their modules are relative to `pipros.libraries`."""
+"""pipros's nodelets. Their modules are relative to `pipros.libraries`."""
 
 _PACKAGE_OF_PREFIX = {"jsk_pcl": "jsk_pcl_ros", "jsk_pcl_utils": "jsk_pcl_ros_utils", "pcl": "pcl_ros"}
 """Packages by prefix of plugin names, for prefixes that are not package names."""

@@ -38,7 +38,7 @@ _PACKAGE_OF_COMMAND = {
     "gzserver": "gazebo_ros",
 }
 _PYPI = {"catkin": "catkin-tools"}
-"""Commands of Noetic, and the distributions on PyPI that contain them."""
+"""Noetic commands, and the PyPI distributions that contain them."""
 
 _PYTHON_NAMES = """
     executive_smach ros_numpy rosserial_python smach smach_ros sound_play

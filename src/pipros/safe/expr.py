@@ -94,7 +94,7 @@ def evaluate(
 class Expression:
     """An expression that is parsed once and evaluated many times.
 
-    Takes the same arguments as `evaluate`.
+    Takes the same arguments as `evaluate`, except `names`.
 
     Raises:
         ExpressionError: the text is malformed or too long.
@@ -118,7 +118,7 @@ class Expression:
         self._fields = fields
 
     def names(self) -> set[str]:
-        """Return all names in the expression: of variables, functions and loop variables."""
+        """Return all names in the expression: variables, functions and loop variables."""
         return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     def value(self, names: Mapping[str, Any]) -> Any:

@@ -46,8 +46,8 @@ class PackageFiles:
 
     Attributes:
         entries: the files by path. The paths of files below `.data` begin with `data`.
-        notes: one line for each part that was left out, and one if the folder was added as a whole, with the
-            reason.
+        notes: lines that name the parts that were left out, or the reasons why the folder was added as a
+            whole.
     """
 
     entries: dict[str, ArchiveEntry] = field(default_factory=dict)

@@ -13,8 +13,8 @@ def meant_by(
 ) -> list[_Goal]:
     """Return the goals that a cancellation request selects, by the rules in actionlib_msgs/GoalID.
 
-    An ID selects one goal, and a timestamp (ns) selects all goals up to that time. If both are given, both
-    selections apply. An empty ID with the timestamp 0 selects all goals.
+    An ID selects one goal, and a timestamp (ns) selects all goals up to that time. If both are given, the
+    goals of both selections are returned. An empty ID with the timestamp 0 selects all goals.
 
     Args:
         named: the goal with the ID `goal_id`, if there is one.

@@ -59,7 +59,7 @@ class CloudFilterNodelet(LazyNode):
         (self._output,) = self._inputs.outputs
 
     def filtered(self, cloud: Any, indices: Any) -> Any:
-        """Return the filtered cloud. Filters override this.
+        """Return the filtered cloud. Subclasses override this method.
 
         Raises:
             InvalidCloud: the cloud or a setting is invalid.
@@ -89,7 +89,7 @@ class CloudFilterNodelet(LazyNode):
             self._errors.error("dropped a cloud: %s", error)
 
     def _in_frame(self, cloud: Any, target: str) -> Any:
-        """Return a cloud in another frame, with the same timestamp."""
+        """Return the cloud transformed to the frame `target`, with the same timestamp."""
         source = cloud.header.frame_id
         if target.removeprefix("/") == source.removeprefix("/") or self._listener is None:
             return cloud

@@ -104,6 +104,8 @@ def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
 def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
     """Return the points with these indices, in the order of the indices, or all other points if negated.
 
+    As in PCL, the cloud is returned unchanged if there are as many indices as points.
+
     Raises:
         InvalidCloud: the cloud is invalid, or an index is out of range.
     """
@@ -219,7 +221,7 @@ def leaf_sizes(values: Values) -> Any:
     own = [values.get(f"leaf_size_{axis}", -1.0) for axis in POSITION]
     leaf = np.array([each if each >= 0 else general for each in own], np.float32)
     if not (leaf > 0).all():
-        raise InvalidCloud(f"leaf_size must be greater than 0, got {general:g}")
+        raise InvalidCloud(f"leaf_size must be greater than 0, got {leaf.min():g}")
     return leaf
 
 

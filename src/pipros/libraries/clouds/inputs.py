@@ -1,4 +1,4 @@
-"""The inputs that all nodelets of pcl_ros have in common: clouds, and optionally indices of their points."""
+"""The inputs that the nodelets for pcl_ros have in common: clouds, and optionally indices of their points."""
 
 from __future__ import annotations
 

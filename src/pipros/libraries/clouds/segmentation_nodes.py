@@ -29,7 +29,7 @@ class MissingParameter(PiprosError):
 
 
 class _Segmentation(LazyNode):
-    """Base of segmentation nodelets. Handles inputs and settings, and extracts the points of clouds."""
+    """Base of segmentation nodelets. Handles inputs and settings, and extracts the points from clouds."""
 
     settings: tuple[Setting, ...] = ()
     _inputs: CloudInputs

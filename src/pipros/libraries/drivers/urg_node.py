@@ -89,7 +89,7 @@ class UrgNode:
             raise
 
     def _configure(self, sensor: UrgSensor) -> None:
-        """Log the device's information. For the first device, offer the settings with the device's limits."""
+        """Log the device's information. On the first connection, offer settings within its limits."""
         version = sensor.version
         self._driver.describe(", ".join(version.get(key, "?") for key in ("PROD", "SERI", "FIRM")))
         if self._settings is None:
@@ -133,7 +133,7 @@ class UrgNode:
         return self._started(sensor)
 
     def _publish_scans(self, sensor: UrgSensor, request: ScanRequest) -> None:
-        """Publish scans until a setting of the stream changes or the node is shut down."""
+        """Publish scans until a setting that restarts the stream changes, or the node is shut down."""
         last_s, errors = time.monotonic(), sensor.errors
         while not self._driver.is_ending and not self._is_changed.is_set():
             for reply in sensor.scans(request):
@@ -199,7 +199,7 @@ _CHOICES: Final[dict[str, Callable[[Sequence[tuple[int, int]]], tuple[float, int
     "last": lambda step: step[-1],
     "most_intense": lambda step: max(step, key=lambda echo: echo[1]),
 }
-"""The echo selected by each output that has one echo per step."""
+"""Functions that select the echo of a step, by output. The output `echoes` has all echoes."""
 
 
 def _port(node: Node) -> tuple[dict[str, str], Port]:

@@ -126,7 +126,7 @@ def synchronized(
 
     Args:
         queue_size: maximum number of messages per input that wait for matching messages.
-        is_exact: whether matching timestamps must be equal; otherwise, they may differ by up to
+        is_exact: whether matching timestamps must be equal; otherwise, they must differ by less than
             `APPROXIMATE_S`.
         topic_queue_size: the queue size of the subscriptions; defaults to `queue_size`.
     """

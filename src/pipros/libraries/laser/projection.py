@@ -58,7 +58,7 @@ def poses_of_scan(
 
 
 def moving(points: Any, beams: Any, count: int, poses: tuple[Pose, Pose]) -> Any:
-    """Transform points of a scan, whose frame moves between two poses at constant speed.
+    """Transform the points of a scan whose frame moves between two poses at constant speed.
 
     `count` is the scan's number of beams. Positions are interpolated linearly, and rotations by slerp.
     """

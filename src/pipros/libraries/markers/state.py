@@ -84,7 +84,7 @@ class Changes:
 
 
 class Markers:
-    """The markers of one server. Changes to markers are pending until `apply`. Not thread-safe.
+    """The markers of one server. Changes to markers are pending until `apply` is called. Not thread-safe.
 
     Args:
         new_marker: function that returns an empty marker, for pending poses and erasures.

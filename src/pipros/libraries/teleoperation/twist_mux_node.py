@@ -1,4 +1,6 @@
-"""The node `twist_mux`, which forwards velocities from one of several sources, by priorities and locks."""
+"""The node `twist_mux`, which forwards velocities from one of several sources, selected by priorities and
+locks.
+"""
 
 from __future__ import annotations
 

@@ -73,10 +73,10 @@ class ScanFilter:
         self.read(params)
 
     def read(self, params: Mapping[str, Any]) -> None:
-        """Read parameters that are not settings. Filters override this."""
+        """Read parameters that are not settings. Subclasses may override this method."""
 
     def changed(self) -> None:
-        """Handle changes that a client has made to `values`. Filters override this."""
+        """Handle changes that a client has made to `values`. Subclasses may override this method."""
 
     def update(self, scan: Scan) -> Scan:
         """Return the filtered scan.
