@@ -95,7 +95,7 @@ class VelocitySmoother:
             self._is_active = False
             if self._target != STOPPED:
                 self._log(
-                    logging.WARNING, f"the input is silent, the robot is stopped (after {silent_s:.2f} s)"
+                    logging.WARNING, f"the input is silent, so the robot is stopped (after {silent_s:.2f} s)"
                 )
                 self._target = STOPPED
         if self._feedback and self._is_active:

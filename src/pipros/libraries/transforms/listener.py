@@ -95,8 +95,7 @@ class TransformGate:
     If more than `queue_size` messages are waiting, the oldest is dropped.
 
     Attributes:
-        tolerance_ns: the transform must be available both at a message's timestamp and at the time this many
-            nanoseconds later.
+        tolerance_ns: the transform must be available both at a message's timestamp and `tolerance_ns` later.
     """
 
     def __init__(

@@ -50,7 +50,7 @@ def test_a_silent_input_stops_the_robot() -> None:
     one.command((0.1, 0.0), 1.0)
     assert one.step(1.29) == (0.1, 0.0)
     assert one.step(1.31) == (0.0, 0.0)
-    assert log == ["the input is silent, the robot is stopped (after 0.31 s)"]
+    assert log == ["the input is silent, so the robot is stopped (after 0.31 s)"]
     assert one.step(1.4) is None
 
 
