@@ -22,7 +22,7 @@ from pipros.basics.budget import Budget
 UNCOUNTED_BYTES: Final = 64 * 1024
 """Queues up to this size do not use the budget, because accounting for small messages would take time."""
 FRAME_BYTES: Final = 300
-"""Approximate memory for a queued frame besides its data. Of fragments, it is most of the memory."""
+"""Approximate memory for a queued frame besides its data. For fragments, it is most of the memory."""
 _STEP_BYTES: Final = 256 * 1024
 """Larger queues take room from the budget in steps of this size."""
 

@@ -41,7 +41,7 @@ class BridgeOptions:
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
-        token_file: file with the accepted tokens; None admits every client.
+        token_file: file with the accepted tokens; None if there is none.
         origins: origins of other pages that may connect; `*` allows all. Pages served from this machine may
             always connect.
         allows_null_origin: whether pages without an origin may connect.

@@ -1,7 +1,7 @@
 """Divide a server's memory and topics among its clients. Performs no I/O.
 
 If all clients shared a limit, one client could use up everything. Here, each client has its own share, and
-may use at most half of what the other clients leave. `close` gives back whatever a client still holds.
+may use at most half of what the other clients leave free. `close` gives back whatever a client still holds.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.pace import SharedWork
 
 PART: Final = 0.5
-"""One client gets at most this part of what the other clients leave."""
+"""One client gets at most this part of what the other clients leave free."""
 OWN_BYTES: Final = 256 * 1024
 """Memory that each client has regardless of the other clients."""
 OWN_TOPICS: Final = 8

@@ -1,4 +1,7 @@
-"""Check every act of a server's clients, and refuse what the policy does not allow.
+"""Check every act of a server's clients, and refuse acts that the policy does not allow.
+
+An act is a published message, a service call, a change of a parameter, or the start of a launch file or
+recording.
 
 A policy can only restrict clients further: a server's other conditions, such as `--control`, are checked
 first.

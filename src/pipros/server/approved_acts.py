@@ -159,7 +159,8 @@ class ApprovedActs:
             needs_human: False for acts that only end what was approved earlier.
 
         Raises:
-            ActRefused: the policy or the human refuses.
+            ActRefused: the policy or the human refuses, the values are too long to be shown, or the call has
+                ended.
             Unreachable: the master does not answer.
         """
         system = self.system()

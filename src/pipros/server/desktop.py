@@ -18,7 +18,7 @@ VARIABLE: Final = "PIPROS_BROWSER"
 """If this variable is `off`, programs print addresses without opening them."""
 
 USED_WITHIN_S: Final = 5.0
-"""If the browser has not used its code by then, the address is printed again."""
+"""If the browser has not used its code within this time, the address is printed."""
 
 
 def open_in_browser(

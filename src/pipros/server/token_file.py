@@ -12,7 +12,7 @@ from pipros.basics.input_file import read_text
 from pipros.basics.posix import HAS_OWNERS, user_id
 
 SHORTEST: Final = 16
-"""Minimum number of characters of a token."""
+"""Minimum number of characters in a token."""
 _LIMIT_BYTES: Final = 64 * 1024
 _TOKEN = re.compile(r"[A-Za-z0-9._~-]+")
 

@@ -39,7 +39,7 @@ def show_windows_on_page(node: Node) -> None:
 
 
 class _Finder:
-    """Import hook that finds only `cv2`, only once, and replaces its functions after the import."""
+    """Import hook for the first import of `cv2`, whose window functions it replaces after the import."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
