@@ -29,7 +29,7 @@ def flattened(tree: object) -> dict[str, Any]:
 
 
 def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
-    """Return the parameters with the given names. Any other name selects all parameters in this namespace.
+    """Return the parameters with the given names. Other names select all parameters in these namespaces.
 
     Namespaces may overlap: each selected parameter is processed once.
     """

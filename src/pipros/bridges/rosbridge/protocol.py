@@ -101,7 +101,7 @@ class RosbridgeSettings:
             call services of `rosapi` that do not change the system.
         is_bson: whether binary frames are BSON.
         fragment_timeout_s: how long the fragments of an incomplete text are kept.
-        policy: restricts what clients may do with these names; None for no policy.
+        policy: restricts what clients may do; None for no policy.
     """
 
     topics: Globs = field(default_factory=Globs)

@@ -166,7 +166,7 @@ class TcpServer(StreamServer):
             self._disconnect(writer, session)
 
     async def _end_idle(self) -> None:
-        """Among the clients without topics or services, disconnect the one that has been silent longest."""
+        """Among the unused clients, disconnect the client that has been silent longest."""
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:

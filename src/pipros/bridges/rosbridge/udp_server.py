@@ -1,8 +1,8 @@
 """rosbridge over UDP, for clients on this machine only. A datagram is a part of a stream of JSON objects.
 
 In BSON mode, a datagram is one document. UDP has no connections: each sender address counts as a client after
-its first whole operation. If there are too many clients, a new client replaces the client without topics and
-services that has been silent longest.
+its first whole operation. If there are too many clients, a new client replaces the unused client that has
+been silent longest (see `RosbridgeSession.is_unused`).
 """
 
 from __future__ import annotations
