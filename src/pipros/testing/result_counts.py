@@ -38,7 +38,7 @@ class ResultCounts:
 
 
 def results_below(folder: Path) -> Iterator[tuple[Path, ResultCounts | str]]:
-    """Yield all XML files below a folder, each with its counts or the reason why it cannot be read."""
+    """Yield each XML file below a folder, with its counts or the reason why it cannot be read."""
     for file in sorted(folder.rglob("*.xml")):
         try:
             yield file, count_results(parse(read_file(file), str(file)))

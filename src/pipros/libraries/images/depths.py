@@ -85,7 +85,7 @@ def registered(
         camera, target: the cameras of the image and of the result.
         size: height and width of the result.
         transform: 4x4 matrix that transforms points from the frame of `camera` to that of `target`.
-        fills_holes: whether each depth fills all pixels of the result that its source pixel covers.
+        fills_holes: whether each depth fills the pixels of the result that its source pixel covers.
     """
     name = checked(encoding_name)
     depths = (_with_nan(image, name) * _UNIT[name]).astype(np.float64)  # single precision, as in Noetic

@@ -58,7 +58,7 @@ class SliderPage:
         )
 
     async def _show(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all sliders whenever a value or a range changes."""
+        """Yield the content of the page, with all sliders, whenever a value or a range changes."""
         sent: Any = None
         try:
             while True:

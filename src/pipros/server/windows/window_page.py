@@ -87,7 +87,7 @@ class Windows:
         return {"node": self._node, "windows": windows}
 
     async def _show(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all windows, without their images, whenever one changes."""
+        """Yield the state of all windows, without their images, whenever it changes."""
         sent: Any = None
         while True:
             state = self._state()
