@@ -1,6 +1,4 @@
-"""The operations and functions of safe expressions, with bounds on results that could otherwise grow without
-limit.
-"""
+"""The operations and functions of safe expressions, with bounds on the size of their results."""
 
 from __future__ import annotations
 

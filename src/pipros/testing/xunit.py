@@ -62,8 +62,7 @@ def _is_outside_xml(char: str) -> bool:
 
 
 def parse_suites(content: bytes, file: str) -> list[Suite]:
-    """Return the suites in a result file, which has one `<testsuite>`, or a `<testsuites>` as written by
-    gtest.
+    """Return the suites in a result file, which has one `<testsuite>` or, from gtest, a `<testsuites>`.
 
     Raises:
         UnreadableResults: the content is not a result file.

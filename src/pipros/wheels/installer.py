@@ -124,6 +124,7 @@ def find_installer(name: str = "") -> tuple[str, ...]:
     uv = shutil.which("uv") if name in ("", "uv") else None
     if uv is None:
         raise NoInstaller(
-            f"{name or 'neither pip nor uv'} is {'not ' if name else ''}installed: python -m ensurepip"
+            f"{name or 'neither pip nor uv'} is {'not ' if name else ''}installed;"
+            " python -m ensurepip installs pip"
         )
     return (uv, "pip")

@@ -88,8 +88,9 @@ def _source_of(folder: Path) -> Path:
 def build_wheels(
     packages: Sequence[SourcePackage], output: Path, options: WheelOptions, say: Say
 ) -> list[BuiltWheel]:
-    """Build a wheel for each package, and return the wheels in the same order. If a build fails, no wheel is
-    written.
+    """Build a wheel for each package, and return the wheels in the same order.
+
+    If a build fails, no wheel is written.
 
     Raises:
         PiprosError, OSError: a package cannot be built, or a wheel cannot be written.

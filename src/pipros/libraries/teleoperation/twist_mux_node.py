@@ -1,6 +1,4 @@
-"""The node `twist_mux`, which forwards velocities from one of several sources, selected by priorities and
-locks.
-"""
+"""The node `twist_mux`, which forwards velocities from the source that priorities and locks select."""
 
 from __future__ import annotations
 

@@ -135,7 +135,10 @@ class TransformBuffer:
         """Return the transform's time, and the pose of `source` relative to `target` at that time.
 
         Raises:
-            InvalidArgumentException, LookupException, ConnectivityException, ExtrapolationException.
+            InvalidArgumentException: a frame ID is empty or starts with a slash.
+            LookupException: a frame is unknown, or the frames form a loop.
+            ConnectivityException: the frames are not connected.
+            ExtrapolationException: a transform on the path is not available at this time.
         """
         with self._lock:
             frames = self._frames
@@ -230,7 +233,9 @@ class TransformBuffer:
         Return 0 if all transforms between them are static.
 
         Raises:
-            InvalidArgumentException, LookupException, TransformException.
+            InvalidArgumentException: a frame ID is empty or starts with a slash.
+            LookupException: a frame is unknown.
+            TransformException: the frames are not connected, or form a loop.
         """
         with self._lock:
             self._require(target, "get_latest_common_time")
@@ -244,7 +249,9 @@ class TransformBuffer:
         """Return the frames on the path from `source` via `fixed` to `target`.
 
         Raises:
-            LookupException, ConnectivityException, ExtrapolationException.
+            LookupException: a frame is unknown, or the frames form a loop.
+            ConnectivityException: the frames are not connected.
+            ExtrapolationException: a transform on the path is not available at the given time.
         """
         with self._lock:
             if not {target, source, fixed} <= self._frames.keys():
@@ -306,7 +313,7 @@ class TransformBuffer:
         self._chains_bytes = 0
 
     def _require(self, name: str, what: str) -> None:
-        """Raise LookupException for an unknown frame."""
+        """Raise InvalidArgumentException if the frame ID is invalid, LookupException if it is unknown."""
         if name not in self._frames:
             _check(name, what)
             raise LookupException(f'"{name}" passed to {what} does not exist. ')
