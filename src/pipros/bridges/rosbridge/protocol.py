@@ -376,7 +376,7 @@ class ClientProtocol:
     # -- services -------------------------------------------------------------------------
 
     def _call_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
-        # As in rosbridge, a number after # only distinguishes calls.
+        # As in rosbridge, a number after `#` only distinguishes calls.
         service = self._name(operation, "service", self._settings.services, end="#")
         fragment_size = int(_number(operation, "fragment_size"))
         yield CallService(service, operation.get("args"), fragment_size, operation)
