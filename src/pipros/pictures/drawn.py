@@ -30,7 +30,7 @@ _COLOURS = ((31, 119, 180), (214, 39, 40), (44, 160, 44), (255, 127, 14), (148, 
 _LUMA: Final = {Color.YUV422: 1, Color.YUV422_YUY2: 0}
 """Offset of the first luma byte in a row."""
 _FAR_M: Final = 1e6
-"""Points with larger coordinates are left out, as are those with coordinates that are not finite."""
+"""Points with larger or non-finite coordinates are left out."""
 
 
 @dataclass(frozen=True, slots=True)

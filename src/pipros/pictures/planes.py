@@ -21,7 +21,7 @@ class Picture:
     """A picture. Each channel has one byte per pixel, row by row from the top.
 
     Attributes:
-        colors: the grey channel, or red, green and blue.
+        colors: the grey channel, or the red, green and blue channels.
         alpha: the alpha channel, 0 for transparent; None if the picture does not have one.
     """
 

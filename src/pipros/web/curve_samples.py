@@ -156,7 +156,7 @@ def number_in(message: Any, field: CurveField) -> float | None:
     Raises:
         NotANumber: the field is not a number.
         ExpressionError: an expression cannot be evaluated.
-        ValueError: an index is out of range.
+        ValueError: an index is out of range, or the indexed field is not an array.
     """
     from pipros.web.views.topics import percentage
 

@@ -28,7 +28,7 @@ class GraphDrawings:
     """Cache of drawings. For use in one event loop."""
 
     def __init__(self, draw: Draw) -> None:
-        """Create an empty cache. `draw` is called once per graph, and computes its drawing."""
+        """Create an empty cache. `draw` computes the drawing of a graph that is not in the cache."""
         self._draw = draw
         self._drawings: dict[tuple[GraphOptions, Grouping], _Drawing] = {}
 
@@ -39,7 +39,7 @@ class GraphDrawings:
         grouping: Grouping | None = None,
         removed: Collection[tuple[str, str]] = (),
     ) -> NodeGraph:
-        """Return the graph of an observation: always the same object until the graph changes.
+        """Return the graph of an observation. While it is cached and unchanged, return the same object.
 
         Args:
             removed: kinds and names of the nodes and topics in the observation that no longer exist.

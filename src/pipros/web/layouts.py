@@ -114,7 +114,7 @@ class StoredLayouts:
 
 
 def open_layout(path: str) -> OpenedLayout:
-    """Read a layout file, or make a layout with a panel for each plugin in an rqt perspective.
+    """Read a layout file, or derive a layout from an rqt perspective.
 
     Raises:
         BadLayout: the file is neither a layout nor a perspective, or no plugin has a corresponding tab.

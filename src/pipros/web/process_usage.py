@@ -37,7 +37,7 @@ class ProcessUsage:
 
 
 def has_proc() -> bool:
-    """Return True if this system has Linux's `/proc`."""
+    """Return whether this system has Linux's `/proc`."""
     return (PROC / "self" / "stat").exists()
 
 

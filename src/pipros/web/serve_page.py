@@ -149,9 +149,13 @@ class MountedPage:
     def __init__(
         self, node: Node, tool: str, secret: Secret | None, gate: ActGate, *, has_control: bool
     ) -> None:
-        """Create the page of a node. `secret` is the page's secret; if it is None, a new secret is created.
+        """Create the page of a node.
 
-        `gate` allows or refuses the browsers' acts.
+        Args:
+            tool: the name of the tool; see `GraphClient`.
+            secret: the page's secret; None to create a new secret.
+            gate: allows or refuses the browsers' acts.
+            has_control: whether the page may use all views and actions in `CHANGING`.
         """
         self._closing = contextlib.ExitStack()
         graph = self._closing.enter_context(GraphClient(tool, timeout_s=MASTER_DEADLINE_S))

@@ -38,7 +38,7 @@ class VelocityCommands:
         self._last_s = now_s
 
     def due(self, now_s: float) -> Velocity | None:
-        """Return the velocity to publish now, or None if zero has already been returned."""
+        """Return the velocity to publish now, or None if the robot is already stopped."""
         wanted = self._wanted if now_s - self._last_s < SILENCE_S else ZERO
         if wanted == ZERO:
             return self.end()

@@ -58,7 +58,7 @@ class Newest:
 
 
 class TopicWatch:
-    """Statistics and newest message of one topic. The threads that receive messages count them."""
+    """Statistics and newest message of one topic. Messages are added by the threads that receive them."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class TopicWatch:
             listener(message, wall_s)
 
     def _keep_latched(self, message: AnyMsg, wall_s: float) -> None:
-        """Keep a publisher's newest message. Beyond limits in number and in bytes, the oldest are dropped."""
+        """Keep a publisher's newest message. If the limits are exceeded, drop the oldest kept messages."""
         sender = message.header.get("callerid", "")
         self._latched.pop(sender, None)
         self._latched[sender] = message, wall_s

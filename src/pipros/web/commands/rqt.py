@@ -125,7 +125,7 @@ def rqt(argv: Sequence[str] | None = None) -> int:
     """Run `rqt`.
 
     With `-s NAME` (`--standalone`), run one plugin's command. With `--perspective-file FILE` or `-p NAME`,
-    open the page with that panel layout. Otherwise, open the page at the graph.
+    open the page with that panel layout. Otherwise, open the page at the view that the browser showed last.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))

@@ -62,8 +62,8 @@ def save_picture(
     first picture.
 
     Raises:
-        CommandError: Chromium is not installed, Chromium or the server does not start, the file cannot be
-            written, or the platform is Windows.
+        CommandError: none of the browsers in `PROGRAMS` is installed, the browser or the server fails, the
+            file cannot be written, or the platform is Windows.
     """
     if os.name == "nt":
         raise CommandError("--png does not work on Windows")

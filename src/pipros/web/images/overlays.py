@@ -34,7 +34,7 @@ Lines = Iterator[tuple[Vector, Vector]]
 
 
 def detection_shapes(message: Any) -> list[Shape]:
-    """Return the boxes and best results of a `Detection2DArray`.
+    """Return the boxes and best results of a `Detection2DArray` as shapes.
 
     The fields have the names in the publisher's definition, which differ between releases of vision_msgs:
     `bbox.center.x` or `bbox.center.position.x`, and `results[].id` or `results[].hypothesis.class_id`.
@@ -99,7 +99,7 @@ class OverlayMarkers:
 
 
 class Camera:
-    """Projection of a `sensor_msgs/CameraInfo` from its frame (x right, y down, z forward) to pixels.
+    """Projection from the frame of a camera (x right, y down, z forward) to pixels, given by its `CameraInfo`.
 
     Attributes:
         frame: the camera's frame.
@@ -137,7 +137,7 @@ class Camera:
 
 
 def marker_shapes(markers: Sequence[Any], camera: Camera, pose_in: Callable[[str], Pose]) -> list[Shape]:
-    """Return markers projected into a camera's image.
+    """Return shapes for markers, projected into a camera's image.
 
     Args:
         pose_in: returns the pose of a frame in the camera's frame.

@@ -1,4 +1,4 @@
-"""Pairs of images from two topics, with timestamps that are about equal."""
+"""Pairs of images from two topics with nearly equal timestamps."""
 
 from __future__ import annotations
 

@@ -26,7 +26,8 @@ def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[st
     """Encode a `sensor_msgs/Image` or `CompressedImage` for the browser. Return a header and the pixels.
 
     Raises:
-        RequestRefused: the encoding is unknown, or pixels are missing.
+        RequestRefused: the page cannot show the encoding, pixels are missing, or a compressed depth image is
+            malformed.
     """
     if message._type == "sensor_msgs/CompressedImage":
         return _compressed(message)

@@ -31,7 +31,7 @@ class NoticeViews:
         self._shared = system.shared(_open)
 
     async def notices(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the changes of the last minute, newest first, and the stale sources, when they change."""
+        """Yield the changes of the last minute, newest first, and the stale sources, whenever they change."""
         shown: Any = None
         with self._shared.use() as collected:
             async for observation in self._system.observations():

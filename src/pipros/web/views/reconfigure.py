@@ -54,7 +54,7 @@ class ReconfigureViews:
             }
 
     async def reconfigure(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the groups and parameters of one server, then its values whenever they change."""
+        """Yield the groups and parameters of one server, and its values, now and whenever they change."""
         name = topic_name(arguments)
         shown: tuple[int, int] = 0, 0
         with ExitStack() as stack:
