@@ -99,7 +99,7 @@ class OverlayMarkers:
 
 
 class Camera:
-    """Projection from the frame of a camera (x right, y down, z forward) to pixels, given by its `CameraInfo`.
+    """Projection from a camera's frame (x right, y down, z forward) to pixels, given by its `CameraInfo`.
 
     Attributes:
         frame: the camera's frame.
