@@ -14,7 +14,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.web.topic_watch import TopicWatch
 
 APART_S: Final = 0.1
-"""Maximum difference (s) of the timestamps of a pair."""
+"""The timestamps of a pair differ by less than this (s)."""
 QUEUE: Final = 10
 """Number of images of each topic that wait for their counterpart."""
 _STAMP: Final = struct.Struct("<4xII")
