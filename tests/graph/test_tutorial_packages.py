@@ -58,7 +58,9 @@ def test_numbers_are_added(ros: RosSystem) -> None:
     server.wait()
     server = ros.pipros.start("rosrun", "roscpp_tutorials", "add_two_ints_server")
     wait_until(
-        lambda: ros.pipros.run("rosservice", "find", "roscpp_tutorials/TwoInts").stdout, 30, "a server"
+        lambda: "/add_two_ints" in ros.pipros.run("rosservice", "find", "roscpp_tutorials/TwoInts").stdout,
+        30,
+        "a server",
     )
     added = ros.pipros.run("rosrun", "roscpp_tutorials", "add_two_ints_client", "3", "4")
     assert (added.returncode, added.output.rpartition(": ")[2].strip()) == (0, "7")
