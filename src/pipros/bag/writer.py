@@ -159,7 +159,7 @@ class BagWriter:
         """Serialize a message into the open chunk.
 
         Raises:
-            SerializationError: a value does not fit its field. Nothing is added.
+            genpy.SerializationError: a value does not fit its field. Nothing is added.
         """
         chunk = self._chunk
         offset = chunk.tell()
