@@ -102,6 +102,7 @@ def _check_message(name: str, type_name: str, value: Any) -> None:
         raise SerializationError(f"field {name} must be of type [{type_name}]")
     if value._type in _HEADERS:
         if type_name not in ("Header", *_HEADERS):
+            # genpy's text, although the value is the header
             raise SerializationError(f"field {name} must be a Header instead of a {value._type}")
     elif value._type != type_name:
         raise SerializationError(f"field {name} must be of type {type_name} instead of {value._type}")

@@ -193,7 +193,7 @@ def _note_compiled(
         return
     names = ", ".join(f"{reason.target} ({reason.file}:{reason.line})" for reason in compiled)
     if is_strict:
-        raise WheelRefused(f"{package.name} compiles {names}; a wheel of pipros has no compiled code")
+        raise WheelRefused(f"{package.name} compiles {names}; pipros's wheels contain no compiled code")
     result.notes.append(f"left out, because they are compiled: {names}")
 
 

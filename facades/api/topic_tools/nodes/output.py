@@ -26,7 +26,7 @@ def base_name(topic: str, *others: str) -> str:
         raise SystemExit(f'Base name extracted from "{topic}" is an empty string')
     check_names("topic", topic, *others)
     if not names.is_legal_base(name):
-        raise SystemExit(f"[{topic}] must end in a valid node name: letters, digits and underscores")
+        raise SystemExit(f"[{topic}] must end in a valid node name: a letter, then letters, digits or _")
     return name
 
 

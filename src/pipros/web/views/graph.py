@@ -241,7 +241,7 @@ def _label_part(arrow: Arrow) -> float:
 
     At this position, a label with a rate and a bandwidth does not cover the head of the arrow.
     """
-    if arrow.wrong:  # a label with both types is so long that it fills the gap
+    if arrow.wrong:  # the label names both mismatched types, and is about as long as the arrow
         return 0.5
     return 0.52 if arrow.start.kind == "node" and arrow.end.kind != "node" else 0.4
 
