@@ -1,7 +1,8 @@
 """Record members' messages at a router, so that operators who join late can see what happened.
 
-The recorder joins the fleet as the member `router`, which offers nothing. It records the messages that
-members send to each other through the router, and messages on the topics that it requests itself.
+The recorder joins the fleet as the member `router`, which offers nothing. It records the messages of shared
+topics that pass through the router, and requests further topics itself. Messages to accepted topics are not
+recorded.
 """
 
 from __future__ import annotations
