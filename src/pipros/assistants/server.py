@@ -36,7 +36,7 @@ from pipros.server.daemon_pool import DaemonPool
 CALLS: Final = 4
 """Maximum number of concurrent calls of tools that only read; further calls wait."""
 ACTS: Final = 16
-"""Maximum number of concurrent calls of tools that act: enough that a stop need not wait for other acts."""
+"""Maximum number of concurrent calls of tools that act: enough that a stop seldom waits for other acts."""
 GONE_S: Final = 0.2
 """Interval at which an HTTP connection is checked during a call."""
 

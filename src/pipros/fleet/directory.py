@@ -84,7 +84,7 @@ def to_json(directory: Directory) -> bytes:
 
 
 def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Directory:
-    """Decode a member's directory. Entries with invalid names, types or md5 sums are omitted.
+    """Decode a member's directory. Entries with invalid names, types or MD5 sums are omitted.
 
     Raises:
         LimitExceeded: the directory is larger than `limit_bytes`, by default

@@ -31,11 +31,11 @@ CALL_S: Final = 10.0
 """Time limit of a service call."""
 
 Values = Annotated[
-    dict[str, Any], Field(max_length=100, description="fields by name; others are zero or empty")
+    dict[str, Any], Field(max_length=100, description="fields by name; all other fields are zero or empty")
 ]
 Seconds = Annotated[float, Field(ge=0.0, le=10.0)]
 Value = Annotated[bool | int | float | Annotated[str, Field(max_length=1000)], Field(union_mode="smart")]
-Run = Annotated[int, Field(ge=1, le=10**9, description="the field run of the answer that started it")]
+Run = Annotated[int, Field(ge=1, le=10**9, description="the field run in the answer to its start")]
 
 
 class ActTools:

@@ -8,7 +8,7 @@ from pipros.basics.errors import MissingExtra
 from pipros.cli.runner import USAGE_ERROR, CommandError, dispatch, run
 
 OVERVIEW = """\
-pipros fleet joins ROS masters over a network. Each keeps its nodes, and sees the names of the others.
+pipros fleet joins ROS masters over a network. Each also shows the topics and services of the other members.
 
 Commands:
 \tpipros fleet router\trun a router, to which the members connect

@@ -19,7 +19,7 @@ def main(argv: Sequence[str]) -> int:
         metavar="S",
         type="float",
         default=0.0,
-        help="only files with messages of the last S seconds",
+        help="only files with messages from the last S seconds of the recording",
     )
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) != 1:

@@ -36,7 +36,7 @@ def list_members(argv: Sequence[str]) -> int:
             elif counts[each.member] == 1:
                 print(_summary(link, each.member))
             else:
-                print(f"{each.member}: a second member of this name")
+                print(f"{each.member}: a second member with this name")
     return 0
 
 
