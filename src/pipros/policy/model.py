@@ -115,8 +115,8 @@ class ActRule:
         stop: a message or request that is always allowed, because it stops what the topic or service moves;
             None if there is none.
         time_limit_s: the stop is sent this long after the last message, or after a call started or, if the
-            call ends within this time, after its end. A goal is cancelled this long after it was sent, and a program is
-            ended this long after its start. None for no limit.
+            call ends within this time, after its end. A goal is cancelled this long after it was sent, and a
+            program is ended this long after its start. None for no limit.
         cancel: an empty message for the action's cancel topic, in a rule for goals; otherwise None.
     """
 

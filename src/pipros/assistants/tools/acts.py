@@ -35,7 +35,7 @@ Values = Annotated[
 ]
 Seconds = Annotated[float, Field(ge=0.0, le=10.0)]
 Value = Annotated[bool | int | float | Annotated[str, Field(max_length=1000)], Field(union_mode="smart")]
-Run = Annotated[int, Field(ge=1, le=10**9, description="the field run in the answer to its start")]
+Run = Annotated[int, Field(ge=1, le=10**9, description="field run in the answer of start_launch or record")]
 
 
 class ActTools:
