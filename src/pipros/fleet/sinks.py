@@ -98,8 +98,9 @@ class Sink:
         if attachment.is_latched:
             if len(self._publishers) == 1:
                 self._publishers.append(self._advertise(latch=True))
-            if len(self._latched) < _KEPT:
-                self._latched[sender, attachment.source] = message
+            key = sender, attachment.source
+            if key in self._latched or len(self._latched) < _KEPT:
+                self._latched[key] = message
             self._newest = message
         self._publishers[0].publish(message)
 

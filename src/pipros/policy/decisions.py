@@ -167,7 +167,9 @@ def check_condition(condition: Condition, reading: Reading | None, now_s: float)
             condition.place,
         )
     if reading.reason:
-        raise ActRefused(f"{what}: {reading.reason}")
+        refused = ActRefused(f"{what}: {reading.reason}")  # the reason names the place of the value's rule
+        refused.place = condition.place
+        raise refused
 
 
 def read_condition(condition: Condition, message: Any, now_s: float) -> Reading:

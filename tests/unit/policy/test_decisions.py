@@ -341,6 +341,9 @@ def test_an_act_needs_conditions_that_hold_and_messages_that_are_new_enough() ->
     assert "the last message on /joy is 0.6 s old, at most 0.5 s" in refusal(GUARDED, act, state, 1.6)
     read("dead_man", joy(buttons=[1, 0]), 2.0)
     assert "must be one of 1; got 0" in refusal(GUARDED, act, state, 2.0)
+    with pytest.raises(ActRefused) as caught:
+        decide(GUARDED, act, state, 2.0)
+    assert caught.value.place == GUARDED.conditions["dead_man"].place != ""
     read("dead_man", joy(buttons=[1]), 2.0)
     assert "the message on /joy has no 1" in refusal(GUARDED, act, state, 2.0)
     read("dead_man", joy(buttons=[0, 1]), 2.0)
