@@ -173,7 +173,7 @@ class LocalCalls:
             name, service, master=lambda: self._node.master, calls=self._open, limits=self._node.limits
         )
         try:
-            answer: AnyMsg = client.call(service._request_class(body), rule.timeout_s or None)
+            answer: AnyMsg = client.call(service._request_class(body), rule.timeout_s)
         except ErrorReply as error:
             return FAILURE + error.text.encode()
         except PiprosError as error:

@@ -248,7 +248,7 @@ class _FleetReader:
             "priority": ("priority", self.priority),
             "compress": ("is_compressed", self.flag),
             "prefix_frames": ("has_prefixed_frames", self.flag),
-            "timeout_s": ("timeout_s", self.number),
+            "timeout_s": ("timeout_s", self.duration),
         }
         object.__setattr__(self, "_keys", keys)
 
@@ -298,6 +298,11 @@ class _FleetReader:
         if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 <= value < math.inf:
             raise self._error(place, "must be a number >= 0", value)
         return float(value)
+
+    def duration(self, value: object, place: str) -> float:
+        if not self.number(value, place):
+            raise self._error(place, "must be > 0", value)
+        return self.number(value, place)
 
     def text(self, value: object, place: str) -> str:
         if not isinstance(value, str):

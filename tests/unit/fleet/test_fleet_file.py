@@ -118,6 +118,7 @@ def test_wildcards(pattern: str, name: str, expected: bool) -> None:
         ),
         ("share: {topics: [{name: /a, rate_hz: .nan}]}", "rate_hz must be a number >= 0, got nan"),
         ("share: {topics: [{name: /a, rate_hz: true}]}", "rate_hz must be a number >= 0, got True"),
+        ("accept: {services: [{name: /a, timeout_s: 0}]}", "timeout_s must be > 0, got 0"),
         (
             "share: {topics: [{name: /a, priority: top}]}",
             "priority must be one of high, normal, low, got 'top'",
