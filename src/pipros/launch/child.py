@@ -185,7 +185,7 @@ class Child:
         Access is restricted, because `launch` runs programs as this process's user. On this machine, only the
         parent's user, this process's user and root may connect. If the system does not report which user owns
         a connection, any user of this machine may connect, but only if the parent runs here. Other machines
-        may connect from the addresses of the parent and of its ssh login.
+        may connect from the addresses of the parent and of the ssh client that started this process.
         """
         parent = self._link.addresses
         if not caller.is_here:

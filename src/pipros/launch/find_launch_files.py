@@ -95,7 +95,7 @@ def _launch_files(package: Package) -> set[str]:
 
 
 def _walk(package: Package) -> Iterator[tuple[str, list[str]]]:
-    """Yield the folders of a package, except hidden ones, and the names of their files."""
+    """Yield each folder of a package, except hidden ones, with the names of its files."""
     for folder, folders, files in os.walk(package.path):
         folders[:] = sorted(sub for sub in folders if not sub.startswith("."))
         yield folder, files

@@ -46,7 +46,7 @@ class ParentLink:
 
         Args:
             name: the parent's name for this child.
-            on_lost: called once, from another thread, after the parent has exited.
+            on_lost: called from another thread, at most once, when the parent is considered to have exited.
 
         Raises:
             LaunchError: the URI is invalid.

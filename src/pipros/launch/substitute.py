@@ -218,7 +218,7 @@ class Substitution:
         }
         try:
             parsed = Expression(expression, functions=functions)
-            # Convert only arguments in this expression, because a file may have thousands of arguments.
+            # Convert only the arguments that the expression uses: a file may have thousands of arguments.
             values = {name: self.arguments.get(name) for name in parsed.names()}
             return parsed.value(
                 {name: convert(text, "auto") for name, text in values.items() if text is not None}

@@ -334,7 +334,7 @@ class Node:
             if running is not None:
                 self.calls.interrupt(
                     self._timings.call_grace_s
-                )  # of calls that began just before the shutdown
+                )  # for calls that began just before the shutdown
                 try:
                     running.leave()
                 finally:  # a loop that kept running would watch descriptors that other code has closed

@@ -110,7 +110,8 @@ def id_in_ros1(goal: bytes) -> str:
 def with_id(goal: bytes, cdr: bytes) -> bytes:
     """Insert a goal ID into the CDR of a goal or of feedback.
 
-    Return the CDR of the `send_goal` request or of the feedback message.
+    Return the CDR of the `send_goal` request or of the feedback message; if `cdr` is empty, that of the
+    `get_result` request.
     """
     return _HEADER + goal + cdr[len(_HEADER) :]
 

@@ -57,7 +57,7 @@ class _Ros2Goal:
     Attributes:
         key: its ID in ROS 2.
         is_sent: whether the ROS 2 server has accepted the goal, so that it can be cancelled there.
-        is_cancelled: whether a ROS 1 node has requested the cancellation.
+        is_cancelled: whether a ROS 1 node has requested its cancellation.
     """
 
     id: str
@@ -153,7 +153,10 @@ class ActionToRos2:
             stack.callback(subscriber.unregister)
 
     def update(self) -> None:
-        """Publish the statuses every `STATUS_S`, and remove goals that ended more than `ENDED_S` ago."""
+        """Publish the statuses, and remove goals that ended at least `ENDED_S` ago.
+
+        Do nothing if this was done less than `STATUS_S` ago.
+        """
         now_s = time.monotonic()
         with self._lock:
             if now_s < self._publish_at_s:

@@ -18,8 +18,8 @@ class GatewayReport:
 
     Attributes:
         failure: why there is no valid report; empty if there is one.
-        dropped: maps topics, services and actions to the number of dropped messages, and the reason.
-        left_out: maps topics, services and actions that are not forwarded, although no rule excludes them, to
+        dropped: maps each topic, service or action that dropped messages to their number and the last reason.
+        left_out: maps each topic, service or action that is not forwarded, although no rule excludes it, to
             the reason.
     """
 

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from pipros.ros2.interface import Durability, Endpoint, Reliability, TopicQos
 
 LEAST_DEPTH = 10
-"""Minimum depth of publishers, and default depth of subscribers: the default of ROS 2."""
+"""Minimum depth of publishers, except on `/clock` and latched topics, and default depth of subscribers.
+
+This is the default depth in ROS 2.
+"""
 
 _STATIC_TRANSFORMS = "/tf_static"
 _CLOCK = "/clock"

@@ -81,8 +81,8 @@ class Ros1Poller:
     def poll(self) -> Ros1Graph | None:
         """Return the current graph, or None if the master does not answer.
 
-        Topics and services whose nodes do not answer within `_ANSWERS_S` appear in a later graph. A topic
-        that has an additional publisher remains as it was until all publishers have answered.
+        Topics and services whose nodes do not answer within `_ANSWERS_S` appear in a later graph. If
+        a topic gains a publisher, its old definition is returned until all its publishers have answered.
         """
         found = read_state(self._node.master)
         if found is None:
@@ -118,7 +118,7 @@ class Ros1Poller:
         return {name: kind for name, (kind, _) in self._actions.items()}
 
     def _kept(self, names: Mapping[_Key, str]) -> dict[str, Ros1Topic]:
-        """Return the topics of the last graph that still have the same type and at least one publisher."""
+        """Return the topics of the last graph whose type and at least one publisher are unchanged."""
         kept = {}
         for name, kind, publishers in names:
             last = self._topics.get(name)

@@ -139,7 +139,8 @@ class GatewayRules:
             reason = f"{kind.value} from other machines enter ROS 1 only if an allow list ({where}) matches"
             return Verdict(False, reason)
         if direction is Direction.TO_ROS1 and kind is not RuleKind.TOPIC:
-            return Verdict(False, f"{kind.value} enter ROS 1 only if an allow list ({where}) matches")
+            reason = f"{kind.value} of ROS 1 enter ROS 2 only if an allow list ({where}) matches"
+            return Verdict(False, reason)
         return Verdict(True)
 
     def names(self, kind: RuleKind, direction: Direction, name: str) -> bool:

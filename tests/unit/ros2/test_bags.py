@@ -345,7 +345,7 @@ def test_a_file_cannot_make_reading_endless(messages: str) -> None:
     database.commit()
     database.close()
 
-    with pytest.raises(BagFormatError, match="its tables are missing"):
+    with pytest.raises(BagFormatError, match="a table is missing, is a view"):
         Ros2BagReader(Path("evil.db3"))
 
 

@@ -107,7 +107,9 @@ class SqliteReader:
             row for name in names for row in self._database.execute(f"PRAGMA table_xinfo({name})") if row[6]
         ]
         if not is_plain or computed or len(found) < len(names) - 1:
-            raise BagFormatError(f"{self._name} is not a ROS 2 bag: its tables are missing")
+            raise BagFormatError(
+                f"{self._name} is not a ROS 2 bag: a table is missing, is a view, or has computed columns"
+            )
 
     def _topics(self) -> list[tuple[Any, ...]]:
         known = {row[1] for row in self._database.execute("PRAGMA table_info(topics)")}

@@ -89,7 +89,7 @@ def target_name(source: Path) -> str:
 
 @contextlib.contextmanager
 def written(target: Path, options: Any) -> Iterator[MessageSink]:
-    """Create a ROS 2 bag, and print a warning for each topic that cannot be converted.
+    """Create a ROS 2 bag. On exit, print a warning for each topic that lacks messages.
 
     Raises:
         PiprosError: an option has an invalid value, or the bag cannot be written.

@@ -3,7 +3,7 @@
 Theory of operation:
 
 - The function reads `data` once, from start to end, and adds parts to a list. It creates no message objects.
-- Numbers, times and fixed arrays are collected in a run (`runs.py`), which is converted by one
+- Numbers, times and fixed arrays of numbers are collected in a run (`runs.py`), which is converted by one
   `unpack_from` and one `pack`. If the offset in CDR is known modulo 8, the generator chooses the layout;
   otherwise, the function chooses it at run time.
 - Arrays of numbers, and arrays of messages without padding (for example, points), are copied as slices of

@@ -3,7 +3,7 @@
 The rules are those of ros1_bridge, and its YAML files can be used unchanged
 (https://github.com/ros2/ros1_bridge/blob/master/doc/index.rst):
 
-- a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, any other package to that of the same name;
+- a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, any other package to the one of the same name;
 - types correspond to types of the same name, and fields to fields of the same name; the case of field names
   is ignored;
 - rules declare further corresponding packages, types or fields. A rule that lists fields must list
@@ -164,7 +164,7 @@ _KEYS = {
 
 
 def parse_rules(text: str, file: str) -> MappingRules:
-    """Parse a mapping file of ros1_bridge.
+    """Parse a mapping file in ros1_bridge's format.
 
     Raises:
         InvalidRules: the file is malformed.

@@ -116,7 +116,7 @@ class Connections:
         self.events.append(Matched(entity, remote, True))
 
     def mismatched(self, peer: Peer) -> Iterator[Mismatched]:
-        """Yield a mismatch for each endpoint of a peer that matches no local endpoint of its topic."""
+        """Yield a mismatch for each endpoint of a peer if its topic has local endpoints, but none match."""
         for remote in peer.endpoints.values():
             found = [
                 _mismatched(each.data, remote)

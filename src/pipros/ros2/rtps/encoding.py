@@ -1,6 +1,7 @@
 """Encoding of submessages (OMG DDSI-RTPS 2.3, section 9.4), little-endian.
 
-Each function returns one submessage, or only the part before its payload, to avoid copying the payload.
+Apart from `datagram_head`, each function returns one submessage, or only the part before its payload, to
+avoid copying the payload.
 """
 
 from __future__ import annotations

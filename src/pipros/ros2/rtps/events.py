@@ -18,7 +18,7 @@ class RtpsSettings:
     Attributes:
         me: its own announcement.
         announce_to: addresses for announcements, in addition to known peers: a multicast group or hosts.
-        local_hosts: this machine's addresses; peers there get larger datagrams.
+        local_hosts: this machine's addresses; peers with these addresses receive larger datagrams.
         request_bytes: maximum number of bytes to request from a writer at a time.
         static_hosts: addresses of static peers. Data may be sent to them regardless of who announced them.
     """

@@ -233,7 +233,7 @@ class ParticipantCore:
         return peer.endpoints.get(guid) if peer else None
 
     def mismatched(self) -> list[Mismatched]:
-        """Return a mismatch for each remote endpoint that matches no local endpoint of its topic."""
+        """Return a mismatch for each remote endpoint whose topic has local endpoints, none of which match."""
         return [found for peer in self.peers for found in self._connections.mismatched(peer)]
 
     def close(self) -> None:

@@ -104,7 +104,7 @@ def mismatch(offered: Qos, requested: Qos) -> QosPolicy | None:
 
 
 def _share_partition(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
-    """Return whether both contain the default partition, the only one that the endpoints of pipros use."""
+    """Return whether both contain the default partition, the only one that pipros's endpoints use."""
     return _has_default(one) and _has_default(other)
 
 

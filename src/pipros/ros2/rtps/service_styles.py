@@ -97,7 +97,7 @@ def with_head(payload: bytes, head: bytes) -> bytes:
 
 
 def read_request(sample: RtpsSample, style: Style) -> ServiceRequest | None:
-    """Return a request, or None if it is too short or refers to another participant's reader."""
+    """Return a request, or None if it is malformed, or refers to another participant's reader."""
     if style is Style.CYCLONE:
         found = split_head(sample.payload)
         if found is None:

@@ -168,7 +168,7 @@ class SocketBacklog:
     def read(self, sources: Iterable[socket.socket], now: float) -> None:
         """Read the datagrams that have arrived, up to the limit. The system may drop further ones.
 
-        A sender's datagrams beyond its share are dropped.
+        A sender's datagrams beyond its part of the limit are dropped.
         """
         time: list[float] = [now, 0]
         for source in sources:

@@ -28,7 +28,7 @@ from pipros.ros2.zenoh.tokens import Arrivals, new_attachment, parse_attachment
 _LOG = logging.getLogger("pipros.ros2")
 _HEARTBEAT_S: Final = 0.5
 _REQUESTS: Final = 64
-"""Maximum number of accepted requests per service, and of requests that wait in the service's channel."""
+"""Maximum number of accepted, unanswered requests per service, and of requests in the service's channel."""
 _WORKERS: Final = 16
 """Maximum number of requests that a service handles at a time."""
 _TOKEN_S: Final = 0.5
