@@ -41,8 +41,8 @@ class Budget:
         Args:
             limit: maximum amount in use.
             parent: budget from which each amount is also taken.
-            part: maximum fraction, from 0 to 1, of the amount in `parent` that the other children do not use.
-                With 0.5, any number of greedy children leave room for the next one.
+            part: maximum fraction, above 0 and at most 1, of the amount in `parent` that the other children
+                do not use. With 0.5, any number of greedy children leave room for the next one.
             own: amount that is not taken from `parent`, so that other children cannot use it up.
         """
         if limit < 0 or not 0 < part <= 1:

@@ -100,7 +100,7 @@ def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
 
 
 def drop_counts(rows: Sequence[Any]) -> Iterator[tuple[str, int]]:
-    """Yield the topics of a subscriber's `getBusStats` rows, with the number of messages that it has dropped.
+    """Yield each topic in a subscriber's `getBusStats` rows, with the number of messages that it has dropped.
 
     A subscription is `[topic, [[id, bytes, dropped, connected], …]]`, or from roscpp `[topic, [[id, bytes,
     messages, dropped, 0], …]]`. rospy reports -1, because it does not count them.

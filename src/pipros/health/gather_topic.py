@@ -45,7 +45,7 @@ def gather_topic(
 ) -> TopicFacts:
     """Return the facts about a topic. Blocks for `wait_s`, and up to `timeout_s` per unresponsive node.
 
-    A node of this process connects to the publishers, and receives their messages for `wait_s`, or until
+    A node in this process connects to the publishers, and receives their messages for `wait_s`, or until
     `over` is set. No message is sent. If a subscriber lacks a connection, the topic is advertised; see
     `pipros.health.examine.examine`.
 

@@ -19,8 +19,9 @@ def master_environment(
 ) -> Environment:
     """Return the environment with the URI of the session's master.
 
-    As in Noetic, `roscore` ignores the port in `ROS_MASTER_URI` and advertises the name of this computer. If
-    the host in `ROS_MASTER_URI` is that name, the master also accepts connections from other machines.
+    As in Noetic, `roscore` ignores the port in `ROS_MASTER_URI`. By default, it advertises loopback. If the
+    host in `ROS_MASTER_URI` is a name of this computer other than localhost, `roscore` advertises this
+    computer's name, and accepts connections from other machines. `ROS_HOSTNAME` and `ROS_IP` take precedence.
 
     Args:
         is_core: whether this is a `roscore` session.

@@ -141,7 +141,7 @@ class Registry:
         return [self.nodes[name].api for name in self._tables[role].get(key, ())]
 
     def keys_of(self, role: Role) -> Iterator[str]:
-        """Return the topics, services or parameter keys for which at least one node is registered."""
+        """Return an iterator over the topics, services or parameter keys that have a registered node."""
         return iter(self._tables[role])
 
     def param_keys_around(self, key: str) -> list[str]:

@@ -151,7 +151,7 @@ def _received(connection: socket.socket, limit: int, advice: str) -> bytes:
     while chunk := connection.recv(_CHUNK_BYTES):
         text += chunk
         if len(text) > limit:
-            raise ValueError(f"its response is too long; {advice}")
+            raise ValueError(f"the message is too long; {advice}")
     return bytes(text)
 
 

@@ -45,7 +45,7 @@ class Refusals:
         )
 
     def report(self) -> None:
-        """Log the number of refusals that were not logged individually, at most every `report_every_s`."""
+        """Log the number of refusals not logged individually, at most once every `report_every_s` seconds."""
         now = time.monotonic()
         if self._unreported and now - self._reported_at >= self._report_every_s:
             self._log.warning("%d more refusals, %d in total", self._unreported, self.total)

@@ -136,7 +136,8 @@ class Registrations:
     def add(self, entry: Entry) -> None:
         """Register an entry.
 
-        A refusal is logged. If the master cannot be reached, the entry is registered later.
+        A refusal is logged. If the master cannot be reached, `watch` registers the entry once a master
+        responds that it does not know the node.
         """
         with self._lock:
             if not self._is_closed:
