@@ -129,6 +129,7 @@ class Registrations:
         self._log = log
         self._unregister_s = unregister_s
         self._entries: list[Entry] = []
+        self._failed: set[Entry] = set()
         self._observers: list[Callable[[Entry, bool], object]] = []
         self._lock = threading.RLock()  # prevents entries from changing during a re-registration
         self._is_closed = False
@@ -136,8 +137,7 @@ class Registrations:
     def add(self, entry: Entry) -> None:
         """Register an entry.
 
-        A refusal is logged. If the master cannot be reached, `watch` registers the entry once a master
-        responds that it does not know the node.
+        A refusal is logged. If the master cannot be reached, `watch` registers the entry once a master answers.
         """
         with self._lock:
             if not self._is_closed:
@@ -166,6 +166,7 @@ class Registrations:
                 if self._unregister(entry, self._master) or not self._is_closed:
                     # An entry whose call was interrupted by `close` is kept: `close` unregisters it.
                     self._entries.remove(entry)
+                    self._failed.discard(entry)
                 self._notify_observers(entry, is_added=False)
 
     def observe(self, observer: Callable[[Entry, bool], object]) -> None:
@@ -229,6 +230,8 @@ class Registrations:
             is_away = False
             if _has_forgotten(answer):
                 await asyncio.get_running_loop().run_in_executor(None, self._register_all)
+            elif self._failed:
+                await asyncio.get_running_loop().run_in_executor(None, self._register_failed)
 
     def _register_all(self) -> None:
         with self._lock:
@@ -237,7 +240,14 @@ class Registrations:
                 for entry in self._entries:
                     self._register(entry)
 
+    def _register_failed(self) -> None:
+        with self._lock:
+            for entry in list(self._failed):
+                if not self._is_closed:
+                    self._register(entry)
+
     def _register(self, entry: Entry) -> None:
+        self._failed.discard(entry)
         try:
             entry.register(self._master, self._api)
         except Refused as error:
@@ -247,6 +257,7 @@ class Registrations:
         except Interrupted:
             pass  # the node is shutting down
         except PiprosError as error:
+            self._failed.add(entry)
             self._log.error("unable to register %s with master: %s. Will keep trying.", entry, error)
 
     def _unregister(self, entry: Entry, master: MasterClient) -> bool:
