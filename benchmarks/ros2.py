@@ -354,7 +354,7 @@ def measure(arguments):
             yield f"start and discovery, slowest of {arguments.rounds}", pair, max(times)
         if "latched" in wanted and writer != ZENOH:  # bare Zenoh keeps no messages
             yield (
-                "start and latched message, slowest",
+                f"start and latched message, slowest of {arguments.rounds}",
                 pair,
                 max(latched(writer, reader) for _ in range(arguments.rounds)),
             )

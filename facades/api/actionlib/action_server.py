@@ -34,7 +34,7 @@ def nop_cb(goal_handle: Any) -> None:
 
 
 class ActionServer:
-    """Server for the action in the namespace `ns`. Accepts any number of concurrent goals.
+    """Server for the action in the namespace `ns`. Accepts concurrent goals, up to the limit `goals`.
 
     Callbacks run one at a time, without holding the server's lock, so callbacks and other threads may use the
     goal handles at the same time.

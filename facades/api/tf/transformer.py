@@ -39,7 +39,7 @@ class Transformer:
         return self._buffer._repr_html_()
 
     def allFramesAsString(self) -> str:
-        """Return a string with one line per frame, which names the frame and its parent."""
+        """Return one line for each frame except roots, with the names of the frame and its parent."""
         return self._buffer.all_frames_as_string()
 
     def setTransform(self, transform: Any, authority: str = "default_authority") -> None:

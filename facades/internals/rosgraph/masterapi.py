@@ -44,7 +44,7 @@ def is_online(master_uri: str | None = None) -> bool:
 class Master:
     """The Master API and the Parameter Server API, as methods with the same names.
 
-    Each method blocks until the master has responded, and returns only the value. It raises `MasterError`,
+    Each method blocks until the master has responded, and returns only the value. Errors: `MasterError`,
     `MasterFailure`, `socket.error` or `xmlrpc.client.Fault`.
 
     Attributes:

@@ -9,7 +9,7 @@ User = TypeVar("User", bound=Hashable)
 
 
 def fair_shares(wanted: Mapping[User, int], limit: int) -> dict[User, int]:
-    """Divide `limit` among users. A user who gets less than requested gets at least as much as any other.
+    """Divide `limit` among users. Users who get less than requested get equal shares, to within one unit.
 
     Users who want less than an equal share leave the rest to the others (max-min fairness).
 

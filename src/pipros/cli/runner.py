@@ -111,7 +111,7 @@ def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: 
 
 
 def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, several: str) -> str:
-    """Return the only argument to a subcommand without options, as in `single_argument`.
+    """Return the only argument to a subcommand without options. For the errors, see `single_argument`.
 
     Remappings are ignored.
     """

@@ -223,7 +223,8 @@ class LiveGraph:
         for row in rows_of(self._query(self._api_of(node)), f"getBusInfo of {node}"):
             connection = read_row(row)
             if connection is None:
-                raise ValueError(f"getBusInfo of {node} must return rows of 5 values, got {printable(row)}")
+                rule = "rows of at least 5 values, with strings for peer, direction and topic"
+                raise ValueError(f"getBusInfo of {node} must return {rule}, got {printable(row)}")
             connections.append(connection)
         return connections
 

@@ -123,7 +123,10 @@ class _Pings:
         return True
 
     def repeat(self, count: int | None, pause: Callable[[float], object]) -> bool:
-        """Ping until `count` pings have been answered; return False if a ping is not answered."""
+        """Ping until `count` pings have been answered, or without end if `count` is None or 0.
+
+        Return False if a ping is not answered, unless the node's URI has changed: the new URI is pinged then.
+        """
         if self._say:
             self._say(f"pinging {listed(self._node)} with a timeout of {self._timeout_s}s")
         is_first = True

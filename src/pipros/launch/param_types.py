@@ -54,12 +54,13 @@ def convert_bool(text: str) -> bool:
 
 
 def _automatic(text: str) -> Any:
-    # Python accepts 1_000 as a number; ROS does not.
-    if "_" not in text:
-        try:
-            return float(text) if "." in text else int(text)
-        except ValueError:
-            pass
+    try:
+        if "." in text:
+            return float(text)
+        if "_" not in text:  # Python accepts 1_000 as an integer; ROS does not
+            return int(text)
+    except ValueError:
+        pass
     word = text.lower()
     if word in ("true", "false"):
         return word == "true"

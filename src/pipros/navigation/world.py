@@ -209,7 +209,9 @@ class NavigationWorld:
                 if steps != self.simulation.steps:
                     steps, limit_s = self.simulation.steps, time.monotonic() + real_s
                 elif time.monotonic() > limit_s:
-                    raise WorldFailure(f"the simulated time stands still at {self.time_s:.2f} s")
+                    raise WorldFailure(
+                        f"simulated time has not advanced for {real_s:g} s; it stopped at {self.time_s:.2f} s"
+                    )
                 self._changed.wait(0.2)
         self._spent_s += time.monotonic() - began_s
         if self._failures:

@@ -142,7 +142,8 @@ class _AsyncConnection(asyncio.Protocol):
     async def _send_slices(self, head: bytes, document: bytes, answer: asyncio.Future[Response]) -> bool:
         """Send as fast as the peer reads.
 
-        Return False if the peer closes or responds before everything is sent.
+        Return False if the connection ends, the response arrives or the deadline passes before everything
+        is sent.
         """
         slices = (document[start : start + _SLICE_BYTES] for start in range(0, len(document), _SLICE_BYTES))
         for piece in itertools.chain([head], slices):

@@ -5,9 +5,10 @@ which predates catkin. Packages do not nest, so folders below a package are not 
 and folders marked with `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are skipped. A file
 `rospack_nosubdirs` ends the search below its folder. Links are followed; each folder is visited once.
 
-A crawl records the modification times of the manifests that it read, and of the folders that it listed,
-except those of catkin packages. As long as these times are unchanged, no package has been added, removed or
-renamed. This check takes one `stat` per entry, which is about fifty times faster than crawling again.
+A crawl records the modification times of all manifests that it read, and of the folders that it listed,
+except the folders of catkin packages. As long as these times are unchanged, no package has been added,
+removed or renamed. This check takes one `stat` per entry, which is about fifty times faster than crawling
+again.
 
 The first import of a message in every process runs this module, so it imports little: `re`, `pathlib` and
 `dataclasses` would each take longer than the crawl of a workspace.

@@ -171,7 +171,8 @@ def _compressed(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapp
         with Image.open(io.BytesIO(bytes(message.data)), formats=("JPEG", "PNG")) as file:
             size = file.size
             if size[0] * size[1] > limit_pixels:
-                raise PictureError(f"the image must have at most {limit_pixels} pixels, got {size}")
+                shown = f"{size[0]} x {size[1]}"
+                raise PictureError(f"the image must have at most {limit_pixels} pixels, got {shown}")
             file.draft("RGB", (SIDE, SIDE))
             if file.mode.startswith("I"):
                 deep = file.convert("F")

@@ -83,7 +83,7 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> F
     least, most = _range(spec, "range")
     values = spec.values.get("one_of", [])
     if not isinstance(values, list) or ("one_of" in spec.values and not values):
-        raise spec.error("one_of", f"must be a list of values, got {values!r}")
+        raise spec.error("one_of", f"must be a non-empty list of values, got {values!r}")
     for each in values:
         if not isinstance(each, bool | int | float | str) or each != each:  # NaN
             raise spec.error("one_of", f"must contain only numbers, strings and booleans, got {each!r}")

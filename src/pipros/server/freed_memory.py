@@ -1,12 +1,12 @@
 """Return memory to the system after clients have left.
 
-Threads that parse large messages each get an arena from glibc's allocator. Each arena may keep as much memory
-as two of the largest messages need, and no function returns it to the system. Therefore, all threads share
-the main arena, whose free parts `malloc_trim` returns. Sharing costs little, because Python runs one thread
-at a time. Systems without glibc lack these functions.
+Threads that parse large messages each get an arena from glibc's allocator. Each arena may keep free memory at
+its end, as much as two of the largest messages need, and `malloc_trim` returns this part only for the main
+arena. Therefore, all threads share the main arena. Sharing costs little, because Python runs one thread at a
+time. Without glibc, only the garbage is collected.
 
-The objects of a client form reference cycles, which Python collects only after many new objects have been
-created.
+The objects of a client form reference cycles, which Python by itself collects only after many new objects
+have been created. Therefore, the garbage is collected first.
 """
 
 from __future__ import annotations

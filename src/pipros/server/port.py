@@ -95,7 +95,7 @@ class PortConnection(ServerConnection):
         super().__init__(*args, **options)
         self._work_clock = work_clock
         self._part_size = part_size or PartSize()
-        self._unparsed = b""  # received, but not parsed until the rest is over
+        self._unparsed = b""  # received, but not parsed until the pause ends
         self._is_resting = False
         self._listener = listener
         self._bytes_left: float = limit_bytes

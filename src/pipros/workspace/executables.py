@@ -153,7 +153,7 @@ def _walk(folder: Path, *, with_folders: bool = False) -> Iterator[tuple[str, st
 def _is_executable(path: Path) -> bool:
     if not path.is_file():
         return False
-    return _ON_WINDOWS or os.access(path, os.X_OK)
+    return path.suffix.lower() in _WINDOWS_SUFFIXES if _ON_WINDOWS else os.access(path, os.X_OK)
 
 
 def _ends_with(folder: str, parts: tuple[str, ...]) -> bool:

@@ -77,7 +77,7 @@ class SourcePackage:
 
 @dataclass(slots=True)
 class SourceSpace:
-    """The packages in a source folder.
+    """The packages in one or more source folders.
 
     Attributes:
         packages: the packages in build order.

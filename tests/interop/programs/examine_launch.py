@@ -217,7 +217,7 @@ def examine_loaders():
     )
     for value, kind in (
         ("1.5", "auto"), ("x", "int"), ("1_0", "auto"), ("TRUE", "auto"), ("[1, 2]", "yaml"), ("2", "bool"),
-        ("x", "nope"), ("7", "str"), ("7", "double"), (" true ", "boolean"),
+        ("x", "nope"), ("7", "str"), ("7", "double"), (" true ", "boolean"), ("1_0.5", "auto"),
     ):  # fmt: skip
         examine(f"convert {value} {kind}", lambda: roslaunch.loader.convert_value(value, kind))
     examine(

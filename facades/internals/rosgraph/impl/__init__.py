@@ -1,1 +1,1 @@
-"""Package of `rosgraph.impl.graph`, which rqt_graph imports."""
+"""Package that contains `rosgraph.impl.graph`, which rqt_graph imports."""

@@ -55,7 +55,8 @@ class TopicStream:
         self._delivery = Delivery()
         self._taken: Taken | None = None
         self._newest: TopicMessage | None = None
-        # queued messages with their counted sizes; even an empty queue takes 600 bytes
+        # queued messages with their counted sizes; None until the first is queued, because even an empty
+        # deque takes 600 bytes
         self._waiting: deque[tuple[TopicMessage, int]] | None = None
         self._due_s = 0.0
         self._is_waking = False

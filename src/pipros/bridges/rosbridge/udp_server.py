@@ -46,7 +46,7 @@ class UdpServer(StreamServer):
         if options.host != "localhost" and not _is_loopback(options.host):
             raise NotLoopback(f"UDP serves only this machine: address must be 127.0.0.1, got {options.host}")
         super().__init__(node, options)
-        self._known: dict[Any, _UdpClient] = {}  # longest silent client first
+        self._known: dict[Any, _UdpClient] = {}  # the client that has been silent longest is first
         self._strangers: dict[Any, _Stranger] = {}  # oldest first
 
     async def _open(self) -> int:

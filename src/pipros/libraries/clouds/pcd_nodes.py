@@ -28,7 +28,7 @@ _POLL_S: Final = 0.05
 
 @exits_after_ctrl_c()
 def pcd_to_pointcloud(argv: Sequence[str] | None = None) -> int:
-    """Publish the cloud in a file on `cloud_pcd`, once or periodically.
+    """Read a cloud from a file, and publish it on `cloud_pcd`, once or periodically.
 
     Unless `~latch` is true, wait for a subscriber before publishing. Return the exit code.
     """

@@ -1,5 +1,6 @@
-"""Depth images: unit conversion, conversion to points, and registration. Depths are along the optical axis.
+"""Depth images: unit conversion, conversion to points, and registration.
 
+Depths are measured along the optical axis.
 `16UC1` images contain millimetres, and 0 for unknown depths; `32FC1` images contain metres, and NaN for
 unknown depths.
 """

@@ -61,7 +61,7 @@ class Chain:
     __slots__ = ("_changes", "_common", "_down", "_moving", "_results", "_times", "_up", "size_bytes")
 
     def __init__(self, up: list[FrameHistory], down: list[FrameHistory], times: LookupTimes) -> None:
-        # Reading the lists of each frame's history directly saves one call per frame and lookup.
+        # Reading the lists of each frame's history directly saves one call per frame in each lookup.
         self._up = [(frame.stamps, frame.poses, frame.interpolated) for frame in up]
         self._down = [(frame.stamps, frame.poses, frame.interpolated) for frame in down]
         self._times = times

@@ -126,7 +126,7 @@ def convert_for_display(
         do_dynamic_scaling: whether to map the image's minimum to black and its maximum to white.
         min_image_value, max_image_value: values to map to black and white, if they differ.
 
-    In bgr8, a 32SC1 image is displayed as labels, each with its own colour (see `color_of_label`).
+    In bgr8, the values of a 32SC1 image are labels, which are displayed as colours (see `color_of_label`).
 
     Raises:
         ImageConversionError: as for `convert`; or `encoding_out` is not an 8-bit grey or colour encoding, or

@@ -120,5 +120,6 @@ def _allowed(values: int) -> int:
 def _still_allowed(allowed: int, values: int) -> int:
     """Return `allowed` minus `values`. Raises the same errors as `_allowed`."""
     if values > allowed:
-        raise _struct.error(f"the message has {values - allowed} values more than its size allows")
+        limits = "its size and the limit empty_elements allow"
+        raise _struct.error(f"the message has {values - allowed} more values than {limits}")
     return allowed - values

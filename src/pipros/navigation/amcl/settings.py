@@ -119,7 +119,8 @@ def checked(settings: AmclSettings) -> AmclSettings:
     most = max(settings.max_particles, settings.min_particles)
     if most < 1 or settings.min_particles < 0:
         raise InvalidParameter(
-            f"~max_particles must be >= 1 and ~min_particles >= 0, got {most} and {settings.min_particles}"
+            "~max_particles must be >= 1 and ~min_particles >= 0, "
+            f"got {settings.max_particles} and {settings.min_particles}"
         )
     laser, odometry = settings.laser_model_type, settings.odom_model_type
     return replace(

@@ -89,7 +89,7 @@ class DwaLocalPlanner:
         return True
 
     def is_goal_reached(self) -> bool:
-        """Return whether the robot has stopped at the end of the plan, in the right direction."""
+        """Return whether the robot has stopped at the end of the plan, facing in the goal's direction."""
         pose, goal = self._costmap.robot_pose(), self._goal()
         if pose is None or goal is None:
             return False

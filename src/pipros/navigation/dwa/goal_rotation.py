@@ -36,7 +36,7 @@ class GoalRotation:
         return self.is_latching and self._was_there
 
     def has_reached(self, pose: Triple, velocity: Triple, goal: Triple) -> bool:
-        """Return whether the robot has stopped at the goal, in the right direction."""
+        """Return whether the robot has stopped at the goal, facing in the goal's direction."""
         turn = abs(_difference(pose, goal))
         return (
             self.is_there(pose, goal) and turn <= self.settings.yaw_goal_tolerance and self._stands(velocity)

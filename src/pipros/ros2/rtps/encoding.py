@@ -53,7 +53,7 @@ def data_head(
     *,
     is_key: bool = False,
 ) -> bytes:
-    """Return DATA up to its payload, whose size must be a multiple of four bytes."""
+    """Return a DATA submessage up to its payload, whose size must be a multiple of four bytes."""
     flags = LITTLE | (HAS_KEY if is_key else HAS_DATA) | (INLINE_QOS if inline else 0)
     length = _DATA_FIXED + len(inline) + payload_bytes
     if length > 0xFFFF:
@@ -72,7 +72,7 @@ def data_frag_head(
     payload_bytes: int,
     inline: bytes = b"",
 ) -> bytes:
-    """Return DATA_FRAG for one fragment, up to its payload."""
+    """Return a DATA_FRAG submessage for one fragment, up to its payload."""
     flags = LITTLE | (INLINE_QOS if inline else 0)
     length = _FRAG_FIXED + len(inline) + payload_bytes
     if length > 0xFFFF:
@@ -98,7 +98,7 @@ def data_frag_head(
 def heartbeat(
     reader: bytes, writer: bytes, first: int, last: int, count: int, *, is_final: bool = False
 ) -> bytes:
-    """Return HEARTBEAT. A reader must respond unless `is_final` is true."""
+    """Return a HEARTBEAT submessage. A reader must respond unless `is_final` is true."""
     flags = LITTLE | (FINAL if is_final else 0)
     return _HEARTBEAT_WHOLE.pack(
         HEARTBEAT,
@@ -136,20 +136,20 @@ def _whole(kind: int, flags: int, *parts: bytes) -> bytes:
 def acknack(
     reader: bytes, writer: bytes, base: int, missing: Sequence[int], count: int, *, is_final: bool
 ) -> bytes:
-    """Return ACKNACK; see `AckNack`. A writer need not respond if `is_final` is true."""
+    """Return an ACKNACK submessage; see `AckNack`. A writer need not respond if `is_final` is true."""
     numbers = _number_set(base, missing)
     flags = FINAL if is_final else 0
     return _whole(ACKNACK, flags, reader, writer, numbers, _COUNT.pack(count & 0x7FFFFFFF))
 
 
 def gap(reader: bytes, writer: bytes, start: int, base: int, others: Iterable[int] = ()) -> bytes:
-    """Return GAP; see `Gap`."""
+    """Return a GAP submessage; see `Gap`."""
     first = Struct("<iI").pack(start >> 32, start & 0xFFFFFFFF)
     return _whole(GAP, 0, reader, writer, first, _number_set(base, tuple(others)))
 
 
 def nack_frag(reader: bytes, writer: bytes, sequence: int, missing: Sequence[int], count: int) -> bytes:
-    """Return NACK_FRAG for the fragments in `missing`, which must not be empty."""
+    """Return a NACK_FRAG submessage for the fragments in `missing`, which must not be empty."""
     base = missing[0]
     number = Struct("<iII").pack(sequence >> 32, sequence & 0xFFFFFFFF, base)
     return _whole(

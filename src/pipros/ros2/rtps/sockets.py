@@ -145,7 +145,8 @@ class SocketBacklog:
     def __init__(self, limit_bytes: int) -> None:
         """Create an empty backlog.
 
-        A sender may use at most half of the part of `limit_bytes` that the other senders leave.
+        Each sender may use at most half of the space in `limit_bytes` that other senders are not using, but
+        always one datagram if the backlog is not full.
         """
         self._limit_bytes = limit_bytes
         self._bytes = 0

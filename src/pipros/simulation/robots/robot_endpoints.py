@@ -101,7 +101,7 @@ class RobotEndpoints:
         return self._robot.settings.laser is not None and bool(self._scan.connection_count)
 
     def publish_motion(self, stamp: Time) -> None:
-        """Publish odometry, true pose and joints if they have subscribers, and the bumper after a change."""
+        """Publish bumper changes and, if there are subscribers, odometry, the true pose and joint states."""
         robot, names = self._robot, self.names
         if self._odom.connection_count:
             self._odom.publish(self._odometry(stamp, names.odom_frame, robot.odometry))

@@ -22,7 +22,7 @@ __unittest = True
 
 @dataclass(frozen=True, slots=True)
 class AllowedRate:
-    """The expected rate and its tolerance, in hertz. A rate of 0 means that no message may arrive."""
+    """The expected rate and its tolerance, in hertz. A rate of 0 means that no messages are expected."""
 
     hz: float
     error: float

@@ -180,7 +180,7 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
 def topic_rows(
     observation: GraphObservation, stale: Mapping[str, float] | None = None, own: str = ""
 ) -> Iterator[Mapping[str, Any]]:
-    """Yield the topics of an observation, except topics to which only the node `own` subscribes.
+    """Yield the topics of an observation, except those without publishers to which only `own` subscribes.
 
     `stale` contains the ages (s) of the stale topics.
     """
