@@ -79,7 +79,7 @@ class TestReading:
         read = cls().deserialize(half.to_bytes(4, "little") * 2)
 
         assert len(read.es) + len(read.more) == Limits().empty_elements
-        with pytest.raises(DeserializationError, match="has 1 values more"):
+        with pytest.raises(DeserializationError, match="has 1 more values"):
             cls().deserialize(half.to_bytes(4, "little") + (half + 1).to_bytes(4, "little"))
 
 

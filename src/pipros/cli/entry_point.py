@@ -56,8 +56,10 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
     def with_streams(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         interrupts.install()
-        # at exit, Python need not search for reference cycles in memory that is about to be freed
-        atexit.register(gc.freeze)
+        # At exit, Python need not search for reference cycles in memory that is about to be freed. Python
+        # 3.14 aborts if objects of DuckDB in such cycles are freed as late as that.
+        if sys.version_info < (3, 14):
+            atexit.register(gc.freeze)
         _open_closed_streams()
         before = sys.stdout
         sys.stdout, sys.stderr = _reporting_output(sys.stdout), _lenient(sys.stderr)

@@ -137,7 +137,8 @@ class Registrations:
     def add(self, entry: Entry) -> None:
         """Register an entry.
 
-        A refusal is logged. If the master cannot be reached, `watch` registers the entry once a master answers.
+        A refusal is logged. If the master cannot be reached, `watch` registers the entry once a master
+        answers.
         """
         with self._lock:
             if not self._is_closed:

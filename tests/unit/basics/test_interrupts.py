@@ -66,8 +66,11 @@ import signal, threading, time
 from pipros.basics.interrupts import install
 install()
 
+interrupted = threading.Event()
+
 class Late(threading.Thread):
     def _bootstrap(self):  # what the new thread runs first
+        interrupted.wait(60)
         time.sleep(0.1)
         print("started", flush=True)
         super()._bootstrap()
@@ -81,6 +84,7 @@ try:
     Late(target=time.sleep, args=(60,), daemon=True).start()
 except KeyboardInterrupt:
     print("interrupted", flush=True)
+    interrupted.set()
 """
 
 

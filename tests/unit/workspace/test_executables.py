@@ -110,6 +110,11 @@ def test_a_program_that_is_not_compiled_runs_from_the_shipped_package(tmp_path: 
 
     assert (found.runnable, found.searched) == ((shipped,), (SHARED_PACKAGES / "joy", tmp_path))
     assert list_executables(source, ()) == ["joy_node"]
+
+
+@pytest.mark.needs("executable files")
+def test_a_file_that_is_not_executable_hides_the_shipped_program(tmp_path: Path) -> None:
+    source = Package("joy", tmp_path)
     plain = program(tmp_path / "joy_node", mode=0o644)
     assert find_executables(source, "joy_node", ()).runnable == ()
     plain.chmod(0o755)
