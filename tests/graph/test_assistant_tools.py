@@ -224,8 +224,11 @@ def test_frames_are_found_with_their_age(make_node: MakeNode, assistant: LocalAs
     reply = assistant.call("find_transform", target="map", source="laser", wait_s=0.5)
     assert reply.data[0]["position_m"] == [1.5, 0.0, 0.0]
     assert 0.0 <= reply.fields["age_s"] < 60.0
-    frames = {row["frame"]: row["parent"] for row in assistant.call("list_frames", wait_s=0.5).data}
-    assert frames == {"base": "map", "laser": "base"}
+
+    def frames() -> Any:
+        return {row["frame"]: row["parent"] for row in assistant.call("list_frames", wait_s=0.5).data}
+
+    wait_until(lambda: frames() == {"base": "map", "laser": "base"}, what="both frames within half a second")
     refused = assistant.call("find_transform", target="map", source="odom", wait_s=0.2)
     assert refused.is_error
     assert refused.data[1] == "base, laser, map"
