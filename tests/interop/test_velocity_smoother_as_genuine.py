@@ -49,8 +49,7 @@ class Lockstep:
             node.client(f"{side}/n/set_parameters", Reconfigure, persistent=True) for side in self.boxes
         ]
         for side, inbox in self.boxes.items():
-            node.subscribe(f"{side}/n/smooth_cmd_vel", Twist, inbox)
-            _measure(node, side)
+            _measure(node, side, inbox)
 
     def begin(self) -> None:
         """Let time begin, and wait until both publish in the same period.
@@ -135,13 +134,17 @@ def test_commands_are_smoothed_as_by_the_genuine_nodelet(ros: RosSystem, paramet
     assert len(ours) > 30
 
 
-def _measure(node: Node, side: str) -> None:
-    """Publish the odometry of a robot that does at once what it is commanded."""
+def _measure(node: Node, side: str, inbox: Inbox) -> None:
+    """Publish the odometry of a robot that does at once what it is commanded, then note the command.
+
+    In this order, because the test goes on when the command is noted.
+    """
     odometry = node.advertise(f"{side}/n/odometry", Odometry)
 
     def on_command(command: Any) -> None:
         message = Odometry()
         message.twist.twist = command
         odometry.publish(message)
+        inbox(command)
 
     node.subscribe(f"{side}/n/smooth_cmd_vel", Twist, on_command)
