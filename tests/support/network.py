@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -31,24 +32,35 @@ def is_available() -> bool:
 needs_network = pytest.mark.skipif(not is_available(), reason="needs network namespaces, which need root")
 
 
+NOTICED_AFTER_S = 3.0
+"""A time after which Chromium has acted on a change of network interfaces: measured were 1.2 to 1.6 s."""
+
+
 @contextlib.contextmanager
 def steady_interfaces() -> Iterator[None]:
     """Within the block, keep other tests from adding or removing network interfaces of this machine.
 
-    Chromium aborts its requests with ERR_NETWORK_CHANGED if an interface changes.
+    Chromium aborts its requests with ERR_NETWORK_CHANGED if an interface changes. It does so with a delay, so
+    the block begins when the last change is old enough.
     """
-    with _interfaces_locked(fcntl.LOCK_SH):
+    with _interfaces_locked(fcntl.LOCK_SH) as changed_s:
+        time.sleep(max(0.0, changed_s + NOTICED_AFTER_S - time.time()))
         yield
 
 
 @contextlib.contextmanager
-def _interfaces_locked(kind: int) -> Iterator[None]:
+def _interfaces_locked(kind: int) -> Iterator[float]:
+    """Hold a lock of a kind of `fcntl.flock`. The value is the time of the last change, as by `time.time`."""
     name = f"{tempfile.gettempdir()}/pipros-test-interfaces-{os.getuid()}"
     with Path(name).open("a") as opened:
         with Path(f"{name}-next").open("a") as turn:  # so that exclusive locks are not starved by shared ones
             fcntl.flock(turn, fcntl.LOCK_EX)
             fcntl.flock(opened, kind)
-        yield
+        try:
+            yield os.fstat(opened.fileno()).st_mtime
+        finally:
+            if kind == fcntl.LOCK_EX:
+                os.utime(opened.fileno())
 
 
 class LoneNetwork:
