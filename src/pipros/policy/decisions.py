@@ -100,9 +100,10 @@ def decide(policy: Policy, act: Act, state: PolicyState, now_s: float) -> ActRul
     else:
         raise ActRefused(f"{act.name} needs a message, got {type(act.value).__name__}", rule.place)
     before = state.accepted.get((act.kind, act.name)) or Accepted()
-    if rule.stop is not None and now_s - before.last_s >= (rule.time_limit_s or math.inf):
+    idle_s = now_s - before.last_s  # infinite before the first act: nothing was to be stopped
+    if rule.stop is not None and (rule.time_limit_s or math.inf) <= idle_s < math.inf:
         before.values = {**before.values, **stopped_values(rule)}  # by now, the guardian has sent the stop
-    check_changes(check.limited, before.values, now_s - before.last_s, act.name)
+    check_changes(check.limited, before.values, idle_s, act.name)
     values = {**before.values, **{path: value for path, (value, _) in check.limited.items()}}
     if len(values) > (most := process_limits().policy_values):
         reason = f"{act.name}: {len(values)} fields or elements with change_per_s would be stored"

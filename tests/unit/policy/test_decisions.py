@@ -190,6 +190,14 @@ def test_after_the_time_limit_a_change_begins_at_the_stop() -> None:
     assert "got 1.5 after 0 " in refusal(policy, publish("/cmd_vel", twist(1.5)), state, 11.0)
 
 
+def test_before_the_first_message_nothing_was_stopped_and_a_change_begins_at_start() -> None:
+    fields = "fields: {linear.x: {change_per_s: 1, start: 5}}"
+    text = f"topics: {{/cmd_vel: {{type: geometry_msgs/Twist, time_limit_s: 0.5, {fields}}}}}"
+    policy, state = parse_policy(text, "p"), PolicyState()
+    assert "got 0.5 after 5 " in refusal(policy, publish("/cmd_vel", twist(0.5)), state, 10.0)
+    decide(policy, publish("/cmd_vel", twist(5.5)), state, 10.0)
+
+
 @given(gaps=st.lists(st.floats(min_value=0, max_value=40), max_size=30))
 def test_no_minute_has_more_acts_than_the_policy_allows(gaps: list[float]) -> None:
     policy = parse_policy("services: {/reset: {type: std_srvs/Empty, per_minute: 3}}", "p")
