@@ -76,7 +76,12 @@ class Source:
         """
         start = self._start(position)
         size = int.from_bytes(start[:4], "little")
-        if len(start) < 4 or size > self._limits.bag_header_bytes:
+        if len(start) < 4:
+            raise BagFormatError(
+                f"{self.at(position)}: a record must begin with the size of its header, 4 bytes; the file ends "
+                f"after {len(start)}"
+            )
+        if size > self._limits.bag_header_bytes:
             raise BagFormatError(
                 f"{self.at(position)}: a record's header must be at most {self._limits.bag_header_bytes} "
                 f"bytes long, got {size}"

@@ -226,6 +226,6 @@ def _warn(error: Untrusted) -> None:
     from pipros.basics.warn_once import warn_once
 
     warn_once(
-        f"WARNING: a cache of pipros is not used: {error}. Other users could put code there that your "
+        f"WARNING: a pipros cache is not used: {error}. Other users could put code there that your "
         "programs run. Remove the cache, or set ROS_HOME to your own folder"
     )

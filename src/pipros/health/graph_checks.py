@@ -106,7 +106,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
             if failure.is_unknown_host
             else "A firewall, a container or a wrong ROS_IP is in the way. Genuine nodes choose any free "
             f"port for data, so all ports of [{host}] must be open, and a container needs the host's network."
-            " Nodes of pipros need PIPROS_PORTS, and in a container also PIPROS_ADVERTISE."
+            " Nodes that run on pipros need PIPROS_PORTS, and in a container also PIPROS_ADVERTISE."
         )
         yield error(
             "unreachable-publisher",

@@ -22,7 +22,8 @@ class Ros2Limits(NamedTuple):
         ros2_sample_bytes: a message from ROS 2.
         ros2_incomplete_bytes: the fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: the fragments and early messages of all participants together.
-        ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
+        ros2_history_bytes: the messages that one writer keeps for ROS 2 readers; also the results of one
+            action that are kept for its clients.
         ros2_backlog_bytes: the datagrams from ROS 2 that a participant has read but not yet handled.
         ros2_inbox_bytes: the ROS 2 messages queued for one callback, or the requests queued for one service.
     """
