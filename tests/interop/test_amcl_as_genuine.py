@@ -182,7 +182,7 @@ def test_services_initial_poses_and_saved_poses_have_the_effects_of_genuine(plai
         responses = both.call("set_map", "nav_msgs/SetMap", map=map_message(), initial_pose=initial)
         for moment in moments[2:]:
             drives.feed(moment)
-        time.sleep(0.25)  # more than the period of saving, so that both save this pose, and not an earlier one
+        time.sleep(0.25)  # more than the period of saving, so that both save the last pose
         for later_s in (0.1, 0.2):  # a node has saved when it answers the next scan
             drives.feed(replace(moments[-1], time_s=moments[-1].time_s + later_s))
         saved = [each["initial_pose_x"] for each in both.parameters()]

@@ -78,8 +78,8 @@ class Source:
         size = int.from_bytes(start[:4], "little")
         if len(start) < 4:
             raise BagFormatError(
-                f"{self.at(position)}: a record must begin with the size of its header, 4 bytes; the file ends "
-                f"after {len(start)}"
+                f"{self.at(position)}: a record must begin with the size of its header, 4 bytes; "
+                f"the file ends after {len(start)}"
             )
         if size > self._limits.bag_header_bytes:
             raise BagFormatError(
