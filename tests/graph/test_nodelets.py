@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
+from pipros.libraries.nodelets.hosting import CannotLoad, Hosting
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.hosted_node import HostedNode
@@ -178,6 +179,19 @@ def host(ros: RosSystem) -> Any:
     ros.serve_master()
     with Node("host", environment=Environment(master_uri=ros.master_uri)) as node:
         yield node
+
+
+@pytest.mark.parametrize(
+    ("name", "remappings"),
+    [("a b", {}), ("1x", {}), ("/r/ä", {}), ("/d", {"/a b": "/c"}), ("/d", {"/a": "/b c"})],
+)
+def test_nodelets_with_illegal_names_are_refused_as_by_genuine(
+    host: Node, name: str, remappings: dict[str, str]
+) -> None:
+    hosting = Hosting(host)
+    with pytest.raises(CannotLoad, match="is not a legal name"):
+        hosting.load(name, "image_proc/debayer", remappings=remappings)
+    assert hosting.names() == []
 
 
 def test_hosted_nodes_hand_messages_over_as_objects(host: Node) -> None:

@@ -229,7 +229,7 @@ def test_the_documents_of_a_file_are_published_alike(ros: RosSystem) -> None:
             before = len(words)
             command = side.start("rostopic", "pub", *options.split(), "/words", "std_msgs/String")
             command.wait_for(re.escape(last), 60.0)
-            # Ctrl-C comes after a message: while it publishes, genuine would fail, or wait for a lock for ever.
+            # Ctrl-C comes after a message: while it publishes, genuine may fail, or wait for a lock forever.
             if options == "-f one -v":
                 before = len(words)
             wait_until(lambda: len(words) > before, 60, "a message")  # noqa: B023

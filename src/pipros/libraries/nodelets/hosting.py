@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
+from pipros.basics import names
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
 from pipros.libraries.nodelets.input_watch import InputWatch
 from pipros.node import Node
 from pipros.node.hosted_node import HostedNode
@@ -17,7 +19,7 @@ from pipros.packages.well_known import why_no_nodelet
 
 
 class CannotLoad(PiprosError):
-    """A nodelet is unknown or cannot be constructed, or its name is already in use."""
+    """A nodelet is unknown or cannot be constructed, or its name is illegal or already in use."""
 
 
 class Hosting:
@@ -57,8 +59,11 @@ class Hosting:
             arguments: the nodelet's command-line arguments.
 
         Raises:
-            CannotLoad: the plugin has no Python class, the name is in use, or the constructor failed.
+            CannotLoad: the plugin has no Python class, a name is illegal or in use, or its constructor fails.
         """
+        for each in (name, *(remappings or {}), *(remappings or {}).values()):
+            if not names.is_legal(names.canonicalize(each)):
+                raise CannotLoad(f"[{printable(each)}] is not a legal name")
         with self._lock:
             if name in self._nodelets:
                 raise CannotLoad(f"a nodelet named [{name}] is already loaded")
