@@ -97,7 +97,7 @@ def get_pkg_subdir(
     `env` is used instead of the process's environment.
 
     Raises:
-        InvalidROSPkgException: the package does not exist, or the folder cannot be created.
+        InvalidROSPkgException: a `required` folder's package does not exist, or the folder cannot be created.
     """
     folder = get_pkg_dir(
         package, required, ros_package_path=None if env is None else env.get("ROS_PACKAGE_PATH", "")

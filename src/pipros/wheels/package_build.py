@@ -146,11 +146,11 @@ def package_files(
     if unfollowed or is_whole or not has_installed:
         for reason in unfollowed:
             result.notes.append(
-                f"{reason.file}:{reason.line}: the package {reason.what}; so its folder is added as a whole"
+                f"{reason.file}:{reason.line}: the package {reason.what}, so its folder is added as a whole"
             )
         if not unfollowed and not is_whole and _has_more_than_messages(package.folder):
             verb = "installs no files" if os.path.exists(project.file) else "does not exist"
-            result.notes.append(f"{project.file} {verb}; so the folder is added as a whole")
+            result.notes.append(f"{project.file} {verb}, so the folder is added as a whole")
         copy_whole(package.folder, prefix / "share" / package.name)
         modules = package.folder / "src" / package.name
         if not project.has_python_setup and (modules / "__init__.py").is_file():
