@@ -37,7 +37,7 @@ _CHUNK_AGE_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class RecordOptions:
-    """Options of a recording.
+    """Options for a recording.
 
     Attributes:
         topics: topic names, or regular expressions if `is_regex`.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WheelOptions:
-    """Options of a build.
+    """Options for a build.
 
     Attributes:
         is_strict: whether compiled targets are an error.

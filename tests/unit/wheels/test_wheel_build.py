@@ -127,7 +127,7 @@ def test_two_builds_have_the_same_bytes(
     dates = {info.date_time for info in names(wheels(workspace)["arm"]).values()}
     assert dates == {(2023, 11, 14, 22, 13, 20)}
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "soon")
-    with pytest.raises(PiprosError, match=r"number of seconds since 1970, got \[soon\]"):
+    with pytest.raises(PiprosError, match=r"seconds since 1970, .*, got \[soon\]"):
         wheels(workspace)
 
 
