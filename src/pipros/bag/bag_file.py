@@ -118,7 +118,7 @@ class BagFile:
         """Rebuild the index of a bag opened in mode `a`. Return the positions of its chunks.
 
         Raises:
-            BagError: the format does not support an index.
+            BagError: the bag is not in format 2.0.
         """
         self.finish()
         writer = reindex(self._file, self._name, self._limits)

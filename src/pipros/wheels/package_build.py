@@ -60,7 +60,7 @@ def read_package(
     """Read the package's `CMakeLists.txt`, if it has one. Output is written below `folder`.
 
     Args:
-        find_folder: function that finds required packages. If nothing is compiled, packages may be missing.
+        find_folder: function that finds required packages, some of which may be missing.
         projects: the packages in the same workspace that have already been read.
 
     Raises:
@@ -258,7 +258,7 @@ def _is_made(entry: ArchiveEntry) -> bool:
 
 
 def _remove_modules_of_others(package: str, result: PackageFiles) -> None:
-    """Remove modules that would overwrite those of pipros or of a required PyPI project."""
+    """Remove modules that would overwrite pipros's modules or those of a required PyPI project."""
     owners = dict.fromkeys(own_modules(), "pipros itself")
     if package in ON_PYPI:
         module, project = ON_PYPI[package]
