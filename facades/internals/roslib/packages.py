@@ -94,7 +94,7 @@ def get_pkg_subdir(
 
     A `required` folder is created if it does not exist.
 
-    `env` is used instead of the process's environment.
+    `ROS_PACKAGE_PATH` is taken from `env` if it is given.
 
     Raises:
         InvalidROSPkgException: a `required` folder's package does not exist, or the folder cannot be created.
