@@ -54,7 +54,7 @@ class BufferClient(BufferInterface):
         self.timeout_padding = timeout_padding
         self._name = ns
         if check_frequency is not None:
-            rospy.logwarn("check_frequency of BufferClient is deprecated and ignored: remove it.")
+            rospy.logwarn("BufferClient's check_frequency is deprecated and ignored: remove it.")
 
     def wait_for_server(self, timeout: Any = _NO_TIME) -> bool:
         """Wait until the server is connected. If `timeout` is zero, wait indefinitely.

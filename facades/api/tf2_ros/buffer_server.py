@@ -41,7 +41,7 @@ class BufferServer:
         self._server.start()
 
     def stop(self) -> None:
-        """Stop accepting goals."""
+        """Stop accepting goals. Pending goals are not completed."""
         self._timer.shutdown()
         self._server.stop()
 

@@ -30,7 +30,7 @@ SERVICE: Any = load_service_class("tf2_web_republisher/RepublishTFs")
 DEFAULT_RATE_HZ = 10.0
 HIGHEST_RATE_HZ = 100.0
 MAX_FRAMES = 1000
-"""Maximum number of frames per request."""
+"""Maximum number of frames per request; further frames are ignored."""
 MAX_REQUESTS = 200
 """Maximum number of simultaneous goals and topics."""
 DEFAULT_TIMEOUT_S = 10.0
@@ -38,7 +38,7 @@ DEFAULT_TIMEOUT_S = 10.0
 
 
 class Watched:
-    """The frames listed in one request (a goal or a service call)."""
+    """The first `MAX_FRAMES` frames listed in one request (a goal or a service call)."""
 
     def __init__(self, request: Any, buffer: Any) -> None:
         """Store the frames and settings of `request`, which has the fields of a goal."""

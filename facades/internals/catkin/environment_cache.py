@@ -9,7 +9,7 @@ from typing import NoReturn
 def generate_environment_script(env_script: str) -> NoReturn:  # noqa: ARG001
     """Exit with instructions, because genuine catkin needs modules that only genuine ROS installs."""
     sys.exit(
-        f"genuine catkin was started with the Python of pipros ({sys.executable}), "
-        "which lacks catkin's modules. Build with catkin_make, or use the Python of genuine ROS: "
+        f"genuine catkin was started with pipros's Python ({sys.executable}), "
+        "which lacks catkin's modules. Build with catkin_make, or use genuine ROS's Python: "
         "catkin build --cmake-args -DPYTHON_EXECUTABLE=/usr/bin/python3"
     )

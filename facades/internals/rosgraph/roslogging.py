@@ -50,9 +50,8 @@ class RosStreamHandler(ConsoleHandler):
         )
 
     def emit(self, record: logging.LogRecord) -> None:
-        rospy: Any = sys.modules.get(
-            "rospy.session"
-        )  # None if the program configures logging without importing rospy
+        # None if the program configures logging without importing rospy
+        rospy: Any = sys.modules.get("rospy.session")
         if rospy is not None:
             node = rospy.session.node
             self.node_name = rospy.session.name

@@ -259,7 +259,7 @@ class ROSLaunchRunner:
         return self.pm.mainthread_spin_once()
 
     def spin(self) -> None:
-        """Block until the launch is over. If nothing is running, print a message and stop."""
+        """Block until the launch is over. If neither nodes nor its master run, print a message and stop."""
         if not self.pm.get_active_names() and not self.session.owns_master:
             printlog_bold("No processes to monitor")
             self.stop()

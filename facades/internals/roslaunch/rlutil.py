@@ -83,7 +83,7 @@ def check_log_disk_usage() -> None:
 
 
 def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: bool = False) -> str | None:
-    """Return the errors in a launch file and its includes, one per line, or None if there are none.
+    """Return the errors in a launch file and its includes as one text, or None if there are none.
 
     Missing package dependencies are also printed to standard error.
 

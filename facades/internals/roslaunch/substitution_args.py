@@ -50,7 +50,7 @@ def resolve_args(
         filename: the file that contains the text, for `$(dirname)`.
 
     Raises:
-        SubstitutionException: the text is malformed or contains an unresolvable reference.
+        SubstitutionException, ExpressionError, NotFound: the text is malformed or refers to nothing known.
     """
     _ = resolve_anon
     if not arg_str:

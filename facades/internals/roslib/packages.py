@@ -94,10 +94,10 @@ def get_pkg_subdir(
 
     A `required` folder is created if it does not exist.
 
-    `env` is used instead of the process's environment.
+    `ROS_PACKAGE_PATH` is taken from `env` if it is given.
 
     Raises:
-        InvalidROSPkgException: the package does not exist, or the folder cannot be created.
+        InvalidROSPkgException: a `required` folder's package does not exist, or the folder cannot be created.
     """
     folder = get_pkg_dir(
         package, required, ros_package_path=None if env is None else env.get("ROS_PACKAGE_PATH", "")

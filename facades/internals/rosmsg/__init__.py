@@ -132,7 +132,7 @@ def rosmsg_md5(mode: str, type_: str) -> str:
     """Return the MD5 sum of a type.
 
     Raises:
-        ROSMsgException: the type does not exist.
+        ROSMsgException: the type does not exist, or its definition is invalid.
     """
     try:
         return _KINDS[mode].md5(type_)

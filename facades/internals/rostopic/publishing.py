@@ -60,8 +60,8 @@ def publish_message(
 
     Args:
         rate: rate in Hz until the node is shut down; None to publish a single message.
-        once: whether to return after publishing a single message; otherwise block until the node is shut
-            down.
+        once: whether to return after publishing a single message; otherwise, or if `rate` is set, block until
+            the node is shut down.
         verbose: whether to print each message.
         substitute_keywords: whether to update times given as `now` and headers given as `auto` for
             each message.

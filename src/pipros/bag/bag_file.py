@@ -31,8 +31,8 @@ class BagFile:
 
     Attributes:
         version: format version as an integer: 200 for 2.0.
-        writer: the bag's writer; None if the bag is read-only.
-        topics: writer that adds messages by topic name; None if the bag is read-only.
+        writer: the bag's writer; None if the bag is read-only, or has no index until `reindex` is called.
+        topics: writer that adds messages by topic name; None if `writer` is None.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class BagFile:
         """Rebuild the index of a bag opened in mode `a`. Return the positions of its chunks.
 
         Raises:
-            BagError: the format does not support an index.
+            BagError: the bag is not in format 2.0.
         """
         self.finish()
         writer = reindex(self._file, self._name, self._limits)

@@ -15,7 +15,7 @@ from pipros.bag.source import Source
 from pipros.basics.limits import Limits, limit_text
 
 LARGE_BYTES = 16 * 1024 * 1024
-"""Size above which uncompressed chunks are not loaded as a whole. Their messages are read one by one."""
+"""Size above which uncompressed chunks are not cached. Their messages are read from the file one by one."""
 
 _ORDINARY_RATIO = 1000
 """Maximum expansion ratio of ordinary messages. Only large blank images and maps exceed it."""

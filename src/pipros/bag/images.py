@@ -22,7 +22,7 @@ def image_file(message: Any) -> tuple[str, bytes]:
     """
     installed = installed_class(message._type)
     if installed is None or installed._md5sum != message._md5sum:
-        raise BagError(f"the bag's definition of [{message._type}] must equal the installed one")
+        raise BagError(f"the bag's definition of [{message._type}] must equal an installed package's")
     if message._type == "sensor_msgs/CompressedImage":
         data = bytes(message.data)
         return (".png" if data.startswith(b"\x89PNG") else ".jpg"), data

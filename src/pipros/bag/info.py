@@ -187,7 +187,7 @@ def info_html(info: BagInfo) -> str:
 
 
 def _rate(topic: BagTopic, seconds: float) -> str:
-    """Format the frequency. Return an empty string if bursts of messages make the median meaningless."""
+    """Format the frequency. Return an empty string if it is unknown, or meaningless because of bursts."""
     is_steady = topic.frequency is not None and topic.frequency * seconds < 100 * topic.messages
     return f"{topic.frequency:.4g}" if is_steady else ""
 

@@ -84,7 +84,7 @@ def read_layout(source: Source, start: int) -> BagLayout:
     except BagFormatError as error:
         raise NotIndexed(f"{source.name} has no readable file header: {error}. {REPAIR}") from None
     if fields.get("encryptor"):
-        raise BagError(f"{source.name} is encrypted, which pipros cannot read")
+        raise BagError(f"{source.name} is encrypted; pipros cannot read encrypted bags")
     if not position or (position >= source.size and counts != (0, 0)):
         reason = "has no index" if not position else "ends before its index"
         raise NotIndexed(f"{source.name} {reason}. {REPAIR}")

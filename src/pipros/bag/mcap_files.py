@@ -125,7 +125,7 @@ class McapReader(BagReader):
             except BagFormatError as error:
                 raise NotIndexed(f"{error}. {REPAIR}") from error
             if summary is None or summary.statistics is None:
-                raise NotIndexed(f"{self._source.name} has no summary. {REPAIR}")
+                raise NotIndexed(f"{self._source.name} has no summary with statistics. {REPAIR}")
             self._summary = summary
             for channel in self._summary.channels.values():
                 schema = self._summary.schemas.get(channel.schema_id)

@@ -230,7 +230,7 @@ def all_records(
     The summary is not needed.
 
     Raises:
-        BagFormatError: a record is damaged.
+        BagFormatError: the file is not MCAP or is truncated, or a record is damaged.
     """
     if source.read(0, min(source.size, len(MAGIC))) != MAGIC:
         raise BagFormatError(f"{source.name} is not an MCAP file")

@@ -66,7 +66,7 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
 def _check_target(target: ast.expr) -> None:
     names = _attributes(target)
     if not names or (len(names) > 1 and names[0] == "self") or names[0] == "old_msg":
-        raise RuleRefused(target, "a rule may only assign to names and to fields of new_msg")
+        raise RuleRefused(target, "a rule may only assign to names and message fields, but not to old_msg")
 
 
 def _is_known_call(call: ast.Call, methods: Mapping[str, ast.FunctionDef]) -> bool:
@@ -142,10 +142,10 @@ class Update:
         method = self._methods[name]
         parameters = [each.arg for each in method.args.args][1:]
         self._depth += 1
-        if self._depth > _CALL_DEPTH or len(parameters) != len(values):
-            raise self._error(
-                method, f"wrong number of arguments for [{name}], or calls are nested too deeply"
-            )
+        if self._depth > _CALL_DEPTH:
+            raise self._error(method, f"calls are nested more than {_CALL_DEPTH} deep")
+        if len(parameters) != len(values):
+            raise self._error(method, f"[{name}] takes {len(parameters)} arguments, got {len(values)}")
         self._do_all(method.body, dict(zip(parameters, values, strict=True)))
         self._depth -= 1
 

@@ -17,7 +17,8 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
     `rebuild_index` has no effect on MCAP files; see `BagReader`.
 
     Raises:
-        BagError: the file is neither a bag nor MCAP, is damaged, or needs a library that is not installed.
+        BagError: the file is neither a bag nor MCAP, is damaged, has no index, or needs a library that is not
+            installed.
         OSError: the file cannot be read.
     """
     if is_mcap(path):

@@ -63,7 +63,7 @@ class BagReader:
         layout: connections and chunks, if they are known already; by default, they are read from the file.
 
     Raises:
-        BagError: the file is not a bag, or is encrypted.
+        BagError: the file is not a bag, has an unsupported version, or is encrypted.
         NotIndexed: the bag has no readable index.
         OSError: the file cannot be read.
 
@@ -284,7 +284,7 @@ class BagReader:
     ) -> Iterator[tuple[Connection, int, Any, int, int]]:
         """Like `stored_messages`, but yield plain tuples, which are faster to create and unpack.
 
-        Named tuples would make reading a bag of `std_msgs/String` 10 % slower. If `as_views` is true,
+        Named tuples would make reading a bag of `std_msgs/String` 10% slower. If `as_views` is true,
         large messages are views, which are valid until the next message is requested.
         """
         wanted = self.connections if connections is None else list(connections)
@@ -412,10 +412,10 @@ class BagReader:
         The times are `Time`, or numbers of seconds.
 
         Raises:
-            TypeError: `times` is not a slice of times.
+            TypeError: `times` is not a slice, or has a step.
         """
         if not isinstance(times, slice) or times.step is not None:
-            raise TypeError(f"the index must be a slice of times such as bag[10.5:20], got {times!r}")
+            raise TypeError(f"the index must be a slice without a step, such as bag[10.5:20], got {times!r}")
         return self.messages(None, times.start, times.stop)
 
     def connections_of(self, topics: Iterable[str] | str | None) -> list[Connection]:
@@ -462,7 +462,7 @@ def usual_headers(connection: int) -> tuple[bytes, bytes]:
 
 
 def ns_of(time: Time | Stamp | float | None) -> int | None:
-    """Convert a `Time`, a `Stamp` or a number of seconds to a timestamp (ns). None stays None."""
+    """Convert a time or a number of seconds to a timestamp (ns); if negative, to 0. None stays None."""
     if time is None:
         return None
     if isinstance(time, tuple):

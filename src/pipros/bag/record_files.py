@@ -55,7 +55,7 @@ class RecordFiles:
     """Writer that adds received messages to a sequence of files. Not thread-safe.
 
     Args:
-        say: called with a line of text when a file is opened or closed.
+        say: called with a line of text when a file is opened, or is closed to start the next one.
         on_open: called with the name of each new file.
         avoid_existing: whether to append a number to names that already exist.
 
@@ -91,7 +91,12 @@ class RecordFiles:
         return self._path
 
     def open(self, now_ns: int) -> None:
-        """Start a file. Raise `OSError` if it cannot be created."""
+        """Start a file.
+
+        Raises:
+            OSError: the file cannot be created.
+            BagError: its format needs a library that is not installed.
+        """
         self._path = Path(self._next_name())
         active = self._active()
         is_mcap = self._path.suffix == ".mcap"

@@ -37,7 +37,7 @@ _CHUNK_AGE_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class RecordOptions:
-    """Options of a recording.
+    """Options for a recording.
 
     Attributes:
         topics: topic names, or regular expressions if `is_regex`.
@@ -48,7 +48,7 @@ class RecordOptions:
         buffer_bytes: maximum size of the queue of unwritten messages; 0 for no limit.
         min_space_bytes: free disk space below which writing is paused.
         ends_without_space: whether the recording ends, instead of pausing, when disk space runs low.
-        publish: whether to publish the name of each file on `/begin_write`.
+        publish: whether to publish the name of each file on `begin_write`.
         snapshot: whether to keep messages in memory, and write them only on request: a message on
             `snapshot_trigger`, or a call to the service `~trigger_snapshot`; see `Snapshots`. `buffer_bytes`
             and the files' `duration_s` limit the messages kept.

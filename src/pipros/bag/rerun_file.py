@@ -1,4 +1,4 @@
-"""Write the messages of a bag as a rerun recording (`.rrd`), with rerun's library.
+"""Write a bag's messages as a rerun recording (`.rrd`), with rerun's library.
 
 Images, point clouds, scans, transforms, paths, log messages and strings become the corresponding rerun types.
 The numbers in all other messages become curves, at most `CURVES` per topic. There are two timelines: the

@@ -23,7 +23,7 @@ class Snapshots:
         options: options for the files. If `repeat_latched` is true, a file starts with the latched messages
             that are no longer in the queue. Existing files are never replaced; instead, a number is appended
             to the name.
-        say: called with a line of text when a file is opened or closed.
+        say: called with a line of text when a file is opened.
     """
 
     def __init__(self, options: FileOptions, queue: RecordQueue, say: Say) -> None:

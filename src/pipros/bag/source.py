@@ -77,10 +77,7 @@ class Source:
         start = self._start(position)
         size = int.from_bytes(start[:4], "little")
         if len(start) < 4:
-            raise BagFormatError(
-                f"{self.at(position)}: a record must begin with the size of its header, 4 bytes; "
-                f"the file ends after {len(start)}"
-            )
+            raise BagFormatError(f"{self.at(position)}: the file ends within the length of a record's header")
         if size > self._limits.bag_header_bytes:
             raise BagFormatError(
                 f"{self.at(position)}: a record's header must be at most {self._limits.bag_header_bytes} "

@@ -94,7 +94,7 @@ class BagWriter:
 
     Args:
         file: a binary file open for reading and writing.
-        compression: `none`, `bz2` or `lz4`. May be changed at any time, for later chunks.
+        compression: `none`, `bz2` or `lz4`. A later change applies to all chunks that are not yet written.
         chunk_bytes: a chunk is complete once its uncompressed size exceeds this.
         layout: layout of the bag to append to; None for a new file.
 

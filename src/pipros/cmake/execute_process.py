@@ -48,11 +48,10 @@ def execute_process(words: list[str], scope: Scope) -> None:
         print(output, end="", flush=True)
     if not {"ERROR_VARIABLE", "ERROR_FILE"} & options.keys() and "ERROR_QUIET" not in switches:
         print(errors, end="", file=sys.stderr, flush=True)
-    last_only = options.get("COMMAND_ERROR_IS_FATAL") == "LAST"
-    if "COMMAND_ERROR_IS_FATAL" in options and any(
-        result != "0" for result in (results[-1:] if last_only else results)
-    ):
-        raise ValueError(f"the command [{' '.join(commands[-1])}] failed: {errors.strip() or results[-1]}")
+    ended = list(zip(commands, results, strict=True)) if "COMMAND_ERROR_IS_FATAL" in options else []
+    for command, result in ended[-1:] if options.get("COMMAND_ERROR_IS_FATAL") == "LAST" else ended:
+        if result != "0":
+            raise ValueError(f"the command [{' '.join(command)}] failed: {errors.strip() or result}")
 
 
 def _sort(words: list[str]) -> tuple[list[list[str]], dict[str, str], set[str]]:

@@ -150,13 +150,13 @@ def expand(
         ValueError: the total length of the words would exceed the limit.
     """
     words: list[str] = []
-    remaining = limit_characters
+    used = 0
     for argument in arguments:
         if argument.is_literal:
             words.append(argument.text)
             continue
-        text = expand_text(argument.text, variables, environment, remaining)
-        remaining -= len(text)
+        text = expand_text(argument.text, variables, environment, limit_characters, used)
+        used += len(text)
         if argument.is_quoted:
             words.append(text)
         else:
@@ -165,26 +165,30 @@ def expand(
 
 
 def expand_text(
-    text: str, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int
+    text: str,
+    variables: Mapping[str, str],
+    environment: Mapping[str, str],
+    limit_characters: int,
+    used: int = 0,
 ) -> str:
-    """Return `text` with its variables replaced.
+    """Return `text` with its variables replaced. `used` characters already count towards the limit.
 
     Nested references (`${A_${B}}`) are replaced from the inside out.
 
     Raises:
         ValueError: the result would exceed the limit.
     """
-    return _expand(text, 0, _Variables(variables, environment, limit_characters), 0)[0]
+    return _expand(text, 0, _Variables(variables, environment, limit_characters, used), 0)[0]
 
 
 class _Variables:
     """Looks up the variables in one string, and limits the total length of the values."""
 
     def __init__(
-        self, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int
+        self, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int, used: int
     ) -> None:
         self._sources = (variables, environment)
-        self._limit = self._remaining = limit_characters
+        self._limit, self._remaining = limit_characters, limit_characters - used
 
     def get(self, name: str, *, is_environment: bool) -> str:
         value = self._sources[is_environment].get(name, "")

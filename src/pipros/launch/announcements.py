@@ -44,7 +44,7 @@ def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> No
     if address.is_loopback(host):
         console.error(
             f"WARNING: nodes on other machines cannot reach the master at {master_uri}; "
-            "set ROS_MASTER_URI to a name of this computer that they can resolve"
+            "use a name of this computer that they can resolve in ROS_MASTER_URI"
         )
     for machine in launch.machines.values():
         if machine.password:

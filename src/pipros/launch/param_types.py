@@ -31,9 +31,8 @@ def convert(text: str, type_name: str, source: str = "<param>") -> Any:
     if type_name in ("bool", "boolean"):
         return convert_bool(text)
     if type_name == "yaml":
-        from pipros.safe import (
-            yaml,
-        )  # imported here, because the import takes 10 ms and few launch files need it
+        # imported here, because the import takes 10 ms and few launch files need it
+        from pipros.safe import yaml
 
         return yaml.load(text, source, angles=False)
     raise ValueError(f"Unknown type '{type_name}'")

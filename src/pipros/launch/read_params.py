@@ -70,9 +70,8 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
 
 
 def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
-    from pipros.safe.yaml import (
-        YamlError,
-    )  # imported here, because the import takes 10 ms and few launch files need it
+    # imported here, because the import takes 10 ms and few launch files need it
+    from pipros.safe.yaml import YamlError
 
     # Blank lines before the text make YAML errors report line numbers in the launch file.
     text, source = "\n" * (reader.element.line - 1) + reader.element.text, reader.scope.file

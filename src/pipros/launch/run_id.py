@@ -28,4 +28,5 @@ def is_run_id(value: object) -> bool:
 
 def run_id_problem(value: object, source: str) -> str:
     """Return the error text for a value rejected by `is_run_id`; `source` names its origin."""
-    return f"{source} must be up to 64 letters, digits, _ and -, got [{printable(value)}]"
+    rule = "up to 64 letters, digits, _ and -" if value != "latest" else "an id other than latest"
+    return f"{source} must be {rule}, got [{printable(value)}]"

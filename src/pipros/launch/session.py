@@ -1,7 +1,7 @@
 """One run of `roslaunch` or `roscore` from start to end: log folder, launch files, master and nodes.
 
-The output is the same as that of Noetic's roslaunch. Users wait for the first node to start, so everything
-that can be postponed is done afterwards.
+The output is the same as Noetic's. Users wait for the first node to start, so everything that can be
+postponed is done afterwards.
 """
 
 from __future__ import annotations

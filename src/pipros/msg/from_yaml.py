@@ -38,8 +38,8 @@ def fill_message_args(msg: Message | TVal, msg_args: Any, keys: Mapping[str, Any
         keys: keywords for message or time fields, such as `now`, with their values.
 
     Raises:
-        MessageException: there are too many or too few values, a field or keyword is unknown, or a value does
-            not fit its field.
+        MessageException: there are too many or too few values, a field or keyword is unknown, or the value of
+            an array field is not a list or has the wrong length. Other values are not checked.
         ValueError: `msg_args`, or the value of a message field, is neither a list nor a dictionary.
     """
     args = [] if msg_args is None else msg_args

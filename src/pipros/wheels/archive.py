@@ -94,7 +94,7 @@ def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> Non
 def _timestamp() -> int:
     text = os.environ.get("SOURCE_DATE_EPOCH", "")
     if text and not (text.isascii() and text.isdecimal() and len(text) <= 10):
-        raise BadDate(f"SOURCE_DATE_EPOCH must be a number of seconds since 1970, got [{text}]")
+        raise BadDate(f"SOURCE_DATE_EPOCH must be seconds since 1970, at most 10 digits, got [{text}]")
     return max(int(text or 0), _EARLIEST)
 
 

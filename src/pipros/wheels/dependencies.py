@@ -60,7 +60,7 @@ def dependencies_of(
 
     Args:
         project: the package's parsed `CMakeLists.txt`, which may name ROS packages; None if it was not read.
-        is_ros_package: function that returns whether a name is that of a known ROS package with its own
+        is_ros_package: function that returns whether a name belongs to a known ROS package with its own
             wheel, for example a package in the same workspace.
         keys: requirements by rosdep key.
     """
@@ -112,7 +112,7 @@ def classify(
 
 
 def _is_elsewhere(name: str, keys: Mapping[str, str]) -> bool:
-    """Return whether a name in a `CMakeLists.txt` is not that of a ROS package with its own wheel."""
+    """Return whether a name in a `CMakeLists.txt` does not belong to a ROS package with its own wheel."""
     return name in COMPILED | CORE_PACKAGES or name in keys or is_shipped(name)
 
 

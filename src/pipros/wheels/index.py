@@ -71,7 +71,7 @@ def read_wheel_name(file_name: str) -> tuple[str, str]:
     """Return the normalized name and the version in a wheel's file name.
 
     Raises:
-        BadWheel: the name is not that of a wheel.
+        BadWheel: it is not a wheel's file name.
     """
     found = _WHEEL.fullmatch(file_name)
     if found is None:

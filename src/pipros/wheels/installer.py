@@ -125,6 +125,6 @@ def find_installer(name: str = "") -> tuple[str, ...]:
     if uv is None:
         raise NoInstaller(
             f"{name or 'neither pip nor uv'} is {'not ' if name else ''}installed;"
-            " python -m ensurepip installs pip"
+            f" python -m {'pip install uv installs uv' if name == 'uv' else 'ensurepip installs pip'}"
         )
     return (uv, "pip")

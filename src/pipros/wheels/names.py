@@ -41,7 +41,8 @@ def distribution_name(package: str) -> str:
     if len(package) > _NAME_CHARACTERS or not _LEGAL.fullmatch(package):
         raise InvalidName(
             f"package name [{printable(package)}] must consist of letters and digits, separated by single "
-            "underscores, dashes or dots, and begin with a letter; rename the package in package.xml"
+            f"underscores, dashes or dots, begin with a letter, and be at most {_NAME_CHARACTERS} characters "
+            "long; rename the package in package.xml"
         )
     return PREFIX + normalized(package)
 

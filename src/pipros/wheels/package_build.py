@@ -60,7 +60,7 @@ def read_package(
     """Read the package's `CMakeLists.txt`, if it has one. Output is written below `folder`.
 
     Args:
-        find_folder: function that finds required packages. If nothing is compiled, packages may be missing.
+        find_folder: function that finds required packages, some of which may be missing.
         projects: the packages in the same workspace that have already been read.
 
     Raises:
@@ -146,11 +146,11 @@ def package_files(
     if unfollowed or is_whole or not has_installed:
         for reason in unfollowed:
             result.notes.append(
-                f"{reason.file}:{reason.line}: the package {reason.what}; so its folder is added as a whole"
+                f"{reason.file}:{reason.line}: the package {reason.what}, so its folder is added as a whole"
             )
         if not unfollowed and not is_whole and _has_more_than_messages(package.folder):
             verb = "installs no files" if os.path.exists(project.file) else "does not exist"
-            result.notes.append(f"{project.file} {verb}; so the folder is added as a whole")
+            result.notes.append(f"{project.file} {verb}, so the folder is added as a whole")
         copy_whole(package.folder, prefix / "share" / package.name)
         modules = package.folder / "src" / package.name
         if not project.has_python_setup and (modules / "__init__.py").is_file():
@@ -258,7 +258,7 @@ def _is_made(entry: ArchiveEntry) -> bool:
 
 
 def _remove_modules_of_others(package: str, result: PackageFiles) -> None:
-    """Remove modules that would overwrite those of pipros or of a required PyPI project."""
+    """Remove modules that would overwrite pipros's modules or those of a required PyPI project."""
     owners = dict.fromkeys(own_modules(), "pipros itself")
     if package in ON_PYPI:
         module, project = ON_PYPI[package]

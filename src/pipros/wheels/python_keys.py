@@ -1,4 +1,4 @@
-"""PyPI projects for the Python keys of rosdep that `package.xml` files use.
+"""PyPI projects for rosdep's Python keys that `package.xml` files use.
 
 The table contains the keys in the manifests of pipros's packages and of the examples, and other common keys.
 `script/long keys` downloads each project once. A key for Python 2 (`python-yaml`) refers to the same project

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class WheelOptions:
-    """Options of a build.
+    """Options for a build.
 
     Attributes:
         is_strict: whether compiled targets are an error.
@@ -142,7 +142,7 @@ def metadata_of(
     """Return the metadata of a package's wheel.
 
     Args:
-        is_ros_package: function that returns whether a name is that of a ROS package with its own wheel; by
+        is_ros_package: function that returns whether a name belongs to a ROS package with its own wheel; by
             default, packages in sibling folders and installed packages are known.
     """
     known = is_ros_package or _Surroundings([package]).is_ros_package

@@ -9,7 +9,7 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True)
 class BuildOptions:
-    """Options of a build.
+    """Options for a build.
 
     Attributes:
         only: names of the packages to build, along with their dependencies; empty for all packages.

@@ -60,9 +60,9 @@ with open(_init, encoding="utf-8") as _source:
 
 
 def python_sources(project: Project) -> list[str]:
-    """Return the file that determines a package's Python modules in the devel space.
+    """Return the files that determine a package's Python modules in the devel space.
 
-    This is the package's `setup.py`. The list is empty if the package has no Python setup.
+    This is only the package's `setup.py`, or nothing if the package has no Python setup.
     """
     setup = os.path.join(project.folder, "setup.py")
     return [setup] if project.has_python_setup else []

@@ -72,7 +72,8 @@ class PackageIndex:
         ]
         missing = [str(folder) for folder in folders if not folder.exists()]
         if missing:
-            return f"ROS_PACKAGE_PATH lists [{os.pathsep.join(missing)}], which does not exist: {cure}"
+            verb = "does" if len(missing) == 1 else "do"
+            return f"ROS_PACKAGE_PATH lists [{os.pathsep.join(missing)}], which {verb} not exist: {cure}"
         return "" if folders else f"ROS_PACKAGE_PATH lists no workspace: {cure}"
 
     @classmethod

@@ -25,7 +25,7 @@ _BUILDER_LINES = ("-- ~~", "-- +++", "-- ==>")
 
 @dataclass(frozen=True, slots=True)
 class IsolatedOptions:
-    """Options of an isolated build.
+    """Options for an isolated build.
 
     Attributes:
         merges: whether all packages share one devel space.

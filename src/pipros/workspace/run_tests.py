@@ -41,7 +41,7 @@ def run_tests(
     Args:
         targets: the `catkin_make` targets, such as `run_tests`.
         say: called with each text to print.
-        leave_error: called if a test cannot be run; must write a result file with the reason.
+        leave_error: called if a test cannot be compiled; must write a result file with the reason.
         script_runner: command that runs a Python test if pytest is not installed. Its arguments are the
             script and the result file.
     """

@@ -1,8 +1,8 @@
 """Read a package's `setup.py`: its Python packages, their folders, and its scripts.
 
 As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. For this, the
-modules `setuptools` and `distutils` are replaced. `find_packages` is that of setuptools or, if setuptools is
-not installed, a substitute.
+modules `setuptools` and `distutils` are replaced. `find_packages` comes from setuptools or, if setuptools is
+not installed, is a substitute.
 """
 
 from __future__ import annotations

@@ -200,7 +200,7 @@ def test_rules_have_methods_conditions_loops_and_make_messages() -> None:
         ("assert old_msg.data", "assert old_msg.nothing", "has no field .nothing"),
         ("assert old_msg.data in ways,", "new_msg.nothing =", "does not have a field .nothing"),
         ("ways[old_msg.data](", '["no method"][0](', "only methods of the rule can be called"),
-        ("ways[old_msg.data](", '["update"][0](', "nested too deeply"),
+        ("ways[old_msg.data](", '["update"][0](', "calls are nested more than 20 deep"),
         ('assert old_msg.data in ways, "no way for %s" %', "new_msg.points = 3 +", "unsupported|cannot|int"),
     ],
 )

@@ -75,7 +75,7 @@ def test_lists_of_one_length_are_arrays_with_nan_in_gaps(tmp_path: Path) -> None
     np.testing.assert_array_equal(np.asarray(column), [[nan, nan], [2, 2.5], [3, 3.5], [nan, nan]])
     assert [list(cell) for cell in joined["joints.name"]] == [[], *[["shoulder", "elbow"]] * 2, []]
     assert joined.to_arrow()["joints.position"].to_pylist() == [None, [2, 2.5], [3, 3.5], None]
-    with pytest.raises(ValueError, match="all cells must have the same size, got 1 to 2"):
+    with pytest.raises(ValueError, match="nonempty cells must have the same size, got 1 to 2"):
         mixed.to_numpy()
     with pytest.raises(ValueError, match="must be arrays of numbers, got strings or messages"):
         np.asarray(joined["joints.name"])

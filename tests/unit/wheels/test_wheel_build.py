@@ -127,7 +127,7 @@ def test_two_builds_have_the_same_bytes(
     dates = {info.date_time for info in names(wheels(workspace)["arm"]).values()}
     assert dates == {(2023, 11, 14, 22, 13, 20)}
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "soon")
-    with pytest.raises(PiprosError, match=r"number of seconds since 1970, got \[soon\]"):
+    with pytest.raises(PiprosError, match=r"seconds since 1970, .*, got \[soon\]"):
         wheels(workspace)
 
 
@@ -204,7 +204,7 @@ def test_a_package_that_installs_nothing_is_added_as_a_whole(workspace: Workspac
     (folder / "src" / "arm").mkdir(parents=True)
     (folder / "src" / "arm" / "__init__.py").write_text("WHO = 'arm'")
     wheel = wheels(workspace)["arm"]
-    assert "installs no files; so the folder is added as a whole" in wheel.notes[0]
+    assert "installs no files, so the folder is added as a whole" in wheel.notes[0]
     assert "share/arm/launch/a.launch" in names(wheel)
     with zipfile.ZipFile(wheel.file) as archive:
         assert archive.read("arm/__init__.py") == b"WHO = 'arm'"

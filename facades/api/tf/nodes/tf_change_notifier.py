@@ -31,7 +31,7 @@ def pairs_of_parameters() -> list[FramePair]:
 
 
 def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
-    """Return the latest transform of each pair that has moved. Pairs with unknown frames are skipped."""
+    """Return the latest transform of each pair that has moved. Pairs without a transform are skipped."""
     message = TFMessage()
     for pair in pairs:
         target, source = strip_leading_slash(pair.target), strip_leading_slash(pair.source)
@@ -52,9 +52,9 @@ def main() -> int:
     """Run until the node is shut down. Return the exit code."""
     rospy.init_node("change_notifier", anonymous=True)
     try:
-        hz = distance_of("polling_frequency", rospy.get_param("~polling_frequency", 10.0))
-        if not 0 < hz < math.inf:
-            raise BadFramePair(f"polling_frequency must be a finite number > 0, got {hz}")
+        hz = rospy.get_param("~polling_frequency", 10.0)
+        if isinstance(hz, bool) or not isinstance(hz, int | float) or not 0 < hz < math.inf:
+            raise BadFramePair(f"polling_frequency must be a finite number > 0, got {hz!r}")
         pairs = pairs_of_parameters()
     except BadFramePair as error:
         print(f"tf_change_notifier: error: {error}", file=sys.stderr)

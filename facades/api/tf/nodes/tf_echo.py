@@ -42,7 +42,7 @@ def main() -> int:
     except ValueError:
         hz = 0.0
     if not 0.0 < hz < math.inf:
-        print(f"echo_rate must be a number above 0, got {arguments[2]}")
+        print(f"echo_rate must be a finite number > 0, got {arguments[2]}")
         return 255
     rospy.init_node("tf_echo", anonymous=True)
     buffer = tf2_ros.Buffer(debug=False)

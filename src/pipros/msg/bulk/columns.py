@@ -146,7 +146,7 @@ class ListColumn(_Ragged):
         if not isinstance(values, np.ndarray):
             raise ValueError("cells must be arrays of numbers, got strings or messages")
         if (sizes[is_full] != width).any():
-            raise ValueError(f"all cells must have the same size, got {sizes[is_full].min()} to {width}")
+            raise ValueError(f"nonempty cells must have the same size, got {sizes[is_full].min()} to {width}")
         rows = values[self.offsets[0] : self.offsets[-1]].reshape(int(is_full.sum()), width)
         if len(rows) < len(self):
             found = np.full((len(self), width), np.nan)

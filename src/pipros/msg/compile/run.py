@@ -1,4 +1,4 @@
-"""Run the code that `compiler.py` generates. No other module of pipros executes generated code.
+"""Run the code that `compiler.py` generates. No other pipros module executes generated code.
 
 Every name in that code has been checked against the grammar of definitions, and all other text from a
 definition has been passed through `repr`.

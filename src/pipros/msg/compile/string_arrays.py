@@ -18,7 +18,7 @@ A longer array is likely data rather than names, and unlikely to recur.
 """
 
 KEPT_LIMIT = 16
-"""Number of cached arrays per field."""
+"""Maximum number of cached arrays per field."""
 
 _KEY_BYTES = 32
 """Number of leading bytes that are the key of a cached array. Only longer arrays are cached."""

@@ -184,8 +184,8 @@ class WorkspaceFinder:
     """Finder for Python packages in the workspace that installed distributions would otherwise hide.
 
     Because this finder is called for every import of an installed module, it searches for packages only if
-    the module's name is that of a folder in the workspace, or of a module in a wheel of a ROS package. These
-    names are listed when `ROS_PACKAGE_PATH` has changed.
+    a folder in the workspace, or a module in a wheel of a ROS package, has the module's name. The list of
+    these names is rebuilt when `ROS_PACKAGE_PATH` has changed.
 
     A package in the workspace hides all modules of a wheel of the same package, even modules that are
     missing from the workspace.

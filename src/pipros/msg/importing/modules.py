@@ -61,7 +61,7 @@ def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleS
 class _InterfaceLoader(Loader):
     """Loader that gives a package's module `__getattr__` and `__dir__` functions for its types.
 
-    `__all__` is computed when it is first read.
+    `__all__` is computed whenever it is read.
     """
 
     def __init__(self, library: Library, package: str, kind: str) -> None:

@@ -46,8 +46,8 @@ def _parser() -> ArgumentParser:
         help="a folder of wheels",
     )
     parser.add_argument("--index-url", default="", metavar="URL", help="the only index to use")
-    parser.add_argument("--no-index", action="store_true", help="use folders of wheels alone")
-    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps keys of rosdep to requirements")
+    parser.add_argument("--no-index", action="store_true", help="use only folders of wheels")
+    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps rosdep keys to requirements")
     parser.add_argument("--installer", choices=("pip", "uv"), default="", help="default: pip, or else uv")
     parser.add_argument("--strict", action="store_true", help="fail if a package has compiled targets")
     parser.add_argument("--whole", action="store_true", help="add each package's folder as a whole")
@@ -94,7 +94,7 @@ def _print_advice(plan: Sequence[PlanStep]) -> None:
         print(f"Not installed, because it needs root: apt-get install {' '.join(debian)}")
     unknown = [step.name for step in plan if step.provider is Provider.UNKNOWN]
     if unknown:
-        print(f"Unknown, and not installed: {' '.join(unknown)}. --keys FILE names their PyPI projects")
+        print(f"Unknown, and not installed: {' '.join(unknown)}. Name their PyPI projects with --keys FILE")
 
 
 def _print_line(line: str) -> None:

@@ -80,7 +80,7 @@ def _parser() -> ArgumentParser:
     )
     parser.add_argument("verb", choices=("check", "init", "install", "keys", "update"))
     parser.add_argument("--from-paths", type=Path, nargs="+", default=[], metavar="DIR")
-    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps keys of rosdep to requirements")
+    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps rosdep keys to requirements")
     parser.add_argument("-s", "--simulate", action="store_true", help="print the command, and do nothing")
     # Scripts pass these options to genuine rosdep. Packages in the given folders are always omitted.
     for names in (("-i", "--ignore-src"), ("-y", "--default-yes"), ("-r",), ("-q", "--quiet")):

@@ -25,9 +25,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--strict", action="store_true", help="fail if a package has compiled targets")
     parser.add_argument("--whole", action="store_true", help="add each package's folder as a whole")
-    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps keys of rosdep to requirements")
+    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps rosdep keys to requirements")
     parser.add_argument(
-        "--init", action="store_true", help="write the pyproject.toml files with which pip install . works"
+        "--init", action="store_true", help="write the pyproject.toml files that pip install . needs"
     )
     arguments = parser.parse_args(argv)
     from pipros.wheels.init_file import ADVICE, write_build_system

@@ -77,7 +77,7 @@ _COMPILED = """
 """
 
 CORE_PACKAGES = frozenset((*_CORE.split(), *_COMPILED.split()))
-"""ROS packages that `find_package()` finds even though they have no folder.
+"""ROS packages that `find_package()` finds even if they have no folder.
 
 pipros provides substitutes for some of them. The others contain C++ libraries or graphical programs, which
 are not needed to build packages without compiled code.

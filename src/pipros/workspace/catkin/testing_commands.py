@@ -72,7 +72,7 @@ def _add(
 
 def _require_file(command: Command, words: Sequence[str]) -> None:
     if not words:
-        raise ValueError(f"{command.name}() called without a file")
+        raise ValueError(f"{command.name}() called without arguments")
 
 
 def _existing_file(context: ReadContext, command: Command, words: Sequence[str]) -> str:
