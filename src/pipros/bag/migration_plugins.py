@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipros.bag.errors import BagError
 from pipros.bag.migration_rules import MigrationRule, parse_rules
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
@@ -32,7 +33,7 @@ def installed_rules(index: PackageIndex, warn: Say) -> list[MigrationRule]:
     found: list[MigrationRule] = []
     for package, file in _files(index, warn):
         try:
-            found += parse_rules(read_text(file), str(file), warn)
+            found += parse_rules(_text(file), str(file), warn)
         except (PiprosError, OSError) as error:
             warn(f"Cannot load rule file [{file}] in package [{package}]: {error}")
     return found
@@ -57,4 +58,11 @@ def rules_of_files(files: Iterable[str]) -> list[MigrationRule]:
 
     Raise `BagError` or `OSError` if a file is malformed or unreadable.
     """
-    return [rule for file in files for rule in parse_rules(read_text(file), file)]
+    return [rule for file in files for rule in parse_rules(_text(file), file)]
+
+
+def _text(file: str | Path) -> str:
+    try:
+        return read_text(file)
+    except UnicodeDecodeError as error:
+        raise BagError(f"{file}: a rule file must be UTF-8: {error}") from error

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.basics.errors import NotFound
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.cmake.copying import PROGRAM_MODE, Copy, copy, copy_file
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.language.spec import DefinitionError
@@ -122,7 +122,10 @@ def _write_relays(project: Project, setup: PythonSetup | None, devel: Path) -> N
 def _write_hooks(project: Project, prefix: Path, *, is_installed: bool) -> None:
     """Write a package's environment hooks to the folder that the setup files read."""
     for hook in project.hooks:
-        text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
+        try:
+            text = Path(hook.source).read_text("utf-8") if hook.text is None else hook.text
+        except UnicodeDecodeError as error:
+            raise PiprosError(f"{hook.source}: an environment hook must be UTF-8: {error}") from error
         if is_installed and hook.installed is not None:
             text = hook.installed
         write_if_changed(prefix / HOOKS_FOLDER / hook.name, text)

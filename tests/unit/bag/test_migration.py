@@ -135,6 +135,9 @@ def test_the_module_has_the_functions_of_noetic(bag: Path) -> None:
     assert Path("new.bag").exists()
     with pytest.raises(migration.BagMigrationException):
         migration.MessageMigrator(["none.bmr"])
+    Path("latin.bmr").write_bytes(b"# \xe9\n")
+    with pytest.raises(migration.BagMigrationException, match=r"^latin\.bmr: a rule file must be UTF-8: "):
+        migration.MessageMigrator(["latin.bmr"])
 
 
 RULE = '''

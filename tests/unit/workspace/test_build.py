@@ -169,6 +169,18 @@ def test_a_broken_manifest_is_reported_and_the_rest_is_built(workspace: Workspac
     assert result.errors == [f"{broken}/package.xml:2:15: invalid XML: mismatched tag"]
 
 
+def test_a_hook_that_is_not_text_is_reported_and_the_rest_is_built(workspace: Workspace) -> None:
+    talkers = workspace.add("talkers", "catkin_add_env_hooks(10.p SHELLS sh DIRECTORY .)\ncatkin_package()")
+    hook = talkers / "10.p.sh"
+    hook.write_bytes(b"export A=\xff\n")
+    workspace.add("fine")
+    result = workspace.build()
+    assert result.built == ["fine"]
+    assert [error.partition(" UTF-8")[0] for error in result.errors] == [
+        f"talkers: {hook}: an environment hook must be"
+    ]
+
+
 def test_an_incomplete_manifest_is_reported(workspace: Workspace) -> None:
     folder = workspace.add("broken")
     (folder / "package.xml").write_text('<package format="2"><name>broken</name></package>')
