@@ -3,7 +3,7 @@
 A client chooses its protocol with the WebSocket subprotocol; the handler "" serves clients without one. The
 token, if one is required, is in the header `Authorization: Bearer`, in the URL (the last segment of the path,
 or the parameter `token`), or in the first message: `{"token": "…"}`, or a login in the handler's protocol.
-Paths, headers and first messages are never logged.
+Paths, tokens and first messages are never logged.
 """
 
 from __future__ import annotations

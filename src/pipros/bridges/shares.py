@@ -159,7 +159,8 @@ class ClientShares:
 
     Attributes:
         message_bytes: maximum size of a message from the client.
-        memory: everything that the server holds for the client. The other budgets are parts of it.
+        memory: everything that the server holds for the client. The budgets below, except `left_behind`,
+            are parts of it.
         input: messages from the client that are incomplete or have not been handled.
         kept: names and ids that the server stores for the client.
         parsed: approximate memory for the client's current message, once parsed.

@@ -362,7 +362,7 @@ def _round_trip_s(router: str) -> float:
     """Return the time that a TCP connection to a router takes: one round trip.
 
     Raises:
-        LinkFailed: there is no connection within `TCP_S`.
+        LinkFailed: the connection fails, or is not established within `TCP_S`.
     """
     host, _, port = router.partition("/")[2].rpartition(":")
     began = time.monotonic()

@@ -126,7 +126,7 @@ class RosbridgeNode:
         return RosbridgeSession(self, outbox, shares or ServerShares(self.limits).client(is_reader=is_reader))
 
     def close(self) -> None:
-        """Unadvertise the clients' services, and ignore any further subscriptions."""
+        """Make all calls to the clients' services fail, and ignore any further subscriptions."""
         self.gate.close()
         self.services.close()
         self.topics.close()

@@ -193,7 +193,7 @@ class BagPlayback:
 
     @property
     def layout(self) -> BagLayout | None:
-        """The bag's index, so that other readers need not read it again; None for MCAP."""
+        """The bag's index, so that other readers need not read it again; None for MCAP and `Recording`."""
         return self._reader.layout if self._reader.layout.chunks else None
 
     @property

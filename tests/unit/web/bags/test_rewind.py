@@ -229,7 +229,7 @@ def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(
             for _ in range(limit - 1):
                 await asyncio.create_task(look_back(stack))
             with pytest.raises(
-                RequestRefused, match=f"too many browsers look at the past; the limit is {limit} "
+                RequestRefused, match=f"too many browsers are showing the past; the limit is {limit} "
             ):
                 await asyncio.create_task(look_back(stack))
         assert rewound.system.topics.watches() == []
