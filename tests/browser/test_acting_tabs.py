@@ -359,7 +359,7 @@ def test_acts_are_approved_on_the_page(
     try:
         with ThreadPoolExecutor(1) as pool:
             tab = open_tab(Page(system, "--control"), "acts")
-            expect(tab.locator(".tab-acts .note").first).to_contain_text("No act waits")
+            expect(tab.locator(".tab-acts .note").first).to_contain_text("No act is waiting")
             for button, verdict in (("Approve once", "once"), ("Approve for a minute", "minute")):
                 waiting = pool.submit(ask)
                 card = tab.get_by_role("listitem", name="publish /cmd_vel")

@@ -39,7 +39,7 @@ export function open(view, argument, context) {
   const hasStatistics = h("input", { type: "checkbox", onchange: () => { needsDraw = isRebuilt = true; remember(); } });
   const lines = referenceLines(() => changed());
   const isWhole = h("input", { type: "checkbox", onchange: () => again() });
-  const whole = h("label", { title: "The curves of the whole bag, not from the last jump on", hidden: true }, isWhole, "Whole bag");
+  const whole = h("label", { title: "Plot the whole bag, not only the part since the last jump", hidden: true }, isWhole, "Whole bag");
   const pause = h("button", { type: "button", "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const toNewest = h("button", { type: "button", hidden: true, title: "Show the newest samples again",
     onclick: () => showRange(null, true) }, "Follow");
