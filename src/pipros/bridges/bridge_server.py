@@ -174,7 +174,7 @@ class BridgeServer:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
             names: host names under which the page and the client list are served, besides the loopback
-                names.
+                names. If any are given, all IP addresses are allowed, too.
             ping_s: interval between pings; None disables them.
             pong_s: maximum time to wait for a pong; None waits forever.
 

@@ -1,6 +1,6 @@
 """Data for the Scene tab: serialized messages, point clouds as columns, robots, meshes, and the `.rviz` file.
 
-The browser decodes messages, stores the transforms, and draws. The server only handles bytes and files.
+The browser decodes all messages except point clouds, stores the transforms, and draws.
 """
 
 from __future__ import annotations
