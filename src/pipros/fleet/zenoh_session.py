@@ -323,7 +323,7 @@ def connect(
 
     Args:
         bandwidth_kbit: the bandwidth in the member's file. The operating system's send buffer is limited to
-            50 ms of data, but to no less than SMALLEST_BUFFER_BYTES.
+            50 ms of data at this bandwidth, but to no less than SMALLEST_BUFFER_BYTES.
 
     Raises:
         LinkFailed: the router does not answer in time, or refuses the connection.

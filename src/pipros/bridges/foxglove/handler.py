@@ -39,7 +39,7 @@ from pipros.workspace.index import PackageIndex
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CALLS_AT_ONCE: Final = 256
-"""Maximum number of concurrent service calls of all clients, besides one per client. Further calls wait."""
+"""Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
 _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")

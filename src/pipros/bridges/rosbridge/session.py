@@ -58,7 +58,7 @@ from pipros.node.service_client import ServiceClient
 from pipros.server.act_gate import ActGate
 
 CALLS_AT_ONCE: Final = 64
-"""Maximum number of concurrent service calls of all clients, besides one per client. Further calls wait."""
+"""Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
 QUESTION_THREADS: Final = 4
 """Number of threads for all clients' calls to rosapi, which seldom block."""
 CALLS_OF_A_CLIENT: Final = 256

@@ -60,9 +60,9 @@ export function open(view, argument, context) {
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, choice.names,
       h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
       h("label", {}, "y from", low), h("label", {}, "to", high),
-        h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log entries"), whole,
+        h("label", { title: "Show warnings and errors in the log as dashed lines" }, hasMarks, "Log entries"), whole,
       h("label", { title: "A horizontal line for reference" }, "Line", lines.input),
-        h("label", { title: "Of the samples in the shown part" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
+        h("label", { title: "Statistics of the samples in the shown part" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
     error, offered.element, legend.element, table.element, hint, chart));
   let plot = null;
   let isPaused = false;
