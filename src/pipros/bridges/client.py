@@ -74,7 +74,7 @@ class Wakeups:
 
 
 class BridgeConnection(PortConnection):
-    """WebSocket connection that reports when its socket buffer is full and when it can be written again.
+    """WebSocket connection that reports when its socket buffer is full and when it has room again.
 
     Attributes:
         is_page: whether the request was for the page.

@@ -113,7 +113,7 @@ class BagViews:
         """Open a bag. Yield the progress, then the bag's tracks, and then each new state of the playback.
 
         Until this view is closed, the browser's other views show the bag at its current moment. With the
-        argument `rewind`, the bag is the last minute of the running system.
+        argument `rewind`, the bag consists of the running system's recent messages.
         """
         is_rewind = arguments.get("rewind") is True
         shown = self._shown(NAME if is_rewind else arguments.get("name"), is_rewind=is_rewind)
@@ -359,7 +359,7 @@ class BagViews:
 
     @contextlib.contextmanager
     def _rewinding(self) -> Iterator[None]:
-        """Count a browser that shows the last minute. Raise `RequestRefused` if there are too many."""
+        """Count a browser that shows recent messages. Raise `RequestRefused` if there are too many."""
         limit = process_limits().of(PageLimits).page_rewinds
         if self._rewinds >= limit:
             what = "too many browsers are showing the past"
