@@ -153,7 +153,7 @@ def test_goals_need_control_and_a_server(fibonacci: RosSystem, open_tab: OpenTab
     kind = "actionlib_tutorials/FibonacciActionGoal"
     with Page(fibonacci, "--control").connect() as browser:
         answer = browser.act("send_goal", name="/nobody", type=kind, goal="order: 1")
-        assert "no action server has subscribed to /nobody/goal" in answer["error"]
+        assert "no action server subscribed to /nobody/goal" in answer["error"]
         answer = browser.act("send_goal", name="/fibonacci", type=kind, goal="disorder: 1")
         assert "disorder" in answer["error"]
 
@@ -359,7 +359,7 @@ def test_acts_are_approved_on_the_page(
     try:
         with ThreadPoolExecutor(1) as pool:
             tab = open_tab(Page(system, "--control"), "acts")
-            expect(tab.locator(".tab-acts .note").first).to_contain_text("No act waits")
+            expect(tab.locator(".tab-acts .note").first).to_contain_text("No act is waiting")
             for button, verdict in (("Approve once", "once"), ("Approve for a minute", "minute")):
                 waiting = pool.submit(ask)
                 card = tab.get_by_role("listitem", name="publish /cmd_vel")

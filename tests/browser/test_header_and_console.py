@@ -167,7 +167,7 @@ def test_filters_are_kept_as_rules_and_entries_lead_to_their_moment(
     expect(other.get_by_label("Filter by text")).to_have_value("beep -nothing")
     expect(other.get_by_label("Info")).not_to_be_checked()
     other.get_by_role("button", name="Delete the rules only beeps").click()
-    expect(other.locator("aside")).to_contain_text("None are saved.")
+    expect(other.locator("aside")).to_contain_text("No rules are saved.")
     tab.locator(".log").press("e")
     expect(tab.locator("aside")).to_contain_text("beep")
     keep_screenshots(tab, "console-moment")

@@ -113,5 +113,5 @@ def test_late_transforms_that_still_arrive_do_not_blame_their_sender(
     )
     assert text == (
         "The transform from [odom] to [map], sent by [/data], is 20 s old; newer ones still arrive: this "
-        "browser or the sender's clock is behind."
+        "browser is slow, or the sender's clock is behind."
     )

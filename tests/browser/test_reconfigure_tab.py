@@ -129,4 +129,4 @@ def test_the_end_of_a_server_is_reported(ros: RosSystem, open_tab: OpenTab, modu
     expect(tab.get_by_label("gain", exact=True)).to_have_value("1.5")
     server.press_ctrl_c()
     server.wait()
-    expect(tab.get_by_role("alert").first).to_have_text("/pipros is not offered any more.")
+    expect(tab.get_by_role("alert").first).to_have_text("/pipros is no longer offered.")

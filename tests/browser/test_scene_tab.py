@@ -578,8 +578,8 @@ def test_a_link_that_has_ended_is_named(system: RosSystem, open_tab: OpenTab, tm
         }"""
     )
     assert statuses(tab, "Way")["Link"] == (
-        "[alone] is in the tree of [other], which the fixed frame is not in; "
-        "with [other] as the fixed frame it would be shown."
+        "[alone] is in the tree of [other], but the fixed frame is not; "
+        "with [other] as the fixed frame, it would be shown."
     )
 
 

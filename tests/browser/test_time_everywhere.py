@@ -214,7 +214,7 @@ def test_the_last_minute_is_rewound_in_all_tabs(ros: RosSystem, open_tab: OpenTa
     keep_screenshots(tab, "rewind-scene")
     tab.evaluate("location.hash = 'plot//unseen/data'")
     expect(tab.locator(".legend")).to_contain_text(
-        "/unseen/data was not recorded: no view showed it in the last minute"
+        "/unseen/data was not recorded: no view showed it in the recorded time"
     )
     check_accessibility(tab)
     bar.get_by_role("button", name="Live").click()

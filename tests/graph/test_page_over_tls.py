@@ -63,7 +63,7 @@ def test_a_certificate_makes_everything_https(ros: RosSystem, tmp_path: Path, is
     server = ros.pipros.start("rqt_graph", "--no-browser", "--bind", f"{HOST}:0", *files)
     url = urlsplit(server.wait_for(r"https://\S+")[0])
     assert url.hostname == HOST
-    server.wait_for("Others on this network can see the system when they have this address.")
+    server.wait_for("Others on this network can see the system if they have this address.")
     said = server.wait_for("Encrypted with TLS; the certificate's SHA-256 fingerprint is ([0-9A-F:]{95})")[1]
     assert said.replace(":", "").lower() == FINGERPRINT
 
@@ -94,7 +94,7 @@ def test_without_a_certificate_it_says_that_nothing_is_encrypted(ros: RosSystem)
     ros.serve_master()
     server = ros.pipros.start("rqt_graph", "--no-browser", "--control", "--bind", HOST)
     url = urlsplit(server.wait_for(r"http://\S+")[0])
-    server.wait_for("Others on this network can see and change the system when they have this address.")
+    server.wait_for("Others on this network can see and change the system if they have this address.")
     server.wait_for("The connection is not encrypted; --cert and --key encrypt it.")
     connection = http.client.HTTPConnection(url.netloc, timeout=30)
     connection.request("GET", "/")

@@ -233,9 +233,7 @@ USUAL = {
 @pytest.mark.parametrize("command", USUAL)
 def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, command: str) -> None:
     page = Page(robot, command=command)
-    page.process.wait_for(
-        r"The page can [a-z ]+\. With --control it can make other changes, with --read-only"
-    )
+    page.process.wait_for(r"The page can [a-z ]+\. With --control, it can make all changes; with --read-only")
     with page.connect() as browser:
         about = browser.act("about")
         assert (about["control"], about["may"]) == (False, [USUAL[command]])

@@ -44,7 +44,7 @@ def test_a_foxglove_server_ends_with_ctrl_c(ros: RosSystem) -> None:
     ros.serve_master()
     server = ros.pipros.start("pipros", "foxglove", "--port", "0")
     address = server.wait_for(r"ws://\S+")[0]
-    server.wait_for("Clients can only read. With --control they can also change the system.")
+    server.wait_for("Clients can only read. With --control, they can also change the system.")
     with connected(address) as client:
         assert client.next("serverInfo")["name"] == "foxglove_bridge"
         server.press_ctrl_c()

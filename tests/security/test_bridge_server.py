@@ -598,7 +598,7 @@ def test_a_client_that_uses_nothing_makes_room_for_another() -> None:
             async with connected(server) as third:
                 await third.send("hello")
                 assert await third.recv() == "hello"
-                with pytest.raises(ConnectionClosed, match="makes room for a new client"):
+                with pytest.raises(ConnectionClosed, match="to make room for a new client"):
                     await second.recv()
             await first.send("still here")
             assert await first.recv() == "still here"

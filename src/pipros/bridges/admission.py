@@ -50,7 +50,10 @@ class Admission:
                 "it, run 'python -m http.server --bind 127.0.0.1' in its folder and open "
                 f"http://127.0.0.1:8000; {self.null_origin_option} allows such files, but also every website."
             )
-        raise Denied(f"Pages from {printable(origin)} may not connect here; --origin allows them.")
+        raise Denied(
+            f"Pages from {printable(origin)} may not connect here; pipros serve and pipros foxglove allow "
+            "them with --origin."
+        )
 
     def has_token(self, path: str, authorization: str | None) -> bool:
         """Return whether a request contains the token. If no token is required, return True.

@@ -3,7 +3,7 @@
 A client chooses its protocol with the WebSocket subprotocol; the handler "" serves clients without one. The
 token, if one is required, is in the header `Authorization: Bearer`, in the URL (the last segment of the path,
 or the parameter `token`), or in the first message: `{"token": "…"}`, or a login in the handler's protocol.
-Paths, headers and first messages are never logged.
+Paths, tokens and first messages are never logged.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class BridgeServer:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
             names: host names under which the page and the client list are served, besides the loopback
-                names.
+                names. If any are given, all IP addresses are allowed, too.
             ping_s: interval between pings; None disables them.
             pong_s: maximum time to wait for a pong; None waits forever.
 

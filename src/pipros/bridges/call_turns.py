@@ -62,7 +62,7 @@ class QuestionTurns:
         """Start a call in a thread, or queue it.
 
         Raises:
-            RuntimeError: the system cannot start another thread.
+            RuntimeError: no thread is running, and the system cannot start one.
         """
         with self._lock:
             self._calls.put(user, call)

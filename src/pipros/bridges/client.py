@@ -37,11 +37,11 @@ CHUNK_BYTES: Final = 16 * 1024
 there is room.
 """
 ENCRYPTED_BYTES: Final = 256 * 1024
-"""Like `CHUNK_BYTES`, for TLS connections, whose data always pass through the transport."""
+"""Like `CHUNK_BYTES`, for TLS connections, whose data always passes through the transport."""
 TURN_BYTES: Final = 1024 * 1024
 """Number of bytes to write to one client before the other clients are served."""
 FRAME_OVERHEAD_BYTES: Final = 8 * 1024
-"""Bytes that take as long to write as the overhead of a frame, which counts in `TURN_BYTES`."""
+"""Overhead of writing a frame, as an equivalent number of bytes that count towards `TURN_BYTES`."""
 CLOSING_S: Final = 1.0
 """Time (s) for a client to acknowledge that the connection is being closed."""
 _LONGEST_REASON: Final = 120
@@ -74,7 +74,7 @@ class Wakeups:
 
 
 class BridgeConnection(PortConnection):
-    """WebSocket connection that reports when its socket buffer is full and when it can be written again.
+    """WebSocket connection that reports when its socket buffer is full and when it has room again.
 
     Attributes:
         is_page: whether the request was for the page.
@@ -293,7 +293,7 @@ class BridgeClient:
 
     async def replace(self) -> None:
         """Disconnect the client to make room for another client. Return once it is disconnected."""
-        self.end("This unused connection makes room for a new client.", CloseCode.TRY_AGAIN_LATER)
+        self.end("This connection was closed to make room for a new client.", CloseCode.TRY_AGAIN_LATER)
         await self._connection.wait_closed()
 
     def close(self) -> None:

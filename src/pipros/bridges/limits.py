@@ -28,7 +28,8 @@ class BridgeLimits(NamedTuple):
             latched messages, names and ids. The sum of `bridge_queue_bytes` and three times
             `bridge_message_bytes` applies instead if it is larger.
         bridge_total_bytes: the same for all clients of a server together, in addition to 256 KiB per client.
-            A client may use at most half of the memory that the other clients leave free.
+            Twice the sum above applies instead if it is larger. A client may use at most half of the memory
+            that the other clients leave free.
         bridge_stall_s: the time after which a client that does not read from a full connection is
             disconnected.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.

@@ -199,12 +199,12 @@ def _announce(options: BridgeOptions, port: int, page: PageServer | None, secret
     print(f"{options.tool}: {scheme}://{shown}:{port}{path}", file=sys.stderr, flush=True)
     if not options.has_control:
         more = "change the system" if options.policy is None else "do what the policy permits"
-        print(f"Clients can only read. With --control they can also {more}.", file=sys.stderr)
+        print(f"Clients can only read. With --control, they can also {more}.", file=sys.stderr)
     if options.is_local:
         return
     if secret is None:
         what = "see and change" if options.has_control else "see"
-        print(f"Everyone on this network can {what} the system; --token-file restricts it.", file=sys.stderr)
+        print(f"Everyone on this network can {what} the system; --token-file limits access.", file=sys.stderr)
     if options.certificate is None:
         print("The connection is not encrypted; --cert and --key encrypt it.", file=sys.stderr)
     elif fingerprint := fingerprint_of(options.certificate):

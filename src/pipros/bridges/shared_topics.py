@@ -64,7 +64,7 @@ OnError = Callable[[PiprosError], object]
 PENDING_CHANGES: Final = 32
 """A client with this many pending subscriptions and unsubscriptions has to wait for its turn."""
 REPORTED_TYPES: Final = 10
-"""Maximum number of wrong types that are reported to one client."""
+"""Maximum number of wrong types that are reported for one subscription."""
 
 
 def legal_topic(node: Node, name: str) -> str:
@@ -115,7 +115,8 @@ class SharedTopics:
         Args:
             topic: a name, resolved by the node.
             kind: the expected type; None accepts any type.
-            on_error: called with a `WrongType`, once for each other type that is published on the topic.
+            on_error: called with a `WrongType`, once for each other type that is published on the topic, but
+                for at most `REPORTED_TYPES` types.
             user: the client, for its share of topics and its turns.
             replaces: an earlier subscription, which is closed as soon as the new one exists.
 
@@ -211,7 +212,7 @@ class SharedTopics:
             replaced.close()
 
     def _report_type(self, topic: str, kind: str) -> None:
-        """Register the expected type with the master, so that `rostopic list` shows it."""
+        """Register the expected type with the master, so that `rostopic type` shows it."""
         with suppress(PiprosError):  # the registration is for information only
             self._master.register_subscriber(topic, kind, self._node.uri)
             if self._node.is_ending:  # the node may have just unregistered its topics

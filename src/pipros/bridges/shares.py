@@ -1,7 +1,8 @@
 """Divide a server's memory and topics among its clients. Performs no I/O.
 
 If all clients shared a limit, one client could use up everything. Here, each client has its own share, and
-may use at most half of what the other clients leave free. `close` gives back whatever a client still holds.
+may use at most half of what the other clients leave free. `ClientShares.close` gives back everything that a
+client still holds.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ OWN_TOPICS: Final = 8
 READ_AHEAD_BYTES: Final = 256 * 1024
 """Maximum size of the complete messages that a server reads before it has handled earlier messages."""
 PATIENCE: Final = 1
-"""Refusals after which a client that exceeds its share again is disconnected."""
+"""Number of refusals after which a client that exceeds its share again is disconnected."""
 
 
 class ExceedsShare(LimitExceeded):
@@ -159,7 +160,8 @@ class ClientShares:
 
     Attributes:
         message_bytes: maximum size of a message from the client.
-        memory: everything that the server holds for the client. The other budgets are parts of it.
+        memory: everything that the server holds for the client. The budgets below, except `left_behind`,
+            are parts of it.
         input: messages from the client that are incomplete or have not been handled.
         kept: names and ids that the server stores for the client.
         parsed: approximate memory for the client's current message, once parsed.

@@ -77,7 +77,7 @@ class RemoteService:
 
     def _call(self, request: AnyMsg) -> AnyMsg:
         if not self._slots.acquire(blocking=False):
-            raise HandlerError(f"too many calls to [{self._member}] are pending")
+            raise HandlerError(f"too many calls to [{self.entry.name}] of [{self._member}] are pending")
         try:
             self.calls += 1
             return self._answer(request)
@@ -196,7 +196,7 @@ class LocalCalls:
 
     def _set(self, caller: str, wanted: Any) -> Any:
         if not isinstance(wanted, list) or len(wanted) != 2:
-            raise PiprosError(f"a request to set a parameter must be [name, value], from [{caller}]")
+            raise PiprosError(f"a request to set a parameter must be [name, value]; [{caller}] sent another")
         name, value = parameter_name(wanted[0]), wanted[1]
         if not self._file.sets_parameter(name, caller):
             raise PiprosError(f"[{caller}] is not allowed to set parameter [{printable(name, 200)}]")

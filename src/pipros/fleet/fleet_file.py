@@ -296,7 +296,7 @@ class _FleetReader:
 
     def number(self, value: object, place: str) -> float:
         if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 <= value < math.inf:
-            raise self._error(place, "must be a number >= 0", value)
+            raise self._error(place, "must be a finite number >= 0", value)
         return float(value)
 
     def duration(self, value: object, place: str) -> float:

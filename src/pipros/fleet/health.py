@@ -1,4 +1,4 @@
-"""Health check of fleet agents, for `pipros doctor`."""
+"""Health check for fleet agents, used by `pipros doctor`."""
 
 from __future__ import annotations
 

@@ -16,12 +16,15 @@ class FleetLimits(NamedTuple):
         fleet_directory_bytes: maximum size of a member's directory of the topics and services that it offers.
         fleet_message_bytes: maximum size of a message, request or reply on a fleet link, both compressed and
             decompressed.
-        fleet_queue_bytes: maximum total size of the messages waiting to be sent over a fleet link.
-        fleet_latched_bytes: maximum total size of the latched messages that a member keeps for others.
+        fleet_queue_bytes: maximum total size of the messages waiting to be sent over a fleet link, or to be
+            recorded by a router.
+        fleet_latched_bytes: maximum total size of the latched messages that a member keeps for others,
+            or that a router repeats in its history.
         fleet_definition_bytes: maximum total size of the other members' message definitions that a member
             keeps, or that a router keeps for its history.
         fleet_history_files: maximum number of files in a router's history, for all members together.
-        fleet_calls: maximum number of calls from other members that a member handles at a time.
+        fleet_calls: maximum number of calls from other members that a member handles at a time; also of
+            pending calls to one service of another member.
     """
 
     fleet_file_bytes: int = 256 * _KIB

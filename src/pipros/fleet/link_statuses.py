@@ -31,7 +31,7 @@ def link_statuses(
     Args:
         sent: the number of messages sent, bytes sent, messages dropped and messages not sent, for each topic.
         received: counters of the messages received from each member that is present.
-        before: `received` at the previous call. Losses since then cause a warning.
+        before: `received` at the previous call. Lost and malformed messages since then cause a warning.
     """
     totals = [sum(column) for column in zip(*sent, strict=True)] or [0, 0, 0, 0]
     found = [

@@ -80,7 +80,7 @@ class Offers:
         self._requests.pop(member, None)
 
     def update(self) -> None:
-        """Start and stop sharing topics according to the members' requests and the local master's state."""
+        """Share and accept topics according to the members' requests and the local master's state."""
         self._update_shared()
         self._update_accepted()
 

@@ -48,7 +48,7 @@ _ENDING_S: Final = 0.3
 _MAX_PUBLISHERS: Final = 100
 """Maximum number of publishers per topic that are recorded separately."""
 _MAX_REQUESTS: Final = 32
-"""Maximum number of file requests that are queued or being answered."""
+"""Maximum number of history requests that are queued or being answered."""
 _LATCHED_BYTES: Final = FILE_BYTES // 4
 """Maximum size of a member's latched messages, so that the files have room for other messages."""
 _HEADER_BYTES: Final = 256

@@ -323,7 +323,7 @@ def connect(
 
     Args:
         bandwidth_kbit: the bandwidth in the member's file. The operating system's send buffer is limited to
-            50 ms of data, but to no less than SMALLEST_BUFFER_BYTES.
+            50 ms of data at this bandwidth, but to no less than SMALLEST_BUFFER_BYTES.
 
     Raises:
         LinkFailed: the router does not answer in time, or refuses the connection.
@@ -362,7 +362,7 @@ def _round_trip_s(router: str) -> float:
     """Return the time that a TCP connection to a router takes: one round trip.
 
     Raises:
-        LinkFailed: there is no connection within `TCP_S`.
+        LinkFailed: the connection fails, or is not established within `TCP_S`.
     """
     host, _, port = router.partition("/")[2].rpartition(":")
     began = time.monotonic()

@@ -85,7 +85,8 @@ class Settings:
         """Return a string. If `default` is None, the string must be given and must not be empty."""
         value = self.values.get(key, default)
         if not isinstance(value, str) or (default is None and not value):
-            raise self.error(key, "is missing" if value is None else f"must be a string, got {value!r}")
+            rule = "must be a non-empty string" if default is None else "must be a string"
+            raise self.error(key, "is missing" if value is None else f"{rule}, got {value!r}")
         return value
 
     def choice(self, key: str, choices: Collection[str], default: str) -> str:
@@ -101,8 +102,8 @@ class Settings:
         if value is None:
             raise self.error(key, "is missing")
         if not _is_number(value) or not least <= value <= most:
-            limits = f">= {least}" if most == math.inf else f"from {least} to {most}"
-            raise self.error(key, f"must be a number {limits}, got {value!r}")
+            rule = f"a finite number >= {least}" if most == math.inf else f"a number from {least} to {most}"
+            raise self.error(key, f"must be {rule}, got {value!r}")
         return float(value)
 
     def numbers(self, key: str) -> tuple[float, ...]:

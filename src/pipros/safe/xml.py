@@ -15,7 +15,7 @@ from pipros.basics.limits import Limits, process_limits
 
 
 class XmlError(PiprosError):
-    """A document is not well-formed XML, or exceeds a limit.
+    """A document is not well-formed XML, has a document type, or exceeds a limit.
 
     Attributes:
         file: the name of the file, or `<string>`.

@@ -193,7 +193,8 @@ def _check_size(content: bytes) -> None:
 def _file_of(name: object) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise BadLayout(
-            f"a layout name must consist of at most 60 letters, digits, spaces or . _ + -, got {name!r}"
+            "a layout name must consist of at most 60 letters, digits, spaces or . _ + -, and not begin with "
+            f"a space or a dot, got {name!r}"
         )
     if is_device(name):
         raise BadLayout(f"a layout cannot be named {name!r}, which Windows treats as a device")

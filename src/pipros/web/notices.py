@@ -19,7 +19,7 @@ What = Literal["stale", "back", "error"]
 
 @dataclass(frozen=True, slots=True)
 class PageNotice:
-    """A change.
+    """A source's change of state, or an error.
 
     Attributes:
         when_s: wall time (s) of the change; for a repeated error, of its last occurrence.

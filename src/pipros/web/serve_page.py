@@ -196,7 +196,7 @@ def _restriction(permitted: frozenset[str], policy: Policy | None) -> str:
         more = "change the system" if policy is None else "do what the policy permits"
         return f"The page is read-only. With --control, it can also {more}."
     what = " and ".join(sorted({CHANGING[name] for name in permitted}))
-    return f"The page can {what}. With --control it can make other changes, with --read-only none."
+    return f"The page can {what}. With --control, it can make all changes; with --read-only, none."
 
 
 def served_views(
@@ -242,7 +242,7 @@ def served_views(
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:
     what = "see and change" if options.permitted else "see"
-    print(f"Others on this network can {what} the system when they have this address.", file=sys.stderr)
+    print(f"Others on this network can {what} the system if they have this address.", file=sys.stderr)
     if options.host.strip("[]") in EVERYWHERE:
         print(f"From other computers: {access.url(socket.gethostname(), options.tab)}", file=sys.stderr)
     if options.certificate is None:

@@ -213,7 +213,7 @@ class TopicWatches:
         """Subscribe to a topic within the context. Contexts of the same topic share a subscription.
 
         Args:
-            queue_size: maximum number of queued messages, which only the first context of a topic sets.
+            queue_size: maximum number of queued messages, which only the first context of a topic determines.
 
         Raises:
             LimitExceeded: `PageLimits.page_topics` topics are already watched.

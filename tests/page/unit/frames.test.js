@@ -81,7 +81,7 @@ test("texts name the frame, the cause and the remedy", () => {
   const later = performance.now() + 5000;
   assert.match(explanation(frames, "map", "base", 100n * SECOND, later),
     /from \[odom\] to \[map\], sent by \[\/sender\], is 99 s old; its sender may have stopped\.$/);
-  assert.match(explanation(frames, "map", "base", 100n * SECOND), /is 99 s old; newer ones still arrive: this browser or/);
+  assert.match(explanation(frames, "map", "base", 100n * SECOND), /is 99 s old; newer ones still arrive: this browser is slow, or/);
   assert.equal(explanation(frames, "map", "base", 2n * SECOND), "");
   assert.equal(explanation(filled([["a", "b", 0, true]]), "a", "b", 0n), "");
   assert.deepEqual(otherRoots(frames, "map"), ["other"]);

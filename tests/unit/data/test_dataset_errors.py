@@ -49,7 +49,7 @@ def test_another_description_needs_another_folder(capsys: pytest.CaptureFixture[
         ("topic: /episode", "topic: /joints", "must be std_msgs/String or std_msgs/Bool, got sensor"),
         ("{topic: /episode}", "once", "episodes: must be file, {topic: …} or {service: …}, got 'once'"),
         ("front: {topic: /camera/compressed}", "front: {topic: /joints}", "front.topic: must be sensor_msgs"),
-        ("tolerance: 0.15", "tolerance: -1", "bad.yaml:2: tolerance: must be a number >= 0, got -1"),
+        ("tolerance: 0.15", "tolerance: -1", "bad.yaml:2: tolerance: must be a finite number >= 0, got -1"),
         ("observations:\n", "observations: [\n", "invalid YAML"),
         ("actions:\n", "checks: {frosen: 1}\nactions:\n", "8: checks.frosen: unknown key. Did you mean fro"),
     ],

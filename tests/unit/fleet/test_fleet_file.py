@@ -114,10 +114,10 @@ def test_wildcards(pattern: str, name: str, expected: bool) -> None:
         ("share: {topics: [{rate_hz: 1}]}", "share.topics[0]: missing required key [name]"),
         (
             "share: {topics: [{name: /a, rate_hz: -1}]}",
-            "share.topics[0].rate_hz must be a number >= 0, got -1",
+            "share.topics[0].rate_hz must be a finite number >= 0, got -1",
         ),
-        ("share: {topics: [{name: /a, rate_hz: .nan}]}", "rate_hz must be a number >= 0, got nan"),
-        ("share: {topics: [{name: /a, rate_hz: true}]}", "rate_hz must be a number >= 0, got True"),
+        ("share: {topics: [{name: /a, rate_hz: .nan}]}", "rate_hz must be a finite number >= 0, got nan"),
+        ("share: {topics: [{name: /a, rate_hz: true}]}", "rate_hz must be a finite number >= 0, got True"),
         ("accept: {services: [{name: /a, timeout_s: 0}]}", "timeout_s must be > 0, got 0"),
         (
             "share: {topics: [{name: /a, priority: top}]}",

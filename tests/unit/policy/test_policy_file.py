@@ -85,7 +85,7 @@ def test_a_policy_has_the_rules_of_its_file() -> None:
         ("stop: zero", "stop: brake", "must be zero, or the values of a message, got 'brake'"),
         ("MoveBaseAction", "MoveBaseActionGoal", "must be the type of an action"),
         ("topic: /joy", "topic: /cmd_vel", "reads /cmd_vel, which clients may publish"),
-        ("max_age_s: 0.5", "max_age_s: 0", "must be a number >= 0.01, got 0"),
+        ("max_age_s: 0.5", "max_age_s: 0", "must be a finite number >= 0.01, got 0"),
         (", max_age_s: 0.5", "", "conditions.dead_man.max_age_s: is missing"),
         ('field: "buttons[4]"', "field: buttons", "must name one number or string"),
         ('field: "buttons[4]", ', "", "needs the key field"),

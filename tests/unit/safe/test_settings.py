@@ -52,10 +52,13 @@ def test_values_are_read_with_defaults() -> None:
     ("use", "reason"),
     [
         (lambda top: top.text("missing"), "robot.yaml: missing: is missing"),
-        (lambda top: top.text("rate"), "robot.yaml:2: rate: must be a string, got 30"),
+        (lambda top: top.text("rate"), "robot.yaml:2: rate: must be a non-empty string, got 30"),
         (lambda top: top.choice("name", ("leg",), "leg"), "1: name: must be one of leg, got 'arm'"),
         (lambda top: top.number("missing", None, least=0), "robot.yaml: missing: is missing"),
-        (lambda top: top.number("name", 1, least=0), "robot.yaml:1: name: must be a number >= 0, got 'arm'"),
+        (
+            lambda top: top.number("name", 1, least=0),
+            "robot.yaml:1: name: must be a finite number >= 0, got 'arm'",
+        ),
         (lambda top: top.number("rate", 1, least=0, most=9), "rate: must be a number from 0 to 9, got 30"),
         (lambda top: top.numbers("name"), "name: must be a number or a list of numbers, got 'arm'"),
         (lambda top: top.texts("limits"), "limits: must be a string or a list of strings, got [1, 2.5]"),

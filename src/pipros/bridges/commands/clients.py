@@ -23,7 +23,7 @@ def _main(argv: Sequence[str]) -> int:
     parser.add_option(
         "--token", help="the server's token; other users of this machine can read command lines"
     )
-    parser.add_option("--cert", metavar="FILE", help="the certificate of the server, if it uses TLS")
+    parser.add_option("--cert", metavar="FILE", help="the server's certificate, if it uses TLS")
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) > 1:
         parser.error(f"unexpected argument: {arguments[1]}")

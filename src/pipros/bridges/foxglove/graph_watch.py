@@ -56,7 +56,7 @@ class GraphWatch:
         """Initialize the watch without starting the thread.
 
         Args:
-            on_snapshot: called in the thread with each snapshot.
+            on_snapshot: called in the thread with each snapshot that differs from the previous one.
             topics, services: patterns of the names that clients may see.
             max_poll_s: maximum interval between queries.
         """

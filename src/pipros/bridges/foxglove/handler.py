@@ -39,12 +39,12 @@ from pipros.workspace.index import PackageIndex
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CALLS_AT_ONCE: Final = 256
-"""Maximum number of concurrent service calls of all clients, besides one per client. Further calls wait."""
+"""Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
 _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
 CHANGING = ("clientPublish", "services")
-"""Capabilities of the protocol: `CHANGING` requires control, `READING` does not."""
+"""Capabilities of the protocol: `CHANGING` requires control; `READING` does not, except to set parameters."""
 CAPABILITIES: Final = (*READING, *CHANGING)
 
 
@@ -111,7 +111,7 @@ class FoxgloveHandler:
         self._session_id = secrets.token_hex(8)
 
     def start(self) -> None:
-        """Start the threads, and subscribe to `/clock` if time is simulated."""
+        """Start watching the graph, and subscribe to `/clock` if time is simulated."""
         self._graph_watch.start()
         if isinstance(self.node.clock, SimulatedClock):
             self.topics.take("/clock", "rosgraph_msgs/Clock", self._on_clock)

@@ -16,7 +16,7 @@ _BYTES, _FLOAT, _FLOATS = "byte_array", "float64", "float64_array"
 
 
 class InvalidClientParameter(ValueError):
-    """A client sent a parameter whose value does not match its type."""
+    """A client sent a parameter whose type is unknown, or whose value does not match its type."""
 
 
 def flattened(tree: object) -> dict[str, Any]:
@@ -29,7 +29,7 @@ def flattened(tree: object) -> dict[str, Any]:
 
 
 def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
-    """Return the parameters with the given names. Other names select all parameters in these namespaces.
+    """Return the parameters with the given names. A name that is a namespace selects all parameters in it.
 
     Namespaces may overlap: each selected parameter is processed once.
     """
@@ -71,7 +71,7 @@ def from_client(parameter: Mapping[str, Any]) -> Any:
     """Convert the value of a client's parameter for storage on the parameter server.
 
     Raises:
-        InvalidClientParameter: the value does not have the type that the client specifies.
+        InvalidClientParameter: the type that the client specifies is unknown, or the value does not have it.
     """
     name, value, kind = parameter["name"], parameter["value"], parameter.get("type")
     if kind == _BYTES:
@@ -96,8 +96,8 @@ def from_client(parameter: Mapping[str, Any]) -> Any:
 
 def _float(name: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InvalidClientParameter(f"[{printable(name)}] must be a number, got {type(value).__name__}")
+        raise InvalidClientParameter(f"[{printable(name)}]: expected a number, got {type(value).__name__}")
     try:
         return float(value)
     except OverflowError:
-        raise InvalidClientParameter(f"[{printable(name)}] is too large") from None
+        raise InvalidClientParameter(f"[{printable(name)}]: the number is too large") from None

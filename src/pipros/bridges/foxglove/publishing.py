@@ -60,7 +60,7 @@ class ClientPublication:
 
         Raises:
             ActRefused: the policy does not allow the message.
-            PiprosError, ValueError: the message is not JSON, or has fields that the type lacks.
+            PiprosError, ValueError: the message is not JSON, or does not fit the type.
         """
         if self.channel.encoding == JSON:
             body = _from_json(self._class, body)

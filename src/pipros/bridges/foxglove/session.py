@@ -1,6 +1,6 @@
 """Handle the requests of one Foxglove client, and forward the topics to which it subscribes.
 
-Work that may block runs in the threads of the bridge.
+Work that may block runs in the bridge's threads.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ _CAPABILITIES: Final[Mapping[type, str]] = {
     SubscribeGraph: "connectionGraph",
     FetchAsset: "assets",
 }
-"""The capability that each request requires."""
+"""The capability that each request requires. Topic subscriptions require none."""
 
 
 class FoxgloveBridge(Protocol):
@@ -365,7 +365,7 @@ class FoxgloveSession:
         limit = self._bridge.node.limits.of(BridgeLimits).bridge_queue_bytes
         if frame.size > limit:
             raise LimitExceeded(
-                f"the parameters have {frame.size} bytes; {limit_text('bridge_queue_bytes', limit)}; "
+                f"the parameters take {frame.size} bytes; {limit_text('bridge_queue_bytes', limit)}; "
                 "request some of them by name"
             )
         return frame
@@ -459,7 +459,8 @@ class FoxgloveSession:
 
     def _check_limit(self, count: int) -> None:
         if count >= self._limit:
-            raise LimitExceeded(f"too many subscriptions; {limit_text('bridge_subscriptions', self._limit)}")
+            limit = limit_text("bridge_subscriptions", self._limit)
+            raise LimitExceeded(f"too many subscriptions or advertised channels; {limit}")
 
     def _report(self, text: str, level: StatusLevel = StatusLevel.ERROR) -> None:
         """Send a status message. Thread-safe."""

@@ -26,7 +26,8 @@ class Delivery:
     Attributes:
         throttle_s: minimum time between two messages.
         queue_length: maximum number of messages queued because of throttling or a slow connection; if 0,
-            messages within the throttle interval are dropped.
+            messages within the throttle interval are dropped, and a slow connection's queue is limited only
+            in bytes.
         fragment_size: length in characters above which operations are split into fragments; 0 for no limit.
     """
 

@@ -149,7 +149,7 @@ class _Filling:
         part_type = "uint32" if base == "time" else "int32"
         for part, number in value.items():
             if part not in ("secs", "nsecs"):
-                raise UnknownField(base, "does not exist: a time has secs, nsecs").within(
+                raise UnknownField(base, f"does not exist: a {base} has secs, nsecs").within(
                     printable(part, _SHOWN)
                 )
             try:
@@ -291,5 +291,5 @@ def _shown(value: Any) -> str:
     if isinstance(value, (dict, list)):
         return "an object" if isinstance(value, dict) else "an array"
     if isinstance(value, int) and value.bit_length() > 200:
-        return "a larger number"
+        return "a number of more than 60 digits"
     return printable(repr(value), _SHOWN)

@@ -81,7 +81,7 @@ class OfferedServices:
         found.answer(call, values, self._filler, is_success=is_success)
 
     def close(self) -> None:
-        """Withdraw all services."""
+        """Make all open and future calls fail. The node's shutdown unadvertises the services."""
         with self._lock:
             for offer in self._offers.values():
                 offer.fail("the bridge is shutting down")

@@ -97,8 +97,8 @@ class RosbridgeSettings:
     Attributes:
         topics, services: names that clients may use. rosapi checks the names of parameters.
         authenticator: checks `auth`, which must be the first operation; None to disable authentication.
-        has_control: whether clients may publish, call services and offer services. If False, they may only
-            call services of `rosapi` that do not change the system.
+        has_control: whether clients may publish, call services and offer services. If False, they may
+            call only those services of `rosapi` that do not change the system.
         is_bson: whether binary frames are BSON.
         fragment_timeout_s: how long the fragments of an incomplete text are kept.
         policy: restricts what clients may do; None for no policy.
@@ -198,7 +198,7 @@ class ClientProtocol:
             return
         if not self._objects.is_empty and "op" in operation:
             self._objects.clear()
-            yield from self.status(Level.ERROR, "the previous text was not complete JSON and is discarded")
+            yield from self.status(Level.ERROR, "the previous text was not complete JSON and was discarded")
         yield from self._handle(operation)
 
     def receive_stream(self, text: str) -> Iterator[Effect]:
@@ -306,7 +306,7 @@ class ClientProtocol:
             self._check_limit(self._topics, "subscriptions")
             known = _TopicState(kind)
         elif kind is not None and known.kind is not None and kind != known.kind:
-            raise BadOperation(f"{topic} is already subscribed to with the type {known.kind}, not {kind}")
+            raise BadOperation(f"this client subscribes to {topic} with the type {known.kind}, not {kind}")
         elif known.requests.get(key) == request and kind in (None, known.kind):
             return
         if key not in known.requests:
@@ -500,7 +500,7 @@ def _type(operation: Mapping[str, Any]) -> str:
 
 
 def _number(operation: Mapping[str, Any], key: str, default: int = 0, *, least: float = 0) -> float:
-    """Return a field that must be a number >= `least`, or the default if the field is missing or null.
+    """Return a field that must be a finite number >= `least`, or the default if the field is missing or null.
 
     Numbers beyond ±2**31 are replaced by this limit.
     """
@@ -508,7 +508,8 @@ def _number(operation: Mapping[str, Any], key: str, default: int = 0, *, least: 
     if value is None:
         return default
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value < math.inf:
-        raise BadOperation(f"{key} must be a number >= 0, got {_quoted(value)}")
+        rule = "a finite number >= 0" if least == 0 else "a finite number"
+        raise BadOperation(f"{key} must be {rule}, got {_quoted(value)}")
     return max(min(value, 2**31), -(2**31))
 
 

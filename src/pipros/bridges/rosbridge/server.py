@@ -121,7 +121,8 @@ class ServerOptions:
 
     Attributes:
         host, port: the address to listen on; port 0 selects a free one.
-        certificate, key: PEM files for TLS; None to disable TLS.
+        certificate, key: PEM files for TLS. If `certificate` is None, TLS is disabled; if only `key` is None,
+            the certificate file must contain the key.
         origins: origins of pages that may connect, in addition to pages served from this machine.
         allows_null_origin: whether pages without an origin, such as local files, may connect. Every website
             can open such pages.
@@ -219,7 +220,8 @@ class WebSocketServer:
         """Open the port and return its number. May be called again after an error.
 
         Raises:
-            OSError: the port is in use, or the address does not belong to this machine.
+            OSError: the port is in use, the address does not belong to this machine, or a TLS file cannot be
+                read.
             ssl.SSLError: the certificate cannot be used.
         """
         options = self._options

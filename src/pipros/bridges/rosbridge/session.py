@@ -58,7 +58,7 @@ from pipros.node.service_client import ServiceClient
 from pipros.server.act_gate import ActGate
 
 CALLS_AT_ONCE: Final = 64
-"""Maximum number of concurrent service calls of all clients, besides one per client. Further calls wait."""
+"""Maximum number of concurrent service calls by all clients, plus one per client. Further calls wait."""
 QUESTION_THREADS: Final = 4
 """Number of threads for all clients' calls to rosapi, which seldom block."""
 CALLS_OF_A_CLIENT: Final = 256
@@ -126,7 +126,7 @@ class RosbridgeNode:
         return RosbridgeSession(self, outbox, shares or ServerShares(self.limits).client(is_reader=is_reader))
 
     def close(self) -> None:
-        """Unadvertise the clients' services, and ignore any further subscriptions."""
+        """Make all calls to the clients' services fail, and ignore any further subscriptions."""
         self.gate.close()
         self.services.close()
         self.topics.close()

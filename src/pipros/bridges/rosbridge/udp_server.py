@@ -44,7 +44,7 @@ class UdpServer(StreamServer):
     def __init__(self, node: Node, options: ServerOptions) -> None:
         """Raise `NotLoopback` if the address is not a loopback address."""
         if options.host != "localhost" and not _is_loopback(options.host):
-            raise NotLoopback(f"UDP serves only this machine: address must be 127.0.0.1, got {options.host}")
+            raise NotLoopback(f"UDP serves only this machine: use a loopback address, not {options.host}")
         super().__init__(node, options)
         self._known: dict[Any, _UdpClient] = {}  # the client that has been silent longest is first
         self._strangers: dict[Any, _Stranger] = {}  # oldest first

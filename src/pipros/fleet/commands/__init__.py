@@ -8,7 +8,7 @@ from pipros.basics.errors import MissingExtra
 from pipros.cli.runner import USAGE_ERROR, CommandError, dispatch, run
 
 OVERVIEW = """\
-pipros fleet joins ROS masters over a network. Each also shows the topics and services of the other members.
+pipros fleet joins ROS masters over a network. Each master also shows the topics and services of the others.
 
 Commands:
 \tpipros fleet router\trun a router, to which the members connect
@@ -17,8 +17,8 @@ Commands:
 \tpipros fleet info\tprint what a member shares and accepts
 \tpipros fleet top\tshow rates, losses and round trips
 \tpipros fleet history\tlist and copy what a router recorded for a member
-\tpipros fleet param\tread and set parameters of a member
-\tpipros fleet check\tcheck the file of a member
+\tpipros fleet param\tread and set a member's parameters
+\tpipros fleet check\tcheck a member's file
 \tpipros fleet keys\tcreate, renew and revoke certificates
 
 Type pipros fleet <command> -h for more detailed usage

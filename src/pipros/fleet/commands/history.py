@@ -13,7 +13,7 @@ from pipros.fleet.commands.options import add_link_options, link_of
 def main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros fleet history", "MEMBER [options]")
     add_link_options(parser)
-    parser.add_option("--output", metavar="DIR", help="copy the files to this folder, for rosbag or a page")
+    parser.add_option("--output", metavar="DIR", help="copy the files to this folder, for rosbag or the page")
     parser.add_option(
         "--last",
         metavar="S",
@@ -52,7 +52,7 @@ def _text(time_ns: int) -> str:
 
 def _write(path: Path, content: bytes | None) -> None:
     if content is None:
-        raise CommandError(f"the router no longer has {path.name}")
+        raise CommandError(f"the router can no longer send the file for {path}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)

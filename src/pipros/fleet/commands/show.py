@@ -99,7 +99,7 @@ def top(argv: Sequence[str]) -> int:
     parser = option_parser("pipros fleet top", "[options]")
     add_link_options(parser)
     parser.add_option("--interval", metavar="S", type="float", default=INTERVAL_S, help="seconds (2)")
-    parser.add_option("--count", metavar="N", type="int", default=0, help="tables to print (endless)")
+    parser.add_option("--count", metavar="N", type="int", default=0, help="tables to print (unlimited)")
     options, arguments = parser.parse_args(list(argv))
     if arguments:
         parser.error(f"unexpected argument: {arguments[0]}")

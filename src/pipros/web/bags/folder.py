@@ -56,7 +56,8 @@ class BagFolder:
             BadBagName: there is no bag of this name, or the name leads out of the folder.
         """
         if not isinstance(name, str) or not name.endswith(ENDINGS) or len(name) > _LONGEST_NAME:
-            raise BadBagName(f"a bag's name must end in .bag, .mcap or .bag.active, got {name!r:.100}")
+            rule = f"must end in .bag, .mcap or .bag.active and have at most {_LONGEST_NAME} characters"
+            raise BadBagName(f"a bag's name {rule}, got {name!r:.100}")
         if "\0" in name:
             raise BadBagName("a bag's name must not contain a null character")
         path = (self.path / name).resolve()

@@ -28,7 +28,7 @@ LONGEST_TEXT: Final = 1000
 
 
 class BadNotes(PiprosError, ValueError):
-    """A note or a file of notes is malformed, too large, or cannot be written."""
+    """A note or a file of notes is malformed or too large, or the file cannot be read or written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,8 @@ class Note:
         if not 0 <= self.time < math.inf:
             raise BadNotes(f"the time of a note must be >= 0, got {self.time}")
         if not isinstance(self.text, str) or not self.text.strip() or len(self.text) > LONGEST_TEXT:
-            raise BadNotes(f"a note must have 1 to {LONGEST_TEXT} characters, got {self.text!r:.100}")
+            rule = f"a note must have 1 to {LONGEST_TEXT} characters, and not only spaces"
+            raise BadNotes(f"{rule}; got {self.text!r:.100}")
         try:
             self.text.encode()
         except UnicodeEncodeError:  # an unpaired surrogate, which JSON permits but YAML does not
@@ -65,7 +66,7 @@ class BagNotes:
         self.path: Final = bag.with_name(bag.name + ENDING)
 
     def read(self) -> list[Note]:
-        """Return all notes; none if there is no file. Raise `BadNotes` if the file is malformed."""
+        """Return all notes; none if there is no file. Raise `BadNotes` if it is unreadable or malformed."""
         limit = process_limits().of(PageLimits).page_notes_bytes
         try:
             if self.path.is_symlink() or (self.path.exists() and not self.path.is_file()):

@@ -193,7 +193,7 @@ class BagPlayback:
 
     @property
     def layout(self) -> BagLayout | None:
-        """The bag's index, so that other readers need not read it again; None for MCAP."""
+        """The bag's index, so that other readers need not read it again; None for MCAP and `Recording`."""
         return self._reader.layout if self._reader.layout.chunks else None
 
     @property
@@ -453,8 +453,8 @@ class BagPlayback:
 
 
 def not_recorded(what: str) -> RequestRefused:
-    """Return the error for a topic or a field that was not recorded in the last minute."""
-    return RequestRefused(f"{what} was not recorded: no view showed it in the last minute")
+    """Return the error for a topic or a field that a `Recording` does not contain."""
+    return RequestRefused(f"{what} was not recorded: no view showed it in the recorded time")
 
 
 def newest_before(

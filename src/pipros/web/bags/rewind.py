@@ -1,4 +1,4 @@
-"""Live rewind: the messages that the page received in the last minute, which browsers open like a bag."""
+"""Live rewind: the messages that the page received recently, which browsers open like a bag."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
         "--token-file", metavar="FILE", help="file with one token per line, to use instead of a new token"
     )
     add_flag(parser, "--read-only", help="do not let the page change the system")
-    parser.add_option("--bags", metavar="DIR", help="bag folder that the page may open")
+    parser.add_option("--bags", metavar="DIR", help="folder whose bags the page may open")
     parser.add_option(
         "--rewind",
         metavar="SECONDS",
@@ -57,7 +57,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
     if options.bags is not None and not Path(options.bags).is_dir():
         raise CommandError(f"--bags must be a folder, got {options.bags}")
     if options.rewind is not None and not 0 <= options.rewind < inf:
-        raise CommandError(f"--rewind must be a number of seconds >= 0, got {options.rewind}")
+        raise CommandError(f"--rewind must be a finite number of seconds >= 0, got {options.rewind}")
     permitted = frozenset({usual} if usual and _is_loopback(host) else ())
     if options.control:
         permitted = frozenset(CHANGING)

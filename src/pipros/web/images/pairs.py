@@ -16,7 +16,7 @@ from pipros.web.topic_watch import TopicWatch
 APART_S: Final = 0.1
 """The timestamps of a pair differ by less than this (s)."""
 QUEUE: Final = 10
-"""Number of images of each topic that wait for their counterpart."""
+"""Maximum number of images of each topic that wait for their counterparts."""
 _STAMP: Final = struct.Struct("<4xII")
 
 Pair = tuple[AnyMsg, AnyMsg]

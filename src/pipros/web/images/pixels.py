@@ -68,7 +68,9 @@ def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
     if "compressedDepth" not in how:
         return {**head, "format": message.format[:LONGEST_NAME]}, data
     if len(data) < _DEPTH_HEADER.size or name not in ("16UC1", "32FC1"):
-        raise RequestRefused(f"a compressed depth image must be 16UC1 or 32FC1, got [{printable(name)}]")
+        rule = f"must be 16UC1 or 32FC1 with at least {_DEPTH_HEADER.size} bytes"
+        found = f"[{printable(name)}] with {len(data)} bytes"
+        raise RequestRefused(f"a compressed depth image {rule}, got {found}")
     if not data.startswith(_PNG, _DEPTH_HEADER.size):
         raise RequestRefused("the page can only show compressed depth images in PNG format, not RVL")
     _, quotient, offset = _DEPTH_HEADER.unpack_from(data)

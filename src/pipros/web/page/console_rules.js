@@ -40,7 +40,7 @@ export function rulesPanel(side, context, current, onApply, onClose) {
   function show({ names, may_save: maySave }) {
     const kept = names.filter((each) => each.startsWith(PREFIX));
     form.hidden = !maySave;
-    replace(list, kept.length ? kept.map((each) => entry(each, maySave)) : h("li", { class: "key" }, "None are saved."));
+    replace(list, kept.length ? kept.map((each) => entry(each, maySave)) : h("li", { class: "key" }, "No rules are saved."));
   }
 
   function entry(stored, maySave) {

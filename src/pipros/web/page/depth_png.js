@@ -32,7 +32,7 @@ function partsOf(png) {
       [width, height] = [view.getUint32(at + 8), view.getUint32(at + 12)];
       const [bits, colour, , , interlace] = png.subarray(at + 16, at + 21);
       if (bits !== 16 || colour !== 0 || interlace !== 0) throw new Error("a depth image must have 16-bit grey values, not interlaced");
-      if (width * height > MAX_PIXELS) throw new Error(`${width} × ${height} pixels, the limit is ${MAX_PIXELS}`);
+      if (width * height > MAX_PIXELS) throw new Error(`${width} × ${height} pixels; the limit is ${MAX_PIXELS}`);
     } else if (name === "IDAT") data.push(png.slice(at + 8, at + 8 + view.getUint32(at)));
   }
   if (!width || !height) throw new Error("the PNG has no size");

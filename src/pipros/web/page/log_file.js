@@ -9,7 +9,7 @@ export const asLines = (entries) => entries.map((entry) =>
 
 // Returns the entries of a file. Throws an Error that names the first invalid line.
 export function fromLines(text) {
-  if (text.length > MAX_CHARACTERS) throw new Error(`it has ${text.length} characters, the limit is ${MAX_CHARACTERS}`);
+  if (text.length > MAX_CHARACTERS) throw new Error(`it has ${text.length} characters; the limit is ${MAX_CHARACTERS}`);
   const entries = [];
   text.split("\n").forEach((line, index) => {
     if (line.trim()) entries.push(entryIn(line, index + 1));

@@ -22,7 +22,7 @@ export function startPublisher(args, onError) {
     live.addEventListener("state", () => {
       if (live.isOpen) return;
       end();
-      onError("The connection to the server was lost. The message is not published again.");
+      onError("The connection to the server was lost, so the message is no longer published.");
     }, { signal: lost.signal });
   }
   function end() {

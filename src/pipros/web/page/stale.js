@@ -17,7 +17,7 @@ export const ageText = (seconds) => (seconds < 10 ? `${seconds.toFixed(1)} s` : 
 
 // The word in its colour; the age of the last data is its title.
 export const staleMark = (ageS = null, text = "stale") => h("span", { class: "stale",
-  title: ageS === null ? null : `The last data are ${ageText(ageS)} old` }, text);
+  title: ageS === null ? null : `The last data is ${ageText(ageS)} old` }, text);
 
 // Returns the age of a component's report, and its level now. `data` is what the view of diagnostics sent.
 export function levelNow({ last, level }, data) {

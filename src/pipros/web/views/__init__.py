@@ -1,1 +1,1 @@
-"""Views and actions of the page, one module per tab."""
+"""Views and actions of the page, usually one module per tab."""

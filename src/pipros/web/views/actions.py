@@ -122,9 +122,7 @@ class ActionViews:
             while publisher.connection_count < wanted and time.monotonic() < deadline:
                 await asyncio.sleep(0.02)
             if not publisher.connection_count:
-                raise RequestRefused(
-                    f"no action server has subscribed to {topic} within {CONNECTING_S:.0f} s"
-                )
+                raise RequestRefused(f"no action server subscribed to {topic} within {CONNECTING_S:.0f} s")
             publisher.publish(message)
         except BaseException:
             advertising.add_done_callback(lambda done: withdraw(system, done))

@@ -113,7 +113,7 @@ class BagViews:
         """Open a bag. Yield the progress, then the bag's tracks, and then each new state of the playback.
 
         Until this view is closed, the browser's other views show the bag at its current moment. With the
-        argument `rewind`, the bag is the last minute of the running system.
+        argument `rewind`, the bag consists of the running system's recent messages.
         """
         is_rewind = arguments.get("rewind") is True
         shown = self._shown(NAME if is_rewind else arguments.get("name"), is_rewind=is_rewind)
@@ -323,7 +323,7 @@ class BagViews:
         """
         read, form, topics = self._source(arguments), arguments.get("format"), arguments.get("topics")
         if form not in FORMATS or not isinstance(topics, list) or not topics:
-            raise RequestRefused(f"format must be one of {', '.join(FORMATS)}, and topics a list of names")
+            raise RequestRefused(f"format must be one of {', '.join(FORMATS)}, and topics a non-empty list")
         range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
         wanted = {topic_name({"name": each}) for each in topics}
         work = self._system.computations.run
@@ -359,10 +359,10 @@ class BagViews:
 
     @contextlib.contextmanager
     def _rewinding(self) -> Iterator[None]:
-        """Count a browser that shows the last minute. Raise `RequestRefused` if there are too many."""
+        """Count a browser that shows recent messages. Raise `RequestRefused` if there are too many."""
         limit = process_limits().of(PageLimits).page_rewinds
         if self._rewinds >= limit:
-            what = "too many browsers look at the past"
+            what = "too many browsers are showing the past"
             raise RequestRefused(f"{what}; {limit_text('page_rewinds', limit)}")
         self._rewinds += 1
         try:
@@ -431,7 +431,7 @@ def _notes(bag: Path) -> Mapping[str, Any]:
 def _number(arguments: Mapping[str, Any], key: str) -> float:
     value = arguments.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-        raise RequestRefused(f"{key} must be a number >= 0, got {value!r:.100}")
+        raise RequestRefused(f"{key} must be a finite number >= 0, got {value!r:.100}")
     return float(value)
 
 

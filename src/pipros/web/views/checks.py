@@ -37,7 +37,8 @@ class CheckViews:
         topic meanwhile share the check.
 
         Raises:
-            RequestRefused: too many checks run, or the master does not answer.
+            RequestRefused: too many checks are running, or the check fails, for example because the master
+                does not answer.
         """
         name = topic_name(arguments)
         check = self._running.get(name)

@@ -94,7 +94,8 @@ class ConsoleViews:
         """Set the level of a node's logger."""
         node, logger, level = topic_name(arguments), arguments.get("logger"), arguments.get("level")
         if not isinstance(logger, str) or level not in LEVELS:
-            raise RequestRefused(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
+            rule = f"logger must be a string, and level must be one of {', '.join(LEVELS)}"
+            raise RequestRefused(f"{rule}; got {logger!r} and {level!r}")
         await self._call(f"{node}/set_logger_level", [logger, level])
         return True
 

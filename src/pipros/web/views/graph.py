@@ -185,7 +185,7 @@ class GraphViews:
         )
         graph = grouped(graph, observation.state.topics(), grouping)
         if not _can_be_drawn(graph):
-            raise RequestRefused(f"too many nodes and topics to draw: {len(graph.vertices)}")
+            raise RequestRefused(f"the graph is too large to draw: {len(graph.vertices)} nodes and topics")
         if kind == "dot":
             return to_dot(graph)
         if kind == "svg":

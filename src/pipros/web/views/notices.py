@@ -52,7 +52,7 @@ class NoticeViews:
 class _CollectedNotices:
     """Notices from all sources, updated once per observation, regardless of the number of browsers.
 
-    Topics are subscribed to as soon as they are published.
+    Each topic is opened once it is published.
     """
 
     def __init__(self, system: WatchedSystem, stack: contextlib.ExitStack) -> None:

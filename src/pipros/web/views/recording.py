@@ -82,5 +82,5 @@ class RecordingViews:
 def _limit(arguments: Mapping[str, Any], key: str) -> float:
     value = arguments.get(key, 0)
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
-        raise RequestRefused(f"{key} must be a number >= 0, got {value!r:.100}")
+        raise RequestRefused(f"{key} must be a finite number >= 0, got {value!r:.100}")
     return float(value)

@@ -1,6 +1,6 @@
 """Data for the Scene tab: serialized messages, point clouds as columns, robots, meshes, and the `.rviz` file.
 
-The browser decodes messages, stores the transforms, and draws. The server only handles bytes and files.
+The browser decodes all messages except point clouds, stores the transforms, and draws.
 """
 
 from __future__ import annotations
@@ -383,5 +383,5 @@ def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: 
 def _number(arguments: Mapping[str, Any], key: str, default: int, limit: int) -> int:
     value = arguments.get(key, default)
     if not isinstance(value, int) or not 1 <= value <= limit:
-        raise RequestRefused(f"{key} must be from 1 to {limit}, got {value!r:.100}")
+        raise RequestRefused(f"{key} must be an integer from 1 to {limit}, got {value!r:.100}")
     return value

@@ -72,7 +72,7 @@ class TeleopViews:
     ) -> Iterator[VelocityCommands]:
         name = arguments.get("session")
         if not isinstance(name, str) or not name or len(name) > LONGEST_SESSION or name in self._sessions:
-            raise RequestRefused("session must be a new name")
+            raise RequestRefused(f"session must be a new name of at most {LONGEST_SESSION} characters")
         self._sessions[name] = commands
         try:
             yield commands
@@ -97,5 +97,5 @@ def _publish(publisher: Publisher[Any] | GatedPublisher, twist: Any, velocity: V
 def _number(arguments: Mapping[str, Any], key: str) -> float:
     value = arguments.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise RequestRefused(f"{key} must be a number, got {value!r}")
+        raise RequestRefused(f"{key} must be a finite number, got {value!r}")
     return float(value)

@@ -102,15 +102,15 @@ def test_each_operation_has_its_effect() -> None:
         ('{"op": "subscribe", "topic": "a b"}', "'subscribe': [a b] is not a name"),
         (
             '{"op": "subscribe", "topic": "/a", "throttle_rate": "1"}',
-            "'subscribe': throttle_rate must be a number >= 0, got '1'",
+            "'subscribe': throttle_rate must be a finite number, got '1'",
         ),
         (
             '{"op": "subscribe", "topic": "/a", "fragment_size": -1}',
-            "'subscribe': fragment_size must be a number >= 0, got -1",
+            "'subscribe': fragment_size must be a finite number >= 0, got -1",
         ),
         (
             '{"op": "subscribe", "topic": "/a", "queue_length": Infinity}',
-            "'subscribe': queue_length must be a number >= 0, got inf",
+            "'subscribe': queue_length must be a finite number >= 0, got inf",
         ),
         ('{"op": "subscribe", "topic": "/a", "type": 1}', "'subscribe': type must be package/Name, got 1"),
         ('{"op": "advertise", "topic": "/a"}', "'advertise': type must be package/Name, got null"),
@@ -336,7 +336,7 @@ def test_a_second_subscription_of_another_type_is_refused() -> None:
     peer = Peer()
     peer.sends('{"op": "subscribe", "topic": "/a", "type": "std_msgs/String"}')
     answer = peer.gets('{"op": "subscribe", "topic": "/a", "type": "std_msgs/Int32", "id": 1}')
-    assert "/a is already subscribed to with the type std_msgs/String, not std_msgs/Int32" in answer
+    assert "this client subscribes to /a with the type std_msgs/String, not std_msgs/Int32" in answer
 
 
 def test_a_topic_is_advertised_until_its_last_advertisement_is_withdrawn() -> None:

@@ -165,7 +165,7 @@ def test_the_playback_begins_at_the_end_and_jumps_back(rewound: Rewound, playbac
 
 def test_a_topic_that_was_not_recorded_says_so(playback: BagPlayback) -> None:
     with contextlib.ExitStack() as stack:
-        what = "/scan was not recorded: no view showed it in the last minute"
+        what = "/scan was not recorded: no view showed it in the recorded time"
         with pytest.raises(RequestRefused, match=what):
             stack.enter_context(playback.system.topics.watch("/scan"))
     with playback.system.topics.watch("/tf"):  # tabs say themselves that there are no frames
@@ -229,7 +229,7 @@ def test_browsers_look_back_up_to_a_limit_and_what_they_watched_is_recorded_on(
             for _ in range(limit - 1):
                 await asyncio.create_task(look_back(stack))
             with pytest.raises(
-                RequestRefused, match=f"too many browsers look at the past; the limit is {limit} "
+                RequestRefused, match=f"too many browsers are showing the past; the limit is {limit} "
             ):
                 await asyncio.create_task(look_back(stack))
         assert rewound.system.topics.watches() == []

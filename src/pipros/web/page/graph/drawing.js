@@ -25,8 +25,8 @@ export function graphDrawing(canvas, context, onDrawn, onError) {
     onDrawn(names);
     label();
     empty.hidden = scene.boxes.length > 0;
-    replace(empty, tooMany ? `${tooMany} nodes and topics match, and at most ${most} are drawn. Narrow the filters Nodes and Topics, or ` +
-      `show nodes only.` : NOTHING);
+    replace(empty, tooMany ? `${tooMany} nodes and topics match, and at most ${most} are drawn, fewer if their names are long. ` +
+      `Narrow the filters Nodes and Topics, or show nodes only.` : NOTHING);
   }
 
   function update(data) {

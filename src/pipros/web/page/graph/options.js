@@ -18,7 +18,7 @@ const INITIAL = {
   hide_tf: false, hide_unreachable: false, hide_parameters: false,
   group_actions: true, group_images: true, group_tf: true, group_opened: "",
 };
-const PATTERN = "Names separated by commas; * stands for anything, - in front excludes";
+const PATTERN = "Names separated by commas; * stands for anything, a leading - excludes";
 
 export function keptOptions() {
   try {

@@ -41,7 +41,7 @@ export function panel(first, tabs, board) {
   const button = (text, title, onclick) => h("button", { class: "plain", "aria-label": title, title, onclick }, text);
   const enlarge = button("⤢", "Enlarge", () => board.enlarge(leaf.id));
   const bar = h("div", { class: "panel-bar" }, grip, choice, subject, h("span", { class: "spring" }),
-    button("◫", "Split: another panel at the right", () => board.split(leaf.id, "right")),
+    button("◫", "Split: another panel on the right", () => board.split(leaf.id, "right")),
     button("⊟", "Split: another panel below", () => board.split(leaf.id, "below")), enlarge,
     button("×", "Close", () => board.close(leaf.id)));
   let view = h("div", { class: "tab" });

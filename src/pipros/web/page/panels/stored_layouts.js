@@ -56,5 +56,5 @@ export function storedLayouts(context, current, onOpen, onError) {
   context.act("layouts").then(list, (problem) => onError(problem.message));
   return h("span", { class: "choices stored", role: "group", "aria-label": "Layouts" }, choice, name, save, remove,
     h("button", { title: "Save the layout as a file", onclick: saveFile }, "Export"),
-    h("button", { title: "Open the layout of a file", onclick: () => file.click() }, "Import"), file);
+    h("button", { title: "Open a layout from a file", onclick: () => file.click() }, "Import"), file);
 }

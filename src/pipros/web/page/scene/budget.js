@@ -13,7 +13,7 @@ export function budgetLine(scene, signal) {
   const rates = h("span", {});
   const slow = h("span", { class: "scene-slow" });
   const points = h("span", {});
-  const most = h("select", { "aria-label": "Points of all clouds", title: "Points of all clouds together, which this browser gets",
+  const most = h("select", { "aria-label": "Points of all clouds", title: "Points that this browser receives, for all clouds together",
     onchange: () => {
     scene.mostPoints = Number(most.value);
     scene.hasNewClouds = true;

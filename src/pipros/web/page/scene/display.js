@@ -184,7 +184,7 @@ export class Display {
       this.countMessage(isCounted);
       take(message, arrival);
     }, (text) => this.setStatus("Topic", "error", text), (count) =>
-      this.setStatus("Queue", "warning", `${count} messages were dropped: more than the Queue Size came at once.`)));
+      this.setStatus("Queue", "warning", `${count} messages were dropped: more than the Queue Size arrived at once.`)));
   }
 
   queueSize() {

@@ -31,7 +31,7 @@ function explained(frames, fixedFrame, frame, now, clockMs) {
   const [links, others] = [frame, fixedFrame].map((name) => frames.linksAbove(name));
   const root = links.at(-1)?.parent ?? frame;
   if (root !== (others.at(-1)?.parent ?? fixedFrame))
-    return `[${frame}] is in the tree of [${root}], which the fixed frame is not in; with [${root}] as the fixed frame it would be shown.`;
+    return `[${frame}] is in the tree of [${root}], but the fixed frame is not; with [${root}] as the fixed frame, it would be shown.`;
   const [oldest] = [...links, ...others].filter(({ stamp }) => stamp > 0n).sort((one, other) => (one.stamp < other.stamp ? -1 : 1));
   if (!oldest) return "";
   const age = Number(now - oldest.stamp) / 1e9;
@@ -40,7 +40,7 @@ function explained(frames, fixedFrame, frame, now, clockMs) {
   // While transforms arrive, the sender has not stopped, even if they are old on arrival.
   const isHeard = clockMs - frames.frames.get(oldest.child).heardMs <= LINK_AGE_S * 1000;
   return `The transform from [${oldest.child}] to [${oldest.parent}]${sender ? `, sent by [${sender}],` : ""} is ${age.toFixed(0)} s ` +
-    `old; ${isHeard ? "newer ones still arrive: this browser or the sender's clock is behind." : "its sender may have stopped."}`;
+    `old; ${isHeard ? "newer ones still arrive: this browser is slow, or the sender's clock is behind." : "its sender may have stopped."}`;
 }
 
 function rootOf(frames, name) {

@@ -118,4 +118,4 @@ const goalEntry = (goal, control) => h("li", { "data-key": goal.id },
 const content = (found) => (found
   ? h("div", {}, found.goal ? h("p", { class: "key" }, `${found.goal.status}: ${found.goal.id} ${found.goal.text}`) : "",
     tree(found.message))
-  : h("span", { class: "key" }, "none came yet"));
+  : h("span", { class: "key" }, "none received yet"));

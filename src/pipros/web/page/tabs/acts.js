@@ -3,7 +3,7 @@
 import { h, replace } from "../dom.js";
 import { dataTable } from "../table.js";
 
-const NOTHING = "No act waits for approval. Assistants act through pipros mcp --policy FILE, on this machine and as this user.";
+const NOTHING = "No act is waiting for approval. Assistants act through pipros mcp --policy FILE, on this machine and as this user.";
 const BUTTONS = [["once", "Approve once"], ["minute", "Approve for a minute"], ["refuse", "Refuse"]];
 const COLUMNS = [
   { title: "Time", text: ({ time }) => new Date(time * 1000).toLocaleTimeString(), order: ({ time }) => -time },
@@ -34,7 +34,7 @@ export function open(view, _argument, context) {
       }
     };
     const rows = { Tool: act.tool, Name: act.name, Values: act.values, Rule: act.rule,
-      Master: act.here ? act.master : `${act.master}, another one than this page's` };
+      Master: act.here ? act.master : `${act.master}, not this page's` };
     const element = h("section", { class: "note", role: "listitem", "aria-label": `${act.tool} ${act.name}` },
       h("dl", {}, Object.entries(rows).map(([key, value]) => [h("dt", {}, key), h("dd", {}, h("pre", { class: "mono whole" }, value))]),
         h("dt", {}, "Time left"), left),

@@ -71,11 +71,11 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), node, text,
-      place, h("label", { title: "Equal entries that follow one another as one row" }, fold, "Fold"),
+      place, h("label", { title: "Show consecutive equal entries as one row" }, fold, "Fold"),
         h("button", { title: "Go to the next error (e)", onclick: () => toNextError() }, "Next error"),
           h("span", { class: "spring" }), count, pause,
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"),
-        h("button", { title: "Save the entries that the filters let pass",
+        h("button", { title: "Save the entries that pass the filters",
           onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"),
             h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file,
               h("button", { onclick: () => showRules() }, "Rules"), h("button", { onclick: () => showLoggers() }, "Logger levels")),

@@ -27,7 +27,7 @@ function stateText({ level, message, age }) {
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" }, "No agent of a fleet reports. An agent runs beside a master: pipros fleet join NAME.");
+  const hint = h("div", { class: "note" }, "No fleet agent reports. An agent runs beside a master: pipros fleet join NAME.");
   const table = dataTable(COLUMNS, { label: "Fleet", keyOf: ({ key }) => key, sortBy: "Member" });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("fleet")), error,
     hint, h("div", { class: "scroll" }, table.element)));

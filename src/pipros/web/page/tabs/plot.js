@@ -39,7 +39,7 @@ export function open(view, argument, context) {
   const hasStatistics = h("input", { type: "checkbox", onchange: () => { needsDraw = isRebuilt = true; remember(); } });
   const lines = referenceLines(() => changed());
   const isWhole = h("input", { type: "checkbox", onchange: () => again() });
-  const whole = h("label", { title: "The curves of the whole bag, not from the last jump on", hidden: true }, isWhole, "Whole bag");
+  const whole = h("label", { title: "Plot the whole bag, not only the part since the last jump", hidden: true }, isWhole, "Whole bag");
   const pause = h("button", { type: "button", "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const toNewest = h("button", { type: "button", hidden: true, title: "Show the newest samples again",
     onclick: () => showRange(null, true) }, "Follow");
@@ -60,9 +60,9 @@ export function open(view, argument, context) {
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, choice.names,
       h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
       h("label", {}, "y from", low), h("label", {}, "to", high),
-        h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log entries"), whole,
+        h("label", { title: "Show warnings and errors in the log as dashed lines" }, hasMarks, "Log entries"), whole,
       h("label", { title: "A horizontal line for reference" }, "Line", lines.input),
-        h("label", { title: "Of the samples in the shown part" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
+        h("label", { title: "Statistics of the samples in the shown part" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
     error, offered.element, legend.element, table.element, hint, chart));
   let plot = null;
   let isPaused = false;

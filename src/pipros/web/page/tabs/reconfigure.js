@@ -61,7 +61,7 @@ export function open(view, argument, context) {
     for (const [name, state] of Object.entries(data.states)) if (!queue.isChanging("states", name)) form?.showState(name, state);
   }
 
-  const gone = () => `${server} is not offered any more.`;
+  const gone = () => `${server} is no longer offered.`;
   context.watch("reconfigurable", {}, (data) => {
     const isFirst = !servers.length;
     if (servers.join() !== data.servers.join() || isFirst) {

@@ -28,7 +28,7 @@ function rowOf(gateway, key, value, staleFor) {
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" }, "No gateway to ROS 2 reports. A gateway runs beside a master: pipros ros2.");
+  const hint = h("div", { class: "note" }, "No ROS 2 gateway reports. A gateway runs beside a master: pipros ros2.");
   const table = dataTable(COLUMNS, { label: "ROS 2", keyOf: ({ key }) => key, sortBy: "Name" });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("ros2")), error,
     hint, h("div", { class: "scroll" }, table.element)));

@@ -25,7 +25,7 @@ export function open(view, argument, context) {
     most: MAX_ROWS, sortBy: "Service" });
   table.element.classList.add("fixed");
   view.append(h("div", { class: "column" }, runningNote(context.signal),
-    h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"),
+    h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide logger services"),
     h("span", { class: "spring" }), table.csvButton("services")), error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];

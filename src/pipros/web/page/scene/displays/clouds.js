@@ -190,7 +190,7 @@ export class LaserScan extends Cloud {
     this.subscribe("Topic", (scan) => {
       const span = BigInt(Math.round(Math.max(0, scan.time_increment * (scan.ranges.length - 1)) * 1e9)) || 0n;
       if (span > 1000000000n) this.setStatus("Scan Time", "warning",
-        `The laser scan, from time_increment, is ${(Number(span) / 1e9).toFixed(3)} s long, which is longer than a second.`);
+        `According to time_increment, the laser scan takes ${(Number(span) / 1e9).toFixed(3)} s, which is longer than a second.`);
       this.whenPlaced(scan, (message, pose) => this.project(message, pose, span), (message) => message.header.stamp + span);
     });
   }
