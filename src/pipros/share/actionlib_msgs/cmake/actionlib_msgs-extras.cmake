@@ -1,9 +1,9 @@
-# What a package of actions gets with find_package(catkin REQUIRED COMPONENTS actionlib_msgs).
+# What find_package(catkin REQUIRED COMPONENTS actionlib_msgs) adds to a package with actions:
 #
 #     add_action_files([DIRECTORY action] [FILES Charge.action …] [NOINSTALL])
 #
-# gives generate_messages() the seven messages that each action stands for. Their files are written to the
-# devel space while CMake configures, which it does again when an action changes.
+# passes the seven messages of each action to generate_messages(). Their files are written to the devel space
+# when CMake configures the package, which it repeats when an action changes.
 
 find_package(genmsg REQUIRED)
 include(CMakeParseArguments)
@@ -46,7 +46,7 @@ function(_actionlib_msgs_expand file folder result)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${file}")
   get_filename_component(name "${file}" NAME_WE)
 
-  # Every part begins with the end of the line before it, where the note will stand.
+  # Each part begins with the line break before it, which will end the line of the note.
   file(READ "${file}" rest)
   string(REPLACE "\r\n" "\n" rest "${rest}")
   string(REPLACE "\r" "\n" rest "${rest}")
@@ -86,7 +86,7 @@ function(_actionlib_msgs_expand file folder result)
   set(${result} "${written}" PARENT_SCOPE)
 endfunction()
 
-# A file that stays the same is not touched: what was made of it need not be made again.
+# Does not touch a file whose text stays the same, so that the files generated from it stay up to date.
 function(_actionlib_msgs_write file text)
   set(present "")
   if(EXISTS "${file}")
