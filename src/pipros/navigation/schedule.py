@@ -2,8 +2,8 @@
 
 A node is in lockstep if the parameter `/lockstep` lists its name ("Lockstep" in docs/simulation.md). In this
 case, the simulator calls the service `~advance` in each step. The call waits for the callbacks of all
-messages sent before, and then runs all functions that are due, one after the other, in the order in which
-they were added. Therefore, the node behaves identically in each run.
+messages that the other members have sent to the node, and then runs all functions that are due, one after the
+other, in the order in which they were added. Therefore, the node behaves identically in each run.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Schedule:
         )
 
     def _run(self, now_ns: int) -> int:
-        """Run the work that is due. Return the time of the next work, but at most a second from now."""
+        """Run the work that is due. Return the time at which work is next due, at most a second from now."""
         for work in self._work:
             work.due_ns = work.due_ns or now_ns + work.period_ns
             if now_ns >= work.due_ns:

@@ -65,8 +65,8 @@ class FieldRule:
         least, most: the range, inclusive; infinite if there is no range.
         one_of: the permitted values; empty if any value in the range is permitted.
         unit: the unit used in texts.
-        change_per_s: maximum change per second since the previous permitted message; a longer pause counts
-            as one second. None for no limit.
+        change_per_s: maximum change per second since the previous permitted message; a pause of more than a
+            second counts as one second. None for no limit.
         start: the assumed value before the first message.
         count: maximum number of elements, in a rule for all elements of an array; None for no limit.
     """
