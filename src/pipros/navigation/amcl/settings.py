@@ -58,7 +58,7 @@ class AmclSettings:
     force_update_after_set_map: bool = tunable(False, "Update with the first scan after set_map.")
     gui_publish_rate: float = tunable(-1.0, "Has no effect.", -1, 100)
     save_pose_rate: float = tunable(
-        0.5, "Rate at which the pose is saved as parameters, in Hz; <= 0: never.", -1, 10
+        0.5, "Rate at which the pose is saved as parameters, in Hz; <= 0: only at shutdown.", -1, 10
     )
     use_map_topic: bool = tunable(False, "Subscribe to the map. Only read at startup.")
     first_map_only: bool = tunable(False, "Ignore all maps after the first.")
