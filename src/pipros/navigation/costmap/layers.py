@@ -76,7 +76,7 @@ def add_layers(costmap: CostmapCore) -> list[SensorInput]:
     """Add the configured layers, and wait for the first map of each static layer.
 
     Return the subscriptions to sensors. If the parameter `plugins` is not set, `static_map` and `map_type`
-    determine the layers, as before ROS Hydro.
+    determine the layers, as they did before ROS Hydro.
 
     Raises:
         InvalidParameter: a layer's parameter is invalid, or its type is unknown.
