@@ -141,7 +141,7 @@ def attack_once(attack: Attack, port: int) -> None:
 
 
 def attack_together(attack: Attack, count: int, port: int) -> None:
-    """Run the attackers, in a process of their own: in one process, they would delay the other client."""
+    """Run the attackers in their own process: in the same process, they would delay the other client."""
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # ends of connections are expected
     threads = [threading.Thread(target=attack_once, args=(attack, port)) for _ in range(count)]
     for thread in threads:

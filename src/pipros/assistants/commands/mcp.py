@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `pipros mcp approve`, or serve until the client leaves or Ctrl-C is pressed. Return the exit code."""
+    """Run `pipros mcp approve`, or serve until the client leaves or SIGINT arrives. Return the exit code."""
     parser = ArgumentParser(
         prog="pipros mcp",
         description="Serves assistants (Model Context Protocol) with tools that read the running system and "
