@@ -103,7 +103,7 @@ def worker_subscriber(count):
 
 
 def worker_member(number):
-    """Use topics as a robot's nodes do: one that all publish, one that all subscribe to, and a private one."""
+    """Use topics as robots do: one that all nodes publish, one that all subscribe to, and a private one."""
     rospy = init("member")
     from std_msgs.msg import String
 
