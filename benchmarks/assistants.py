@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""The gate of assistants: the time of a policy decision, and of calls to `pipros mcp`'s tools.
+"""Time of a policy decision, and of calls to the tools of `pipros mcp`.
 
     benchmarks/assistants.py [--calls 200]
 
-A decision is about one Twist on /cmd_vel, with bounds for two fields and a limit of messages a minute; only
+A decision is about one Twist on /cmd_vel, with bounds for two fields and a limit of messages per minute; only
 processor time counts. Calls go to one server with 20 topics, over its standard input and output, and over
-HTTP; the medians are printed, and the processor time of the server for each. `list_tools` is answered by the
+HTTP; the medians are printed, and the server's processor time per call. `list_tools` is answered by the
 protocol's library alone.
 """
 

@@ -150,7 +150,7 @@ def wait_for(condition):
     end = time.monotonic() + 30
     while not condition():
         if time.monotonic() > end:
-            raise RuntimeError("no message arrived within 30 s")
+            raise RuntimeError("the recorder did not start within 30 s")
         time.sleep(0.02)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What Python alone takes for two rows of `docs/performance.md` that it limits, beside pipros, in one run.
+"""The least time that Python alone needs for two rows of `docs/performance.md`, beside pipros, in one run.
 
     benchmarks/bare.py [--rounds 9]
 
@@ -38,7 +38,7 @@ MEMBER = re.compile(
 
 
 def answer(listener: socket.socket) -> None:
-    """Answer each number of bytes, which comes first, with one byte when they have arrived."""
+    """Receive messages, each preceded by its length, and answer each with one byte."""
     connection, _ = listener.accept()
     with connection:
         while head := connection.recv(4, socket.MSG_WAITALL):

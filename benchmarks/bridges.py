@@ -4,15 +4,15 @@
     benchmarks/bridges.py [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
 
 images: a node publishes images of 1 MB as fast as it can, and one Foxglove client reads them: through
-`pipros foxglove`, and in the same run through a node of pipros with the server of foxglove-sdk, if that is
-installed. Both receive the images over TCPROS as serialized messages, so that they differ in the server only.
+`pipros foxglove`, and in the same run through a pipros node with the server of foxglove-sdk, if that is
+installed. Both receive the images over TCPROS as serialized messages, so they differ only in the server.
 The ratio says how many times better pipros is.
 clients: many clients (--clients 100) receive an Imu 100 times a second, without and with one more client that
 never reads.
-rosbridge: the same with JSON by rosbridge.
-encodings: the time to encode a message for rosbridge, which happens once however many clients take it.
-The table has the messages that each client got, the age of the messages, and what the server used of one
-processor. Nothing else should run meanwhile.
+rosbridge: the same over rosbridge, with JSON.
+encodings: the time to encode a message for rosbridge, which happens once however many clients receive it.
+The tables show the messages per second of the slowest client, the age of the messages, and the server's share
+of one processor. Nothing else should be running.
 """
 
 import argparse
@@ -178,7 +178,7 @@ class Client:
     def _receive(self):
         received = self.sock.recv(65536)
         if not received:
-            raise ConnectionError("the server has closed")
+            raise ConnectionError("the server has closed the connection")
         self._buffer += received
 
     def _send(self, text):
@@ -188,7 +188,7 @@ class Client:
         """Receive the available data, and count the messages in it."""
         count = self.sock.recv_into(self._chunk)
         if not count:
-            raise ConnectionError("the server has closed")
+            raise ConnectionError("the server has closed the connection")
         self.bytes += count
         if self._left >= count:
             self._left -= count

@@ -361,7 +361,7 @@ QUICK = (
 
 def main():
     parser = option_parser(__doc__, dict.fromkeys(row[0] for row in WORKLOADS), 2.0)
-    parser.add_argument("--quick", action="store_true", help="the workloads to run")
+    parser.add_argument("--quick", action="store_true", help="run only a few workloads")
     options = parser.parse_args()
     if ran_as_worker(options, globals()):
         return

@@ -8,7 +8,7 @@ user of a connection in /proc/net/tcp. `definition`: time and memory of the larg
 a peer may send. `numpy`: the import time and size that it would add to the default installation. `turtlesim`:
 processor time of a node with two moving turtles and a subscriber for each of their topics. `robots`:
 processor time of pipros_sim with ten robots and subscribers for their odometry, transforms and scans (360
-rays at 10 Hz). Only pipros is measured, because genuine ROS has none of these.
+rays at 10 Hz). Only pipros is measured, because genuine ROS has no counterpart to most of these.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def measure_owner(connections: int) -> None:
 
 
 def measure_definitions() -> None:
-    """Decode each definition in its own process, and measure the maximum memory size."""
+    """Compile each definition in its own process, and measure the maximum memory size."""
     for kind in DEFINITIONS:
         print(f"definition of {kind:15}", end="", flush=True)
         subprocess.run([sys.executable, __file__, "--one-definition", kind], check=True)
@@ -124,7 +124,7 @@ def steered(
     received: Sequence[object],
     seconds: float,
 ) -> tuple[float, float]:
-    """Publish a command five times per second: for two seconds, then for the measured ones.
+    """Publish a command five times per second: for two seconds, then for `seconds`, which are measured.
 
     Return the share of a processor that the process uses, and the messages per second that are received.
     """
@@ -209,7 +209,7 @@ def measure_robots(seconds: float = 10.0) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Costs of single operations of pipros.")
+    parser = argparse.ArgumentParser(description="Costs of single pipros operations.")
     parser.add_argument(
         "--only", default="hook,owner,definition,numpy,turtlesim,robots", help="default: %(default)s"
     )

@@ -1,10 +1,10 @@
-"""The time of tables of bags, of data sets, and of the loop of a policy.
+"""Time to make tables and data sets from bags, and the timing of a policy's loop.
 
     python benchmarks/data.py [--only tables,sets,large,loop] [--dir FOLDER] [--count 20000] [--minutes 5]
 
 `tables`: writes one bag with messages of four types, and reads each topic by turns: as a table
-(`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, in a loop that decodes with rosbags, and as pandas
-dataframes with both. Needs rosbags-dataframe and pandas.
+(`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, in a loop that decodes with rosbags, and as a
+pandas dataframe with `pipros.data` and with rosbags-dataframe. Needs rosbags-dataframe and pandas.
 Prints the medians of the rounds. Processor time of this process counts, so that other work disturbs little.
 `sets`, `large`, `loop`: see data_sets.py, data_large.py and data_loop.py.
 """
@@ -47,9 +47,9 @@ TOPICS = {
     "/scan": ["angle_min", "angle_max", "range_min", "range_max", "ranges", "intensities"],
     "/tf": ["transforms"],
 }
-"""The fields that rosbags-dataframe is asked for."""
+"""The fields requested from rosbags-dataframe."""
 GOALS = {"/imu": (2, 10), "/joint_states": (2, 10), "/scan": (2, 10), "/tf": (None, 5)}
-"""Maximum of the ratio to a raw read, and minimum of that of rosbags."""
+"""Maximum ratio of a table to a raw read, and minimum ratio of rosbags to a table."""
 
 
 def write_bag(path: Path, count: int) -> None:
@@ -122,9 +122,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=20_000, help="messages on /imu (default: %(default)s)")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--gigabytes", type=float, default=20, help="of `large` (default: %(default)s)")
+    parser.add_argument("--gigabytes", type=float, default=20, help="for `large` (default: %(default)s)")
     parser.add_argument("--dir", help="the folder for files of `sets` and `large`")
-    parser.add_argument("--minutes", type=float, default=5, help="of each loop (default: %(default)s)")
+    parser.add_argument("--minutes", type=float, default=5, help="per loop (default: %(default)s)")
     parser.add_argument("--only", default=",".join(PARTS), help="parts (default: %(default)s)")
     arguments = parser.parse_args()
     for part in arguments.only.split(","):
@@ -132,7 +132,7 @@ def main() -> None:
 
 
 def tables(arguments: argparse.Namespace) -> None:
-    """Compare tables with two other ways to read a topic."""
+    """Compare tables with other ways to read a topic."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.bag"
         write_bag(path, arguments.count)

@@ -20,11 +20,11 @@ from pipros.msg.time import Time
 GIB = 1 << 30
 CLOUD_BYTES, SCANS_PER_CLOUD = 1_000_000, 35
 ARGUMENTS = {"/scan": (), "/points": ("--every", "20")}
-"""Of `rosbag table`, by topic: all clouds are read, but the file with all of them would have 18 GB, too."""
+"""Options of `rosbag table`, by topic. All clouds are read, but a file with all of them would have 18 GB."""
 
 
 def write_large(path: Path, size: int) -> None:
-    """Write a bag of some bytes: clouds of random points, and scans."""
+    """Write a bag of about `size` bytes: clouds of random points, and scans."""
     random = np.random.default_rng(1)
     fields = [PointField(name, 4 * n, PointField.FLOAT32, 1) for n, name in enumerate("xyz")]
     bodies = [random.bytes(CLOUD_BYTES) for _ in range(8)]
@@ -44,7 +44,7 @@ def write_large(path: Path, size: int) -> None:
 
 @contextmanager
 def memory_group(limit: int) -> Iterator[tuple[Path, str]]:
-    """Yield a new cgroup with this limit, and the name of its file with the maximum: of version 1 or 2."""
+    """Yield a new cgroup (version 1 or 2) with this limit, and the name of its file with the peak usage."""
     root = Path("/sys/fs/cgroup/memory")
     limit_file, peak_file = "memory.limit_in_bytes", "memory.max_usage_in_bytes"
     if not root.exists():

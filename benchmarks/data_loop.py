@@ -1,8 +1,8 @@
 """A policy that drives a robot at 30 Hz through `pipros.data`; part of `benchmarks/data.py`.
 
-`rosbag record` in a process of its own notes when each command arrives. The grid fits these
-times best. Deviations contain the policy's process, the connection and the recorder. Steps that are late by
-a period or more leave out times of the grid, which are counted.
+`rosbag record` in its own process records when each command arrives. Deviations are measured from the grid
+of 30 Hz that fits these times best. They include delays in the policy's process, the connection and the
+recorder. Steps that are late by a period or more skip times of the grid, which are counted.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def program(environment: dict[str, str], *command: str) -> Iterator[subprocess.P
 
 
 def write_drive(path: Path, seconds: float) -> None:
-    """Write a bag with odometry at 50 Hz, and one command, so that the player knows the type of `/odom`."""
+    """Write a bag with odometry at 50 Hz."""
     with rosbag.Bag(str(path), "w") as bag:
         for n in range(int(seconds * 50)):
             message = Odometry()
@@ -58,7 +58,7 @@ def write_drive(path: Path, seconds: float) -> None:
 
 
 def run(minutes: float, robot: str) -> None:
-    """Drive for some minutes, and print the deviations. `robot` is `pipros_sim` or `rosbag play`."""
+    """Drive for `minutes`, and print the deviations. `robot` is `pipros_sim` or `rosbag play`."""
     seconds = minutes * 60
     with tempfile.TemporaryDirectory() as name, Core(port=0) as core, ExitStack() as stack:
         folder = Path(name)
@@ -104,7 +104,7 @@ def run(minutes: float, robot: str) -> None:
 
 
 def drive(loop: RobotEnvironment, seconds: float) -> np.ndarray:
-    """Drive in circles, with the last observation. Return how late each step was (ms)."""
+    """Drive in circles, using the last observation. Return how late each step was (ms)."""
     observation, _ = loop.reset()
     late = []
     for _ in range(int(seconds * RATE)):

@@ -1,4 +1,4 @@
-"""The time of a data set of two cameras; part of `benchmarks/data.py`.
+"""Time to make a data set of two cameras; part of `benchmarks/data.py`.
 
 Two bags, each with two cameras of 640 x 480 at 30 Hz, JPEG of some 40 kB, and joints at 100 Hz.
 """

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs all benchmarks one after another, and prints one Markdown table of the results.
+"""Run all benchmarks one after another, and print one Markdown table of the results.
 
     benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update FILE]
 
 Genuine rospy and pipros alternate in each benchmark. The ratio is the factor by which pipros is better,
 followed by the range of the ratios in individual rounds. Benchmarks without a counterpart in genuine ROS
-print tables of their own, which follow. A benchmark during which other programs used more than 2 % of the
+print their own tables, which follow. A benchmark during which other programs used more than 2 % of the
 processors is repeated up to twice; their usage is printed in bold if it stays above that. `--quick` measures
 some of the rows once, in less than two minutes.
 """
@@ -45,8 +45,8 @@ BENCHMARKS = {
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
 NEEDS_GENUINE = ("codec", "bags", "navigation_beside_genuine")
-# Benchmarks that print tables of their own. `scene` and half of `page`
-# need Playwright and Chromium, `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
+# Benchmarks that print their own tables. `scene` and half of `page` need
+# Playwright and Chromium, `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {
     "local": "--rounds {rounds} --seconds 1",
     "data": "--only tables --rounds {rounds}",

@@ -13,8 +13,8 @@ shows all topics on its master, if they are at most 5,000; until all members are
 router; and until half of them, whose process is stopped, count as gone, and are back. slow: two operators
 receive 10 messages/s of 10 kB from each of up to 100 robots; one of them handles only 100/s. wan (only if
 named, as root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of delay each way and
-1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth. Each side is a
-process of its own. The sides take turns, and the median of the rounds counts. Nothing else should be
+1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth. Each side is its
+own process. The sides take turns, and the median of the rounds counts. Nothing else should be
 running.
 """
 

@@ -6,7 +6,7 @@ Another client calls a service of rosapi all the time. For each attack, a line s
 at most, how much of this was left 10 s after the attackers had gone, the longest time that the other client
 waited for a response, the same in the 10 s before the attack, and the load of the machine (the mean number of
 processes that run or wait for a processor). The exit status is 1 if a figure exceeds what docs/SECURITY.md
-promises; on a busy machine, only what the pause exceeds the one before the attack by counts.
+promises. Only the excess of the pause over the one before the attack counts, because the machine may be busy.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def attack_once(attack: Attack, port: int) -> None:
 
 
 def attack_together(attack: Attack, count: int, port: int) -> None:
-    """Run the attackers, in a process of their own: in one process, they would delay the other client."""
+    """Run the attackers in their own process: in the same process, they would delay the other client."""
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # ends of connections are expected
     threads = [threading.Thread(target=attack_once, args=(attack, port)) for _ in range(count)]
     for thread in threads:

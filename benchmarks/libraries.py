@@ -110,7 +110,7 @@ def worker_send_frames():
 
 
 def worker_listener(seconds):
-    """Return the processor time that a TransformListener uses, as a fraction of the elapsed time."""
+    """Print the processor time that a TransformListener uses, in percent of the elapsed time."""
     rospy = init("listener")
     import tf2_ros
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Nodes of one machine: TCP, Unix streams, shared memory, and subscribers without a copy, in one run.
+"""Nodes on one machine: TCP, Unix streams, shared memory, and subscribers without a copy, in one run.
 
     benchmarks/local.py [--only flow,fan,small,trip,service,idle] [--rounds 7] [--seconds 1] [--svg FILE]
 

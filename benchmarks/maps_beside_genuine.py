@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How well maps of slam_gmapping and of the genuine node agree with the apartment, after the same drives.
+"""How well maps of slam_gmapping in pipros and in genuine ROS match the apartment, after the same drives.
 
     benchmarks/maps_beside_genuine.py [--seeds 5] [--first 0]
 
-Both nodes have 30 particles, and get the same scans and transforms of a drive of 30 m with 2 % noise in the
+Both nodes have 30 particles, and get the same scans and transforms from a drive of 30 m with 2 % noise in the
 odometry: a scan every 0.3 m or 0.2 rad, each of which is processed. It needs genuine ROS 1 and the compiled
 nodes; see tests/interop. "Near walls" is the share of occupied cells at most one cell from a wall; IoU is the
-share of the cells that are free in both among those that are free in the map or in the apartment.
+number of cells that are free in both the map and the apartment, divided by the number free in either.
 """
 
 import argparse

@@ -146,7 +146,7 @@ def crowd_register(uri, apis_port, count):
 
 
 def crowd(uri, count):
-    """Return the 99th percentile of the time for getUri, in ms, while the crowd registers its publishers."""
+    """Return the times for getUri while the crowd registers its publishers, and the rate of registrations."""
     environment = {**os.environ, "PYTHONPATH": SOURCES}
     nodes = subprocess.Popen(  # noqa: S603
         [sys.executable, __file__, "--role", "crowd-nodes"],
@@ -331,7 +331,7 @@ def measure(world, workload, uri):
 
 
 def rows_of(taken, results):
-    """Return a row for each figure that was measured for both masters."""
+    """Return the rows of the workloads, and of the other figures that were measured for both masters."""
     for name, value in results["pipros"].items():
         if name not in taken and name in results.get("genuine", {}):
             taken[name] = {"genuine": [results["genuine"][name]], "pipros": [value]}

@@ -3,8 +3,8 @@
 
     benchmarks/navigation.py [--repetitions 500]
 
-The median of all repetitions counts, or of those in five seconds. Other programs hardly disturb it: only the
-processor time of this process is measured, in one thread.
+The median of all repetitions, or of those that fit into five seconds, counts. Other programs hardly disturb
+it: only the processor time of this process is measured, in one thread.
 """
 
 import argparse
@@ -75,7 +75,7 @@ def filter_step(kalman):
 
 
 def filter_products():
-    """The products and the inverse of such a step, without anything around them."""
+    """Return a function that computes only the products and the inverse of such a step."""
     square, part = np.eye(SIZE) * 0.5, np.eye(12) * 0.5
 
     def step():
@@ -110,7 +110,7 @@ def amcl_update(laser_model):
 
 
 def amcl_look_up():
-    """The end points of all beams, and their values in a table, without anything around them."""
+    """Return a function that only computes the end points of all beams and looks them up in a table."""
     rng = np.random.default_rng(1)
     poses, ends, table = rng.random((2000, 3)), rng.random((2, 60)), rng.random(160_000)
 
@@ -143,7 +143,7 @@ def window_of_velocities():
 
 
 def outlines_of_poses():
-    """Return a function that looks up outlines of 44 cells for as many poses as these velocities have."""
+    """Return a function that looks up outlines of 44 cells for as many poses as those velocities need."""
     costs, cells = np.zeros(3600, np.uint8), np.random.default_rng(1).integers(0, 3600, (44, 9000))
     return lambda: costs[cells].max(axis=0)
 
@@ -233,7 +233,7 @@ def path_search(size):
 
 
 def neighbours_of_all(size):
-    """The costs of all cells of the map, and the cheapest neighbours of all, once."""
+    """Return a function that once computes the costs and the cheapest neighbours of all cells of a map."""
     costs, table = np.zeros((size, size), np.uint8), np.arange(256, dtype=np.float32)
 
     def step():

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Processor time of the nodes of navigation and of the genuine ones, for the same messages and requests.
+"""Processor time of pipros's navigation nodes and the genuine ones, for the same messages and requests.
 
     benchmarks/navigation_beside_genuine.py [localise] [keep_a_costmap] [plan] [follow_a_plan] [build_a_map]
         [filter_odometry]
@@ -154,7 +154,7 @@ WORKS = (localise, keep_a_costmap, plan, follow_a_plan, build_a_map, filter_odom
 
 @contextmanager
 def system():
-    """Return a ROS system with a port and a folder of its own."""
+    """Yield a ROS system with its own port and folder."""
     with tempfile.TemporaryDirectory() as folder:
         port, home = ClaimedPort(), Path(folder) / "home"
         home.mkdir()

@@ -134,7 +134,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--browsers", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--heap", metavar="MINUTES", help="measure the browser's heap at these, such as 5,30")
+    parser.add_argument("--heap", metavar="MINUTES", help="when to measure the browser's heap, such as 5,30")
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
     seconds = 3.0 if options.quick else options.seconds
@@ -267,7 +267,7 @@ def four_panels(seconds):
 
 
 def heap(moments):
-    """Measure the size of the browser's heap, after garbage collection, at these minutes. Return text.
+    """Measure the size of the browser's heap after so many minutes and a garbage collection. Return text.
 
     The buffer of a curve grows by a fifth within ten seconds, before older samples are dropped. Therefore,
     each size is the minimum over that time.

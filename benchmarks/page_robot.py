@@ -10,14 +10,15 @@ turtlesim and the tutorials' Fibonacci server. Each row opens a new page with a 
 points of that cloud with three.js's own Points in a page that receives the same bytes, and uploads the same
 buffers with each message. All draw as often as they can, as while the user turns the view.
 
-Columns: pictures a second; milliseconds of script for a picture; messages of the last display a second;
-milliseconds on the page's main thread for one message: of all script without drawing, and of receiving and
-showing a cloud alone (the rest is that of other messages and of the measurement); megabytes a message and a
+Columns: pictures per second; milliseconds of script per picture; messages per second of the last display;
+milliseconds on the page's main thread per message: of all script without drawing, which includes other
+messages and the measurement, and of receiving and showing a message alone; megabytes per message and per
 second; the heap after garbage collection and the server's memory in MB; the server's share of a processor.
 
-`--minutes` instead shows markers and cloud together for so long, and prints the memories each minute. It
-exits with 1 if the least of one of them in the second half exceeds that in the first half by more than a
-tenth: what is being received or decoded comes and goes. The first minute does not count.
+`--minutes` instead shows markers and cloud together for so long, and prints the memories each minute. The
+exit status is 1 if the minimum of a memory in the second half exceeds that in the first half by more than a
+tenth and 1 MB. Minima are compared, because data is received and decoded all the time. The first minute does
+not count.
 """
 
 import argparse
@@ -294,7 +295,7 @@ def rows(system, browser, seconds, only):
 
 
 def soak(system, browser, minutes):
-    """Print both memories each minute. Return whether they stay the same."""
+    """Print the three memories each minute. Return whether they do not grow."""
     for role in ("markers", "cloud"):
         system.role(role)
     server, address = system.serve(f"{MARKERS}, {CLOUD}")
@@ -328,7 +329,7 @@ def soak(system, browser, minutes):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--only", default="", metavar="TEXT", help="only rows that contain it")
+    parser.add_argument("--only", default="", metavar="TEXT", help="only rows whose label contains TEXT")
     parser.add_argument("--minutes", type=int, default=0, help="show markers and cloud for so long instead")
     options = parser.parse_args()
     with contextlib.ExitStack() as stack:

@@ -135,7 +135,7 @@ def others():
 
 
 class Serialized(MarkerArray):
-    """A message that was serialized before: doing it in Python ten times a second would take a processor."""
+    """A message serialized in advance, because doing so ten times a second would take a whole processor."""
 
     def serialize(self, buff):
         buff.write(self.body)

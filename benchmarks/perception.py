@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Processor time of nodes for images, clouds and lidars, of pipros and the genuine ones of Debian in one run.
+"""Processor time of nodes for images, clouds and lidars: pipros's and Debian's genuine ones, in one run.
 
     benchmarks/perception.py [--only rectify,cloud,chain,voxels,lidar] [--seconds 10]
 
 A row is one node, or a chain of nodes. The benchmark publishes the inputs at a fixed rate, subscribes to the
 last output, and reads the processor time of the nodes' processes from /proc. Chains run in one manager, and
-with one process for each nodelet. The relays pass on the pixels that they receive, so their row is the cost
-of handing messages over. The lidar is simulated on a pseudo-terminal, with 8,000 samples in 10 turns per
+with one process for each nodelet. The relays pass on the messages that they receive, so their rows are the
+cost of handing messages over. The lidar is simulated on a pseudo-terminal, with 8,000 samples in 10 turns per
 second; there is no genuine driver to compare with.
 
 `in` and `out` are the rates of inputs and outputs, `lost` is the number of inputs without an output, and
@@ -91,7 +91,7 @@ class Bench:
 
         Args:
             nodelets: plugin and remappings by name.
-            inputs: returns the message of each topic for a number.
+            inputs: function that returns the messages, by topic, for a number.
             output: the last topic, and its type.
             shares_process: whether all are in one process.
         """
@@ -111,7 +111,7 @@ class Bench:
         return self._finish(name, side, pids, inputs, output, rate_hz)
 
     def driver_row(self, name, program, output, rate_hz):
-        """Start a program of pipros, measure it, and print a row."""
+        """Start a pipros program, measure it, and print a row."""
         self._start("pipros", *program, "__name:=driver", command=COMMANDS["pipros"][:1])
         self._finish(name, "pipros", [self._pid_of("/driver")], lambda _: {}, output, rate_hz)
 
@@ -146,7 +146,7 @@ class Bench:
         return prefix
 
     def _measure(self, pids, inputs, output, kind, rate_hz):
-        """Return the processor time, the share of others, the duration, and the inputs and outputs."""
+        """Return processor time, the share of others, duration, and the numbers of inputs and outputs."""
         count, lock = 0, threading.Lock()
 
         def on_output(_):
@@ -162,7 +162,7 @@ class Bench:
         self._wait(lambda: all(each.connection_count for each in publishers.values()), "the inputs")
 
         def run(seconds, number):
-            """Publish, and wait for a while until the last input has an output."""
+            """Publish, and wait up to `DRAIN_S` until the last input has an output."""
             began, begun, expected = time.monotonic(), number, count + round(seconds * rate_hz)
             due = began
             while number - begun < round(seconds * rate_hz):

@@ -8,15 +8,15 @@ of the program. --rounds 50 is the acceptance run.
 latched: the same for a late subscriber and the latched message; bare Zenoh keeps none.
 rate: 100 bytes at 1 kHz, without and with 5 % of the datagrams to and from pipros lost: messages that did not
 arrive.
-flow: messages of 20 bytes and of 1 MB as fast as they are sent, and those that arrived.
+flow: messages of 20 bytes and of 1 MB, sent as fast as possible: messages per second that arrive.
 large: 8 MB at 10 Hz.
 service: the mean time of a call, without the start; and four clients of each vendor at once.
 trip: the median time from ROS 1 to ROS 2 through the gateway, and from pipros to pipros by DDS alone.
 gateway: messages per second from ROS 1 to Cyclone DDS through the gateway; those of 1 MB five at a time.
 end: how long `close` takes, and when a peer notices the end, announced or by SIGKILL.
 idle: the processor time and the memory of two participants with 200 writers and 200 readers.
-Each test has a network of its own, so it needs root, and the peers of tests/dds: python -m
-tests.support.dds_peers lists the packages. Nothing else should run meanwhile.
+The benchmark runs in its own network, so it needs root. It also needs the peers of tests/dds: python -m
+tests.support.dds_peers lists their packages. Nothing else should be running.
 """
 
 import argparse

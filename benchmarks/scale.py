@@ -59,7 +59,7 @@ def worker_source(size, count, rate_hz, peers):
 
 
 def worker_sink(size, count):
-    """Count messages. After a line of input, wait for the rest of them and print their number."""
+    """Count messages. After a line of input, wait until all have arrived, and print their number."""
     rospy = init("sink")
     from std_msgs.msg import UInt8MultiArray
 
@@ -103,7 +103,7 @@ def worker_subscriber(count):
 
 
 def worker_member(number):
-    """Use topics as the nodes of a robot do: one that all publish, one that all subscribe to, one alone."""
+    """Use topics as robots do: one that all nodes publish, one that all subscribe to, and a private one."""
     rospy = init("member")
     from std_msgs.msg import String
 
@@ -191,7 +191,7 @@ def by_subscribers(world, seconds, peers):
 
 
 def by_topics(world, _seconds, count):
-    """Return the time until a second node is connected to all topics of a node, and its first part."""
+    """Return the time until a second node is connected to all topics of a node, and the part to advertise."""
     with workers(world) as start:
         pair = start("advertiser", count), start("subscriber", count)
         for process in pair:

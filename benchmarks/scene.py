@@ -7,10 +7,10 @@ Needs Chromium and Playwright, which draw in software (SwiftShader) at 1000 x 60
 anti-aliasing except where the row says so. A publisher sends 50 frames, a robot of 30 links, a scan, and
 clouds of 50,000 and 200,000 points of 32 bytes ten times a second. The first picture includes loading
 three.js, whose time is in the second column. In the row of 10 Mbit/s, a forwarder between server and browser
-is such a link, with a delay. Then come pictures of lines and cubes alone, and of the same ones drawn with
-three.js's own LineSegments2 and InstancedMesh (from npm); and viewers without a browser, which receive data
-and do not draw: the messages of the slowest of them, and the server's processor time. Nothing else should be
-running.
+simulates such a link, with a delay. Then come pictures of lines and cubes alone, and of the same ones drawn
+with three.js's own LineSegments2 and InstancedMesh (from npm); and viewers without a browser, which receive
+data and do not draw: the slowest viewer's messages per second, and the server's processor time. Nothing else
+should be running.
 """
 
 import argparse
@@ -241,7 +241,7 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=8.0)
-    parser.add_argument("--only", default="", metavar="TEXT", help="only rows that contain it")
+    parser.add_argument("--only", default="", metavar="TEXT", help="only rows whose label contains TEXT")
     arguments = parser.parse_args()
     seconds, only = arguments.seconds, arguments.only
     environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{PORT}"}

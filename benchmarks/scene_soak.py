@@ -3,10 +3,10 @@
 
     benchmarks/scene_soak.py [--minutes 60]
 
-Prints a line each loop. The exit status is 1 if an object of the end of the bag is shown at its beginning, or
-if page or server have 10 % more memory in the last ten loops than in ten loops after the first 20 (some four
-minutes, in which the browser compiles code and fills its caches), or the graphics card more objects. Needs
-Chromium and Playwright.
+Prints a line per loop. The exit status is 1 if an object of the end of the bag is shown at its beginning, or
+if page or server have over 10 % more memory in the last ten loops than in ten loops after the first 20 (some
+four minutes, in which the browser compiles code and fills its caches), or the graphics card more objects.
+Needs Chromium and Playwright.
 """
 
 import argparse
@@ -63,7 +63,7 @@ STATE = """() => {
 
 
 def make_bag(path):
-    """Write a bag with a moving base, odometry and clouds. Its second half also has a marker and a frame."""
+    """Write a bag with a moving base, odometry and clouds. Its second half has another marker and frame."""
     names = {
         "/tf": "tf2_msgs/TFMessage",
         "/marks": "visualization_msgs/Marker",

@@ -4,9 +4,10 @@
 
 This process contains the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in
 its own process, run for a while. They listen, reply, call the service, and end; every third node is ended
-with SIGKILL. A line is printed every ten seconds; the exit status is 1 if this process uses more resources at
-the end than at first, or if a message was lost between connected nodes. With --system, a whole system
-runs at once, with --everything all parts of pipros; see benchmarks/soak_system.py and soak_everything.py.
+with SIGKILL. A line is printed every ten seconds; the exit status is 1 if this process uses clearly more
+resources at the end than before, or if a message was lost between connected nodes. With --system, a whole
+system runs instead; with --everything, all parts of pipros. See benchmarks/soak_system.py and
+soak_everything.py.
 """
 
 from __future__ import annotations
@@ -199,7 +200,7 @@ def soak(minutes: float, count: int) -> int:
         print(f"alone before: {alone[0]:.1f} MB, {alone[1]} threads, {alone[2]} files")
         print(f"alone after:  {after[0]:.1f} MB, {after[1]} threads, {after[2]} files")
         lost = tally.sums()["lost"]
-        print(f"{visitors.started} nodes came, {visitors.killed} of them were killed; {lost} messages lost")
+        print(f"{visitors.started} nodes started, {visitors.killed} of them killed; {lost} messages lost")
         has_grown = warm is not None and after[0] > warm[0] + MEMORY_SLACK_MB
         return int(bool(lost) or has_grown or after[1] > alone[1] + 10 or after[2] > alone[2] + 8)
 

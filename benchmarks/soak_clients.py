@@ -115,7 +115,7 @@ async def use_rosbridge(socket: ClientConnection, counts: Counter[str]) -> None:
 
 
 async def use_foxglove(socket: ClientConnection, counts: Counter[str]) -> None:
-    """Subscribe to several topics. Each of them must arrive."""
+    """Subscribe to several topics. A message must arrive on each of them."""
     counts["foxglove messages"] += 0
     channels: dict[int, str] = {}
     arrived: set[str] = set()
@@ -140,7 +140,7 @@ async def use_foxglove(socket: ClientConnection, counts: Counter[str]) -> None:
 
 
 async def assist(url: str, token: str, counts: Counter[str]) -> None:
-    """Ask for topics, a message and the reason of a silence, with a new connection for each `LIFE_S`."""
+    """Ask for topics, a message and the reason for a silence, with a new connection every `LIFE_S`."""
     counts.update(dict.fromkeys(("assistants", "answers to assistants"), 0))
     report = report_to(counts)
     calls = (("list_topics", {}), ("read_topic", {"topic": "/chat"}), ("why_no_data", {"topic": "/image"}))

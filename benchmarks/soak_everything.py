@@ -125,7 +125,7 @@ class Everything(System):
             self.start(name, *command, stdin=subprocess.PIPE, **more)
 
     def _open_navigation(self) -> None:
-        """Start a robot of its own, because it needs simulated time."""
+        """Start a separate robot, because navigation needs simulated time."""
         port = free_port()
         uri = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}"}
         packages = f"{self.folder}:{ROOT / 'examples' / 'turtlebot3'}"
@@ -134,7 +134,7 @@ class Everything(System):
         self.start("navigator", sys.executable, "-c", NAVIGATOR, **uri)
 
     def _open_launch(self, name: str, text: str, port: int, *nodes: str, **environment: str) -> None:
-        """Start a launch file, and measure each of its nodes."""
+        """Start a launch file, and measure the nodes named `nodes`."""
         file = self.folder / f"{name}.launch"
         file.write_text(text)
         self.start(name, "roslaunch", "-p", str(port), str(file), **environment)

@@ -261,7 +261,7 @@ NAVIGATION = """<launch>
     <arg name="open_rviz" value="false"/>
   </include>
 </launch>"""
-#: Images from Bayer patterns to colours, then without distortion.
+#: Converts images with Bayer patterns to colour, then rectifies them.
 NODELETS = """<launch>
   <group ns="camera">
     <node pkg="nodelet" type="nodelet" name="camera_manager" args="manager"/>

@@ -44,7 +44,7 @@ class Held:
         return self.slack_mb, THREADS_SLACK, FILES_SLACK
 
     def growth(self) -> list[float]:
-        """Return the growth of memory, threads and descriptors, 0 for what is not sampled."""
+        """Return the growth of memory, threads and descriptors; 0 for resources that are not sampled."""
         return [_growth(each, statistics.median) for each in self.resources]
 
     @property
@@ -117,7 +117,7 @@ class Heap(Held):
     """The heap of a page's JavaScript after garbage collection. The client of the page appends the sizes.
 
     Attributes:
-        history_mb: what the page may keep of the data that it shows.
+        history_mb: memory that the page may use to keep data that it shows.
     """
 
     history_mb: float = 0.0
@@ -151,20 +151,20 @@ class Processors:
         self._began, self._own, self._busy = time.monotonic(), used_s(os.getpid()), _busy_s()
 
     def percent(self) -> tuple[float, float]:
-        """Return the usage by this process and its descendants, and that by others, of all processors."""
+        """Return the share of all processors used by this process and its descendants, and by others (%)."""
         available = (time.monotonic() - self._began) * (os.cpu_count() or 1)
         own, busy = used_s(os.getpid()) - self._own, _busy_s() - self._busy
         return 100 * own / available, max(0.0, 100 * (busy - own) / available)
 
 
 def used_s(pid: int) -> float:
-    """Return the processor time of a process and its descendants, also of those that have ended."""
+    """Return the processor time of a process and its descendants, including those that have ended."""
     root = psutil.Process(pid)
     total = 0.0
     for process in (root, *root.children(recursive=True)):
         try:
             total += sum(process.cpu_times()[:4])
-        except psutil.NoSuchProcess:  # its time now counts at its parent
+        except psutil.NoSuchProcess:  # its time now counts for its parent
             continue
     return total
 

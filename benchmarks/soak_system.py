@@ -4,9 +4,9 @@ Started by `benchmarks/soak.py --system`. The system consists of roscore, a page
 recorder for all topics, frames and a listener, an action server and a client, parameter changes, service
 calls, and a launch with two nodes that end repeatedly and are restarted. `--everything` adds the parts of
 `benchmarks/soak_everything.py`. Every ten seconds, the memory, threads, descriptors and processor time of
-each process are recorded. The verdict compares the last fifth of the time with the second fifth. Besides, the
-work of each part must continue to the end without a failure, and all of them together must use at most 70 %
-of the processors.
+each process are recorded. The verdict compares the last fifth of the time with the second fifth. In addition,
+the work of each part must continue to the end without a failure, and all of them together must use at most
+70 % of the processors.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class System:
         self.url = self.wait_for("rqt_graph", r"http://\S+")
 
     def clients(self) -> list[Coroutine[Any, Any, None]]:
-        """Return what runs in this process beside the system until it is cancelled."""
+        """Return the coroutines that run in this process beside the system, until they are cancelled."""
         return [look(self.url, self.counts)]
 
     def start(self, name: str, *command: str, stdin: int = subprocess.DEVNULL, **environment: str) -> None:
@@ -135,7 +135,7 @@ class System:
     def ended(self, good: tuple[int, ...] = ()) -> list[str]:
         """Return the programs that have ended, with their exit codes, except for those with a good code.
 
-        None of them ends by itself.
+        No program should end by itself.
         """
         codes = {name: process.poll() for name, process in self.running.items()}
         return [f"{name} (exit code {code})" for name, code in codes.items() if code not in (None, *good)]
@@ -150,7 +150,7 @@ class System:
             print(f"== {name}\n{self.output(name).read_text()[-2000:]}", file=sys.stderr)
 
     def close(self) -> list[str]:
-        """End all programs. Return those that SIGINT did not end, or with another exit code than usual."""
+        """End all programs. Return those that SIGINT did not end, or that have an unusual exit code."""
         for process in reversed(self.running.values()):
             process.send_signal(signal.SIGINT)
             with suppress(subprocess.TimeoutExpired):
@@ -198,13 +198,13 @@ async def look(url: str, counts: Counter[str]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What a run has shown.
+    """The results of a run.
 
     Attributes:
         history: the counts at each sample.
         ended: the programs and clients that ended early, which ends the run.
         own, foreign: the usage of all processors by this run, and by others, in percent.
-        tracebacks: the programs that printed one.
+        tracebacks: the programs that printed a traceback.
     """
 
     history: list[Counter[str]]

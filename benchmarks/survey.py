@@ -4,8 +4,8 @@
     script/fresh bookworm survey            # on a bare Debian, without genuine ROS; the result is survey.txt
     benchmarks/survey.py [--only NAME,NAME] [--sources FOLDER] [--no-start]
 
-The sources are downloaded from PyPI and Debian, in the versions below; apt-get must be configured for a
-Debian. Each is built by `catkin_make` in a workspace of its own. Every launch file is checked as by
+The sources are downloaded from PyPI and Debian, in the versions below; apt-get must be configured for
+Debian. Each is built by `catkin_make` in its own workspace. Every launch file is checked as by
 `roslaunch-check`; those whose programs exist are started for some seconds, and files with tests are run by
 `rostest`. Imports, and attributes of imported modules, are looked up in pipros, in this Python.
 """
@@ -59,7 +59,7 @@ PYPI = """
     urdf-parser-py 0.0.4
     urdfdom-py 1.2.1.post1
 """
-# "name version suite": the newest whose upstream archive Debian's mirrors have.
+# "name version": the newest version whose upstream archive Debian's mirrors have.
 DEBIAN = """
     ros-actionlib 1.14.3-1
     ros-bond-core 1.8.7-1
@@ -112,7 +112,7 @@ NAMES = Path(__file__).with_name("survey_names.py")
 SUITES = ("bookworm", "trixie", "forky")
 KEYRING = "/usr/share/keyrings/debian-archive-keyring.gpg"
 HARDWARE: dict[str, str] = {}
-"""Launch files that need a device or a screen, by a part of the path, and which."""
+"""The device or screen that a launch file needs, by a part of its path."""
 
 WIDTH = 200
 BUILD_TIMEOUT_S = 180
@@ -204,7 +204,7 @@ def pip(name: str, version: str) -> list[str]:
 
 
 def apt(name: str, version: str, folder: Path) -> list[str]:
-    """Return the command that downloads upstream's archive, with lists of packages of its own."""
+    """Return the command that downloads upstream's archive, using separate package lists."""
     state = folder.with_name(f"{folder.name}-apt")
     options = [f"-o=Dir::Etc::sourcelist={state}/sources.list", "-o=Dir::Etc::sourceparts=/dev/null"]
     options += [f"-o=Dir::State::lists={state}/lists", f"-o=Dir::Cache={state}/cache"]
@@ -304,7 +304,7 @@ def ended(
 ) -> tuple[int | None, str]:
     """Run a command, and return the exit code, None if it had to be killed, and the output.
 
-    With `stop_after_s`, it is interrupted after this time; the output is that until then.
+    With `stop_after_s`, it is interrupted after this time, and later output is not returned.
     """
     log = base / "log"
     with log.open("w") as out:

@@ -91,7 +91,7 @@ def own_modules(source: Path) -> set[str]:
 def used_names(tree: ast.Module) -> Iterator[tuple[str, str]]:
     """Yield each imported module with the names that the file takes from it, or an empty string.
 
-    Imports in `try` that may fail are left out, and attributes of names that the file also assigns.
+    Imports in `try` that may fail, and attributes of names that the file also assigns, are left out.
     """
     bound: dict[str, str] = {}
     for node in _needed(tree.body):
@@ -143,7 +143,7 @@ def exists(module: str, name: str) -> bool:
 
 
 def lacking(source: Path) -> tuple[list[str], list[str], int]:
-    """Return the names of ROS that are missing, the missing modules of others, and the files of Python 2."""
+    """Return the missing names of ROS, the missing modules of others, and the number of Python 2 files."""
     own = own_modules(source)
     declared = set(re.findall(r"<(?:\w*depend)[^>]*>\s*([\w-]+)", _manifests(source)))
     ros: set[str] = set()

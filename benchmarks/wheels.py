@@ -3,7 +3,7 @@
 
     benchmarks/wheels.py [--packages 1,40] [--rounds 3]
 
-Each package has one message. `pipros wheel` builds the wheels of a new workspace; `catkin_make` of pipros
+Each package has one message. `pipros wheel` builds the wheels of a new workspace; pipros's `catkin_make`
 and, if it is installed, that of genuine ROS build the same workspace. The commands take turns; the medians
 are printed, with the ratio of the processor times to that of `pipros wheel`, and the load of the machine.
 """

@@ -48,7 +48,7 @@ def test_a_robot_is_dragged_turned_steered_and_reset(ros: RosSystem, open_tab: O
     tab.keyboard.up("Shift")
     wait_until(lambda: pose_on(tab) == pytest.approx([2, -1, 1.57], abs=0.1), 30, lambda: str(pose_on(tab)))
     drag(tab, (2, -1), (-5, 0))
-    expect(tab.locator("#system")).to_contain_text("a wall is at")
+    expect(tab.locator("#system")).to_contain_text("a wall or the map's edge is too close")
     keep_screenshots(tab, "robots")
     tab.locator("canvas").press("ArrowUp")
     wait_until(lambda: pose_on(tab)[1] > -0.9, 30, lambda: str(pose_on(tab)))

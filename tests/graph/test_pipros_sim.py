@@ -94,7 +94,7 @@ def test_services_place_charge_and_reset(ros: RosSystem, node: Node) -> None:
     wait_until(lambda: truth.messages and truth.messages[-1].pose.pose.position.x == 1.0)
     with pytest.raises(ServiceFailed):
         call(node, "/place", "pipros_sim/Place", x=-5.0, y=0.0)
-    sim.wait_for(r"a wall is at x=-5\.00, y=0\.00")
+    sim.wait_for(r"a wall or the map's edge is too close to x=-5\.00, y=0\.00")
     assert call(node, "/charge", "std_srvs/SetBool", data=True).success
     battery = subscribe(node, "/battery_state", "sensor_msgs/BatteryState")
     assert battery.wait()[0].power_supply_status in (1, 4)
@@ -157,7 +157,7 @@ def test_simulated_time_is_on_the_clock_and_the_same_seed_repeats_the_scans(
     ("argument", "why"),
     [
         ("_robots:=0", "robots must be a number from 1 to 100, or a list, got 0"),
-        ("_robots:=[{size: 3}]", "each robot must be a mapping with name, x, y and yaw"),
+        ("_robots:=[{size: 3}]", "each robot must be a mapping of name, x, y and yaw only"),
         (
             "_robots:=[{name: a b}]",
             r"a robot's name must begin with a letter and contain only letters, digits and _, got 'a b'",
@@ -166,7 +166,10 @@ def test_simulated_time_is_on_the_clock_and_the_same_seed_repeats_the_scans(
         ("_laser:={rays: 0}", "laser/rays must be > 0, got 0|laser/rays must be 1 to 10000, got 0"),
         ("_obstacles:=5", r"obstacles must be a list of at most 100 mappings, got 5"),
         ("_obstacles:=[{points: 1}]", r"obstacles/points must be a list of \[x, y\], got 1"),
-        ("_obstacles:=[{size: 1}]", r"an obstacle must be a mapping with points, radius and speed"),
+        (
+            "_obstacles:=[{size: 1}]",
+            r"an obstacle must be a mapping with points, and optionally radius and speed",
+        ),
         ("_speed:=2.0", r"speed 2\.0 needs simulated time: set /use_sim_time to true first"),
         ("_speed:=0", r"seed must be >= 0 and speed > 0, got 0 and 0"),
         ("_map:=/missing.yaml", r"/missing\.yaml"),
@@ -194,7 +197,10 @@ def test_the_page_shows_moves_and_steers_its_own_robots(ros: RosSystem) -> None:
         assert len(robot["points"]) == 180
         assert browser.act("place", robot="", x=1.0, y=2.0, yaw=1.0) is None
         wait_until(lambda: next(views)["robots"][0]["pose"] == [1.0, 2.0, 1.0])
-        assert "a wall is at" in browser.act("place", robot="", x=-5.0, y=0.0, yaw=0.0)["error"]
+        assert (
+            "a wall or the map's edge is too close"
+            in browser.act("place", robot="", x=-5.0, y=0.0, yaw=0.0)["error"]
+        )
         assert "error" in browser.act("place", robot="", x=None, y=0.0, yaw=0.0)
         assert browser.act("steer", robot="", linear=0.3, angular=0.0) is None
         assert "error" in browser.act("steer", robot="c", linear=0.3, angular=0.0)

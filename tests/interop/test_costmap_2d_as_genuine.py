@@ -217,7 +217,7 @@ def test_grey_maps_parts_of_maps_and_settings(plain_ros: RosSystem) -> None:
             "range_sensor_layer::",
         ),
         ({"plugins": "static"}, "must be a list of {name, type}, got static"),
-        ({"footprint": "[[1, 2]]"}, "footprint must be a list of at least 3 corners"),
+        ({"footprint": "[[1, 2]]"}, "footprint must be a list of 3 to 1000 corners"),
         ({"observation_sources": "a", "a": {"data_type": "Range"}}, "data_type must be one of PointCloud, "),
     ],
 )

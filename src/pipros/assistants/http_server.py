@@ -68,7 +68,7 @@ class GuardedApp:
             headers.setdefault(name.decode("latin-1").lower(), []).append(value.decode("latin-1"))
         for name in ("host", "origin", "authorization"):
             if len(headers.get(name, ())) > 1:
-                raise Denied(f"This request has several headers {name}.")
+                raise Denied(f"This request has several {name} headers.")
         host = headers.get("host", [""])[0]
         self._access.check_host(host)
         if "origin" in headers:
@@ -90,7 +90,7 @@ def serve_http(server: MCPServer[Any], port: int, token_file: str | None) -> int
     """Serve until Ctrl-C. Print the address, and the token unless it is in a file. Return the exit code.
 
     Raises:
-        BadTokenFile: the file cannot be read, or is not private.
+        BadTokenFile: the file cannot be read, is not private, or has no valid tokens.
         ServerFailed: the server cannot listen on the port, for example because it is in use.
     """
     secret = Secret(tokens=read_tokens(token_file) if token_file else ())

@@ -16,7 +16,8 @@ class AssistantLimits(NamedTuple):
         assistant_picture_bytes: size of a picture in an answer.
         assistant_picture_pixels: number of pixels in an image from the robot that is decoded to create a
             picture.
-        assistant_sample_bytes: total size of the messages that one call receives or reads.
+        assistant_sample_bytes: total size of the messages that one call receives. A call that reads a bag may
+            read four times as much.
         assistant_request_bytes: size of an HTTP request.
         assistant_sessions: number of HTTP sessions; four times as many connections are accepted.
         assistant_call_s: duration of a call.

@@ -110,7 +110,7 @@ class RobotAccess:
         """Return a topic's full name and its type.
 
         Raises:
-            ToolRefused: the topic does not exist, or has no publisher.
+            ToolRefused: the topic does not exist or has no publisher, or the master does not answer.
         """
         with self.client() as client:
             name = client.resolve(topic)

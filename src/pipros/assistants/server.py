@@ -70,7 +70,7 @@ def make_server(
     """Return a server with all tools.
 
     Args:
-        bag_folder: the folder whose bags may be read; None for no bags.
+        bag_folder: the folder in which bags may be read and recorded; None for no bags.
         acts: the acts that a policy allows, for which tools are added; None to add no such tools.
     """
     from pipros import __version__

@@ -17,7 +17,7 @@ def steps_of(part: str) -> list[PathStep]:
     """Parse the path of a part of a message: `pose.position.x`, `/pose/position/x` or `ranges[0:10]`.
 
     Raises:
-        ToolRefused: the part has unbalanced brackets, or an index is not a number.
+        ToolRefused: the part has unbalanced brackets or an invalid index.
     """
     try:
         return parse_path(part.replace(".", "/"))

@@ -61,7 +61,7 @@ class Frames(TransformListener):
             return None
 
     def _wait(self, reason: Callable[[], str | None], timeout_s: float) -> None:
-        """Wait until a transform is available."""
+        """Wait up to `timeout_s` until `reason` returns None."""
 
         def ask() -> tuple[int, str]:
             found = reason()
@@ -77,7 +77,10 @@ class Frames(TransformListener):
             return None
 
     def motion(self, frame: str, fixed: str, since_ns: int, until_ns: int, timeout_s: float) -> Pose | None:
-        """Return a frame's pose relative to its earlier pose, or None if not available within `timeout_s`."""
+        """Return a frame's pose at `until_ns` relative to its pose at `since_ns`.
+
+        Return None if it is not available within `timeout_s`.
+        """
         arguments = frame, since_ns, frame, until_ns, fixed
         try:
             self._wait(lambda: self.buffer.can_transform_full(*arguments), timeout_s)

@@ -52,8 +52,8 @@ class PrivateParameters:
         return math.floor(value + 0.5)
 
     def read(self, kind: type[_Kind], **known: Any) -> _Kind:
-        """Create an instance of a dataclass. Fields that are not in `known` are read from parameters of the
-        same names.
+        """Create an instance of a dataclass. Fields that are not in `known`, and have a default of type bool,
+        int, float or str, are read from parameters of the same names.
         """
         readers: Any = {bool: self.boolean, int: self.integer, float: self.number, str: self.text}
         for each in fields(kind):  # type: ignore[arg-type]
@@ -65,7 +65,8 @@ class PrivateParameters:
         """Return a list of numbers, or `default` if the parameter is not set.
 
         Raises:
-            InvalidParameter: the parameter is not a list of `length` numbers, or not set without a default.
+            InvalidParameter: the parameter is not a list of `length` numbers, or is missing and `default` is
+                empty.
         """
         return tuple(map(float, self._listed(name, length, default, is_number, "numbers")))
 

@@ -20,7 +20,7 @@ from pipros.node.roscpp_program import roscpp_program
 def run_program(module: str, *arguments: str) -> int:
     """Run `main` in a module of `pipros.navigation`, and return the exit code.
 
-    If a required library is missing, print an error and return 1.
+    If a required library is missing or cannot be imported, print an error and return 1.
     """
     # For matrices of 15 rows, OpenBLAS's threads bring no benefit, but burn CPU time in busy waits.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -43,7 +43,11 @@ def missing_extra(error: ImportError) -> MissingExtra:
     """
     if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
         raise KeyboardInterrupt from None
-    what = f"{error.name}, which is not installed" if error.name else f"a library that fails: {error}"
+    what = (
+        f"{error.name}, which is not installed"
+        if error.name
+        else f"a library that cannot be imported: {error}"
+    )
     return MissingExtra(f"this node needs {what}. Try: {install_command('navigation')}", name=error.name)
 
 

@@ -1,9 +1,9 @@
 """Run a node's periodic work in separate threads, or in lockstep with a simulator.
 
 A node is in lockstep if the parameter `/lockstep` lists its name ("Lockstep" in docs/simulation.md). In this
-case, the simulator calls the service `~advance` in each step. The call waits for the callbacks of all
-messages sent before, and then runs all functions that are due, one after the other, in the order in which
-they were added. Therefore, the node behaves identically in each run.
+case, the simulator calls the service `~advance` between its steps. The call waits for the callbacks of all
+messages sent to the node so far, and then runs all functions that are due, one after the other, in the order
+in which they were added. Therefore, the node behaves identically in each run.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ class _Work:
 
 
 class Schedule:
-    """Runs functions periodically. In a step, they run in the order in which `every` was called."""
+    """Runs functions periodically. In lockstep, they run in the order in which `every` was called."""
 
     def __init__(self, node: Node, hold: Callable[[], bool] = lambda: False) -> None:
         """Read the parameter `/lockstep`.
 
         Args:
-            hold: called at the end of a step. While it returns True, simulated time stands still, and it is
-                called again immediately, so it should wait briefly before returning True.
+            hold: called at the end of `~advance`. While it returns True, simulated time stands still, and it
+                is called again immediately, so it should wait briefly before returning True.
         """
         self._node, self._hold = node, hold
         self._work: list[_Work] = []
@@ -92,7 +92,7 @@ class Schedule:
         )
 
     def _run(self, now_ns: int) -> int:
-        """Run the work that is due. Return the time of the next work, but at most a second from now."""
+        """Run the work that is due. Return the time at which work is next due, at most a second from now."""
         for work in self._work:
             work.due_ns = work.due_ns or now_ns + work.period_ns
             if now_ns >= work.due_ns:

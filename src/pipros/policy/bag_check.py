@@ -25,7 +25,7 @@ class BagCheck:
 
     Attributes:
         passed: number of permitted messages.
-        refused: the refused messages, by the line and key of the rule.
+        refused: the refused messages, by the `place` of the rule.
         other_topics: number of messages on each topic for which the policy has no rule or condition.
     """
 

@@ -102,6 +102,8 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> F
     elif spec.key.startswith(("topics", "services", "actions", "launch")) and not (
         "range" in spec.values or values or change is not None
     ):
+        if spec.key.startswith("launch"):
+            raise spec.error("", "must have range or one_of")
         raise spec.error("", "must have range, one_of, change_per_s or count; `any` allows all values")
     return FieldRule(
         *(place_of(spec), False, least * unit.factor, most * unit.factor, tuple(scaled)),

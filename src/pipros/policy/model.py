@@ -60,13 +60,13 @@ class FieldRule:
     """The permitted values of a field, in the units of the message.
 
     Attributes:
-        place: line and key in the file.
+        place: the file's name, without its folder, and the line and key.
         is_any: whether all values are permitted. If so, no other attribute except `place` is set.
         least, most: the range, inclusive; infinite if there is no range.
         one_of: the permitted values; empty if any value in the range is permitted.
         unit: the unit used in texts.
-        change_per_s: maximum change per second since the previous permitted message; a longer pause counts
-            as one second. None for no limit.
+        change_per_s: maximum change per second since the previous permitted message; a pause of more than a
+            second counts as one second. None for no limit.
         start: the assumed value before the first message.
         count: maximum number of elements, in a rule for all elements of an array; None for no limit.
     """
@@ -104,7 +104,7 @@ class ActRule:
     """What clients may do with one topic, service, parameter or launch file, or with recordings of a topic.
 
     Attributes:
-        place: line and key in the file.
+        place: the file's name, without its folder, and the line and key.
         kind, name: the kind of act, and the global name or, for a launch file, `PACKAGE/FILE`.
         type: type of the topic or service, or of the parameter's value; empty for other acts.
         message_class: class of the messages or requests; None for other acts.
@@ -149,7 +149,7 @@ class Condition:
     """A condition on the last message of a topic.
 
     Attributes:
-        place: line and key in the file.
+        place: the file's name, without its folder, and the line and key.
         path: the path to the field; empty if any message satisfies the condition.
         rule: the values for which the condition holds.
         max_age_s: maximum age of the message.

@@ -201,11 +201,12 @@ class _PolicyReader:
             if "field" in section.values:
                 path, kind = field_path(section, section.text("field"), message_class, "field")
                 if (kind not in ORDERED and kind not in PLAIN) or EACH in path:
-                    raise section.error("field", "must name one number or string, such as buttons[4]")
+                    text = "must name one number, string or boolean, such as buttons[4]"
+                    raise section.error("field", text)
                 if kind in TIMES:
                     raise section.error("field", "must not be a time; max_age_s limits the age of messages")
                 if not given:
-                    raise section.error("", "must have one of range, above, below and one_of for its field")
+                    raise section.error("", "must have range, above, below or one_of for its field")
             elif given:
                 raise section.error(given[0], "needs the key field")
             is_number = kind in ORDERED

@@ -29,7 +29,9 @@ def test_ctrl_c_during_the_import_of_numpy_stays_ctrl_c(monkeypatch: pytest.Monk
 def test_a_numpy_that_cannot_be_imported_is_not_taken_for_ctrl_c(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delattr(sys, "last_type", raising=False)
 
-    assert "needs a library that fails: numpy.core.multiarray failed to import" in str(missing_extra(NUMPY))
+    assert "needs a library that cannot be imported: numpy.core.multiarray failed to import" in str(
+        missing_extra(NUMPY)
+    )
 
 
 @pytest.mark.parametrize("program", ["costmap.costmap", "navfn.navfn_node", "move_base.move_base_node"])

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `pipros mcp approve`, or serve until the client leaves or Ctrl-C. Return the exit code."""
+    """Run `pipros mcp approve`, or serve until the client leaves or SIGINT arrives. Return the exit code."""
     parser = ArgumentParser(
         prog="pipros mcp",
         description="Serves assistants (Model Context Protocol) with tools that read the running system and "
@@ -35,7 +35,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "what", nargs="?", choices=("approve",), help="ask at this terminal whether to approve acts"
     )
-    parser.add_argument("--bags", type=Path, metavar="FOLDER", help="the folder whose bags may be read")
+    parser.add_argument(
+        "--bags", type=Path, metavar="FOLDER", help="the folder in which bags may be read and recorded"
+    )
     parser.add_argument("--policy", metavar="FILE", help="what tools may do to the system; see pipros policy")
     parser.add_argument("--simulate", action="store_true", help="run a simulated robot, and serve it instead")
     parser.add_argument(

@@ -171,8 +171,8 @@ class ActTools:
         file: Name,
         arguments: Annotated[dict[str, Value], Field(max_length=50)] = {},  # noqa: B006
     ) -> Answer:
-        """Start the nodes of a launch file, until stop_run or the policy's time limit. file is a name from
-        list_launch_files. A human must approve this."""
+        """Start the nodes of a launch file. They run until stop_run or the policy's time limit. file is a
+        name from list_launch_files. A human must approve this."""
         name = f"{package}/{file}"
         self._rule(ActKind.LAUNCH, name)
         path = launch_file(self._robot, package, file)
@@ -215,7 +215,7 @@ class ActTools:
         return Answer(self._acts.runs.rows())
 
     def stop_run(self, run: Run) -> Answer:
-        """Stop a launch file or a recording that was started here, and wait some seconds for its end."""
+        """Stop a launch file or a recording that was started here, and wait a few seconds for its end."""
         has_ended = self._acts.end_run(run)
         if has_ended is None:
             raise ToolRefused("this run does not exist; list_runs lists all runs", run)
@@ -254,7 +254,7 @@ class ActTools:
         return publisher
 
     def _start(self, name: str, program: str, words: list[str], limit_s: float) -> Answer:
-        """Start a program of pipros in the environment of this process."""
+        """Start a pipros program in the environment of `ApprovedActs`."""
         code = f"import sys; from pipros.cli.{program} import main; sys.exit(main(sys.argv[1:]))"
         variables = self._acts.environment.applied_to(os.environ)
         command = [sys.executable, "-I", "-c", code, *words]

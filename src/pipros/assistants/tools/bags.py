@@ -162,7 +162,7 @@ class BagTools:
 
     def _file(self, bag: str) -> Path:
         if not bag.endswith(SUFFIXES):
-            raise ToolRefused("a bag must end in .bag or .mcap", bag)
+            raise ToolRefused("the name of a bag must end in .bag or .mcap", bag)
         return file_inside(self._root(), bag)
 
     @contextmanager

@@ -144,9 +144,7 @@ class GraphTools:
         found = self._robot.check_topic(topic, wait_s).as_json()
         steps, finding = found.pop("steps"), found.pop("finding")
         note = (
-            "Nothing is wrong."
-            if finding is None
-            else "The last step fails; what follows it was not checked."
+            "Nothing is wrong." if finding is None else "The last step fails; later steps were not checked."
         )
         return Answer([found, *steps, *filter(None, [finding])], note, {"passes": finding is None})
 

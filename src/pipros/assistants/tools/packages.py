@@ -42,10 +42,11 @@ class PackageTools:
 
 
 def launch_file(robot: RobotAccess, package: str, file: str) -> Path:
-    """Return a launch file of a package. Names and links that lead out of the package are rejected.
+    """Return the path of a launch file.
 
     Raises:
-        ToolRefused, NotBelow: the file or the package does not exist.
+        ToolRefused: the package does not exist, or the file is not a launch file.
+        NotBelow: the file does not exist, or its name or a link leads out of the package.
     """
     if not file.endswith(LAUNCH_SUFFIXES):
         raise ToolRefused("only launch files and rostest files can be used", file)

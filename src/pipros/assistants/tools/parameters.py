@@ -58,7 +58,7 @@ class StateTools:
         self,
         seconds: Annotated[float, Field(gt=0, le=1e7, description="how far to look back")] = 300.0,
         level: Literal["debug", "info", "warn", "error", "fatal"] = "info",
-        node: Annotated[str, Field(max_length=500, description="only of this node; empty for all")] = "",
+        node: Annotated[str, Field(max_length=500, description="a single node; empty for all")] = "",
         wait_s: Wait = 1.0,
         cursor: Cursor = 0,
     ) -> Answer:

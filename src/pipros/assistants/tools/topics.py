@@ -27,8 +27,8 @@ class TopicTools:
         every: Annotated[int, Field(ge=1, le=10_000, description="take every n-th message")] = 1,
         wait_s: Wait = 5.0,
     ) -> Answer:
-        """Read the latest message on a topic, or the next few. Long arrays are shortened; name a part of the
-        messages to see more of it. Use show_topic for images, clouds and maps."""
+        """Receive one message on a topic, or a few. Long arrays are shortened; name a part of the messages
+        to see more of it. Use show_topic for images, clouds and maps."""
         name, kind = self._robot.type_of(topic)
         steps = steps_of(part)
         needed = (count - 1) * every + 1
@@ -47,7 +47,7 @@ class TopicTools:
     def summarize_topic(
         self, topic: Name, part: Part = "", seconds: Wait = 5.0, cursor: Cursor = 0
     ) -> Answer:
-        """Measure a topic for some seconds: its rate and bandwidth, and the minimum, maximum, mean and
+        """Measure a topic for a few seconds: its rate and bandwidth, and the minimum, maximum, mean and
         standard deviation of each number in its messages."""
         name, _ = self._robot.type_of(topic)
         steps = steps_of(part)
@@ -66,8 +66,8 @@ class TopicTools:
         return Answer(rows, note, figures)
 
     def show_topic(self, topic: Name, wait_s: Wait = 5.0) -> Answer:
-        """Show the latest message on a topic as a picture: an image, an occupancy grid, or a point cloud,
-        laser scan or path seen from above."""
+        """Receive a message on a topic, and show it as a picture: an image, an occupancy grid, or a point
+        cloud, laser scan or path seen from above."""
         name, kind = self._robot.type_of(topic)
         samples = self._robot.sample([name], wait_s, bool)
         message: Any = next((message for _, message in decoded(samples.received)), None)

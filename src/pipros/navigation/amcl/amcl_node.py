@@ -110,7 +110,7 @@ class AmclNode:
             self._log.warning("the map is in the frame %s, not %s", frame, self._settings.global_frame_id)
         if not info.resolution > 0.0 or len(message.data) != info.width * info.height or not message.data:
             self._log.error(
-                "a map must have a resolution > 0 and width * height cells, got %s m, %s x %s and %s cells",
+                "a map must have a resolution > 0 and width * height > 0 cells, got %s m, %s x %s, %s cells",
                 info.resolution, info.width, info.height, len(message.data),
             )  # fmt: skip
             return
@@ -194,7 +194,7 @@ class AmclNode:
             return
         for name, models in (("laser_model_type", LASER_MODELS), ("odom_model_type", ODOMETRY_MODELS)):
             if values[name] not in models:
-                self._log.warning("~%s must be one of %s", name, ", ".join(models))
+                self._log.warning("~%s must be one of %s, got %s", name, ", ".join(models), values[name])
         with self._lock:
             self._settings = self._out.settings = checked(replace(self._settings, **values))
             self._rebuild(self._out.belief or self._belief)
@@ -241,7 +241,7 @@ class AmclNode:
         if settings.laser_min_range > 0.0:
             range_min = max(range_min, settings.laser_min_range)
         if not range_max > 0.0 or not math.isfinite(message.angle_min + message.angle_increment):
-            self._log.warning("a scan must have range_max > 0 and finite angles: it is ignored")
+            self._log.warning("a scan is ignored: it must have range_max > 0 and finite angles")
             return None
         # The order of two directions in the robot's frame shows whether the laser is mounted upside down.
         first = _bearing(laser, message.angle_min)

@@ -66,7 +66,7 @@ class GridMap:
         return np.pad(inner, 1, constant_values=limit)
 
     def random_poses(self, count: int, rng: np.random.Generator) -> Array:
-        """Return poses with random yaws in random free cells, or at the origin if no cell is free."""
+        """Return poses with random yaws in random free cells, or at (0, 0) if no cell is free."""
         poses = np.zeros((count, 3))
         poses[:, 2] = rng.uniform(-np.pi, np.pi, count)
         if len(self._free):

@@ -136,7 +136,7 @@ def kld_limits(occupied: Labels, settings: AmclSettings) -> Array:
     For k bins, the error e and the quantile z, the number is
     (k - 1) / 2e * (1 - 2 / (9 (k - 1)) + z * sqrt(2 / (9 (k - 1))))³. Like amcl, this uses `kld_z` as the
     quantile, although users set it to the desired confidence, such as 0.99. For a single bin, or if `kld_err`
-    is 0, the number is `max_particles`.
+    is not > 0, the number is `max_particles`.
     """
     if settings.kld_err <= 0.0:
         return np.full(len(occupied), float(settings.max_particles))

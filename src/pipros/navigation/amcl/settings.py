@@ -58,9 +58,9 @@ class AmclSettings:
     force_update_after_set_map: bool = tunable(False, "Update with the first scan after set_map.")
     gui_publish_rate: float = tunable(-1.0, "Has no effect.", -1, 100)
     save_pose_rate: float = tunable(
-        0.5, "Rate at which the pose is saved as parameters, in Hz; <= 0: never.", -1, 10
+        0.5, "Rate at which the pose is saved as parameters, in Hz; <= 0: only at shutdown.", -1, 10
     )
-    use_map_topic: bool = tunable(False, "Subscribe to the map. Read only at startup.")
+    use_map_topic: bool = tunable(False, "Subscribe to the map. Only read at startup.")
     first_map_only: bool = tunable(False, "Ignore all maps after the first.")
     laser_min_range: float = tunable(-1.0, "Minimum range in metres; -1: as in the scan.", -1, 1000)
     laser_max_range: float = tunable(-1.0, "Maximum range in metres; -1: as in the scan.", -1, 1000)
@@ -74,11 +74,11 @@ class AmclSettings:
     laser_likelihood_max_dist: float = tunable(2.0, "Longest distance to an obstacle, in metres.", 0, 20)
     laser_model_type: str = tunable("likelihood_field", "Sensor model.", edit_method=_LASER)
     odom_model_type: str = tunable("diff", "Motion model.", edit_method=_ODOMETRY)
-    odom_alpha1: float = tunable(0.2, "Noise of the rotation from the rotation.", 0, 10)
-    odom_alpha2: float = tunable(0.2, "Noise of the rotation from the translation.", 0, 10)
-    odom_alpha3: float = tunable(0.2, "Noise of the translation from the translation.", 0, 10)
-    odom_alpha4: float = tunable(0.2, "Noise of the translation from the rotation.", 0, 10)
-    odom_alpha5: float = tunable(0.2, "Noise sideways from the translation (omni).", 0, 10)
+    odom_alpha1: float = tunable(0.2, "Noise in the rotation caused by rotation.", 0, 10)
+    odom_alpha2: float = tunable(0.2, "Noise in the rotation caused by translation.", 0, 10)
+    odom_alpha3: float = tunable(0.2, "Noise in the translation caused by translation.", 0, 10)
+    odom_alpha4: float = tunable(0.2, "Noise in the translation caused by rotation.", 0, 10)
+    odom_alpha5: float = tunable(0.2, "Sideways noise caused by translation (omni).", 0, 10)
     odom_frame_id: str = tunable("odom", "Frame of the odometry.")
     base_frame_id: str = tunable("base_link", "Frame of the robot.")
     global_frame_id: str = tunable("map", "Frame of the map.")

@@ -114,8 +114,8 @@ class Costmap(CostmapCore):
         limit = self.node.limits.of(NavigationLimits).costmap_cells
         if resolution <= 0 or width * height > limit:
             self.log.error(
-                "%s: %s X %s m with %s m per cell are not possible: there must be at most %d cells",
-                self.name, values["width"], values["height"], resolution, limit,
+                "%s: resolution must be > 0, with at most %d cells in the map, got %s X %s m, %s m per cell",
+                self.name, limit, values["width"], values["height"], resolution,
             )  # fmt: skip
             return
         self.layered.resize(int(width), int(height), resolution, values["origin_x"], values["origin_y"])
@@ -162,7 +162,7 @@ class Costmap(CostmapCore):
         self._output.publish_if_due(self.node.clock.now_ns())
 
     def update(self) -> bool:
-        """Compute the costs at the robot's pose. Return False if the pose is unknown or too old."""
+        """Update the costs for the robot's current pose. Return False if the pose is unknown or too old."""
         robot = self.robot_pose()
         if robot is None:
             return False

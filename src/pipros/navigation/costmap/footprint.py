@@ -26,7 +26,8 @@ def from_parameter(value: Any, name: str) -> Points:
     """Return the corners in a list of `[x, y]`, or in a string that contains such a list.
 
     Raises:
-        InvalidParameter: the value has another form, or fewer than 3 or more than 1000 corners.
+        InvalidParameter: the value has another form, fewer than 3 or more than 1000 corners, or a number
+            that is not finite.
     """
     corners = value
     if isinstance(value, str):
@@ -39,7 +40,7 @@ def from_parameter(value: Any, name: str) -> Points:
         or not all(isinstance(corner, list) and len(corner) == 2 for corner in corners)
         or not all(is_number(number) and math.isfinite(number) for corner in corners for number in corner)
     ):
-        expected = "a list of at least 3 corners such as [[1, 1], …]"
+        expected = f"a list of 3 to {_MOST_CORNERS} corners with finite numbers, such as [[1, 1], …]"
         raise InvalidParameter(f"{name} must be {expected}, got {str(value)[:200]}")
     return [(float(x), float(y)) for x, y in corners]
 

@@ -145,7 +145,7 @@ def line_cells(
 ) -> tuple[Numbers, Numbers]:
     """Return columns and rows of the cells on straight lines, including both ends (Bresenham 1965).
 
-    Lines are cut off after `limit` cells.
+    Lines are cut off at a length of `limit` cells.
     """
     first, last = (np.stack(np.broadcast_arrays(*ends), axis=-1) for ends in ((x0, y0), (x1, y1)))
     lengths = np.hypot(*(last - first).T)

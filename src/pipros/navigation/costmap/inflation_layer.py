@@ -56,7 +56,7 @@ class InflationLayer(Layer):
         self._last = now
 
     def update_costs(self, window: CellRectangle) -> None:
-        """Raise the costs in a part of the map around obstacles inside it and near it."""
+        """Raise the costs around the obstacles in a part of the map and near it."""
         if not self._cells:
             return
         grid = self.costmap.grid

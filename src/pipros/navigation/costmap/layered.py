@@ -170,7 +170,7 @@ class CellLayer(Layer):
         self.grid.resize(*self.costmap.grid.geometry)
 
     def clear_area(self, x0: int, y0: int, xn: int, yn: int, *, inside: bool = False) -> None:
-        """Set the cells outside a rectangle or, if `inside` is true, the cells in it to unknown.
+        """Set the cells outside a rectangle or, if `inside` is true, in a rectangle to unknown.
 
         The next update recomputes the whole map.
         """

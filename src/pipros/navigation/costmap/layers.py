@@ -46,7 +46,7 @@ SETTINGS: Final[dict[str, tuple[Setting, ...]]] = {
         *_OBSTACLES,
         Setting("origin_z", 0.0, 0, None, "Height of the lowest voxel, in metres"),
         Setting("z_resolution", 0.2, 0, 50, "Height of a voxel, in metres"),
-        Setting("z_voxels", 10, 0, 16, "Number of voxels above each other"),
+        Setting("z_voxels", 10, 0, 16, "Number of voxels in a column"),
         Setting("unknown_threshold", 15, 0, 16, "Maximum number of unknown voxels in a known column"),
         Setting("mark_threshold", 0, 0, 16, "Maximum number of marked voxels in a free column"),
         Setting(*_COMBINATION, 0, 2, "How costs are combined", 0, _METHODS),
@@ -76,7 +76,7 @@ def add_layers(costmap: CostmapCore) -> list[SensorInput]:
     """Add the configured layers, and wait for the first map of each static layer.
 
     Return the subscriptions to sensors. If the parameter `plugins` is not set, `static_map` and `map_type`
-    determine the layers, as before ROS Hydro.
+    determine the layers, as they did before ROS Hydro.
 
     Raises:
         InvalidParameter: a layer's parameter is invalid, or its type is unknown.
@@ -193,7 +193,8 @@ def _add_static(costmap: CostmapCore, name: str, kind: str) -> None:
                 if accept == layer.set_map and settings.first_map_only and layer.map_frame is not None:
                     return
                 if len(message.data) > limit:
-                    raise ValueError(f"a map must have at most {limit} cells (PIPROS_LIMITS, costmap_cells)")
+                    cells = f"{limit} cells (PIPROS_LIMITS, costmap_cells)"
+                    raise ValueError(f"a map must have at most {cells}, got {len(message.data)}")
                 accept(message)
         except ValueError as error:
             costmap.log.error("%s: %s", namespace, error)

@@ -74,7 +74,7 @@ class StaticLayer(CellLayer):
         info = message.info
         geometry = (info.width, info.height, info.resolution, info.origin.position.x, info.origin.position.y)
         if not info.resolution > 0 or not np.isfinite(geometry).all():
-            raise ValueError(f"a map must have a resolution > 0 and a finite origin, got {geometry[2:]}")
+            raise ValueError(f"a map's resolution must be > 0, and its origin finite, got {geometry[2:]}")
         if len(message.data) != info.width * info.height:
             raise ValueError(f"a map must have {info.width} X {info.height} cells, got {len(message.data)}")
         costmap = self.costmap

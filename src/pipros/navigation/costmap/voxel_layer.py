@@ -40,7 +40,7 @@ class VoxelLayer(ObstacleLayer):
         super().__init__(*arguments, **options)
 
     def configure(self, values: Mapping[str, Any]) -> None:
-        """Apply the settings, and discard all measurements."""
+        """Apply the settings, and reset all voxels and costs."""
         self.origin_z, self.z_resolution = values["origin_z"], values["z_resolution"]
         self.z_voxels, self._most_marked = values["z_voxels"], values["mark_threshold"]
         self._most_unknown = values["unknown_threshold"] + _VOXELS - self.z_voxels

@@ -132,7 +132,7 @@ class DwaLocalPlanner:
         try:
             return plane.flat(self._costmap.frames.at(target, self._plan_frame, 0))
         except TransformException as error:
-            self._costmap.warn("the plan is not in the frame %s: %s", target, error)
+            self._costmap.warn("the plan cannot be transformed to the frame %s: %s", target, error)
             return None
 
     def _goal(self) -> Triple | None:

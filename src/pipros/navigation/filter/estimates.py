@@ -86,7 +86,8 @@ class Estimates:
                 return
             child, pose = settings.odom_frame, composed(base, inverted(odom))
         elif settings.world_frame != settings.odom_frame:
-            self._log.error("world_frame must be map_frame or odom_frame: no transform is sent")
+            text = "no transform is sent: world_frame must be map_frame or odom_frame, got %s"
+            self._log.error(text, settings.world_frame)
             return
         if settings.invert_tf:
             parent, child, pose = child, parent, inverted(pose)

@@ -133,7 +133,9 @@ class FilterNode:
             if not self._is_on:
                 return
             if stamp_ns <= self._pose_set_ns:
-                self._health.warn(f"{topic.name} stamp", "a message is older than the pose set by set_pose")
+                self._health.warn(
+                    f"{topic.name} stamp", "a message is not newer than the pose set by set_pose"
+                )
                 return
             read(topic, message, stamp_ns)
 

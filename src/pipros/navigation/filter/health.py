@@ -21,7 +21,7 @@ _PERIOD_S: Final = 1.0
 
 
 class Health:
-    """Publishes `/diagnostics` about once per second, in the thread that calls `tick`."""
+    """Publishes `/diagnostics` about once per second, in `tick`, if `print_diagnostics` is set."""
 
     def __init__(self, node: Node, settings: FilterSettings) -> None:
         self._node, self._settings = node, settings

@@ -92,8 +92,8 @@ def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
     output = frame("base_link_frame_output", base)
     fixed = frames["map_frame"], frames["odom_frame"], frames["base_link_frame"]
     if len(set(fixed)) < 3 or output in fixed[:2]:
-        names = "map_frame, odom_frame and base_link_frame"
-        raise InvalidParameter(f"{names} must differ, got {', '.join(fixed)}")
+        names = "map_frame, odom_frame and base_link_frame (or base_link_frame_output)"
+        raise InvalidParameter(f"{names} must differ, got {', '.join(fixed)} ({output})")
     topics = tuple(_read_topics(parameters))
     settings = parameters.read(FilterSettings, **frames, base_link_frame_output=output, topics=topics)
     if not 0 < settings.frequency < inf:

@@ -126,7 +126,7 @@ class GmappingNode:
             self._log.warning("the laser must be horizontal; the z component of its z axis is %.3f", up)
             return None
         if not (message.ranges and math.isfinite(message.angle_min + message.angle_max)):
-            self._log.warning("a scan must have ranges and finite angles: it is ignored")
+            self._log.warning("a scan is ignored: it must have ranges and finite angles")
             return None
         centre = (message.angle_min + message.angle_max) / 2.0
         is_reversed = (message.angle_min > message.angle_max) == (up > 0.0)

@@ -77,6 +77,6 @@ def read_settings(parameters: PrivateParameters) -> MappingSettings:
         ends = getattr(settings, low), getattr(settings, high)
         if not (all(map(isfinite, ends)) and ends[1] - ends[0] >= settings.delta):
             raise InvalidParameter(
-                f"~{low} must be at least a cell below ~{high}, got {ends[0]} and {ends[1]}"
+                f"~{low} must be at least a cell below ~{high}, and both finite, got {ends[0]} and {ends[1]}"
             )
     return settings

@@ -1,7 +1,7 @@
 """A simple action server on a `Node`, which executes one goal at a time. A new goal replaces the current one.
 
-The status texts are the same as in actionlib. The thread that executes goals calls `accept` and the methods
-that end a goal; messages arrive in other threads.
+The status texts are the same as in actionlib. Goals and cancellations arrive in threads other than the one
+that executes goals.
 """
 
 from __future__ import annotations
@@ -134,7 +134,11 @@ class GoalServer:
             goal = Goal(message.goal, _status(goal_id, Status.PENDING))
             if not self._goals.add(goal_id.id, goal):
                 self._node.log.warning("a goal is rejected: there are too many goals, or its ID is too long")
-                self._end(goal, GoalEvent.REJECT, "this action server has too many goals")
+                self._end(
+                    goal,
+                    GoalEvent.REJECT,
+                    "this action server has too many goals, or the goal ID is too long",
+                )
             elif is_late or any(_is_older(goal, other) for other in (self._current, self._next)):
                 self._end(goal, GoalEvent.CANCEL, REPLACED)
             else:

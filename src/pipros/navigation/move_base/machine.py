@@ -59,7 +59,7 @@ class Base(Protocol):
         """Pass a plan to the local planner. Return False if it rejects the plan."""
 
     def has_arrived(self) -> bool:
-        """Return whether the local planner has reached its goal."""
+        """Return whether the robot has reached the local planner's goal."""
 
     def command(self) -> Triple | None:
         """Return the next velocity, or None if there is no legal one."""

@@ -86,7 +86,7 @@ class MoveBase:
         self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)
         # Goals that arrive earlier would be lost, because the action's topic is not connected yet.
         own = self._forwarded
-        self._global_map.wait_until(lambda: own.connection_count > 0, "its own action server")
+        self._global_map.wait_until(lambda: own.connection_count > 0, "the action server of move_base")
         subscribe(node, "move_base_simple/goal", stamped, self._forward)
         period_s = self._period_s()
         self._change_planning = schedule.every(period_s, self._plan_if_due)
@@ -261,7 +261,7 @@ class MoveBase:
         if index not in self._behaviours:
             return False
         name, self._behaviour = self._behaviours[index]
-        self._log.warning("recovery behaviour [%s] runs: no progress while %s", name, trigger.name.lower())
+        self._log.warning("recovery behaviour [%s] begins; its trigger is %s", name, trigger.name.lower())
         if self._recoveries.connection_count:
             pose = self._global_map.robot_pose() or STILL
             stamped = plane.stamped_pose(pose, self._global_map.global_frame, stamp(self._node.clock))

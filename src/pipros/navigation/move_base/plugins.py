@@ -34,7 +34,7 @@ def check_planner(name: str, ours: str, parameter: str, log: logging.Logger, *, 
     text = f"{parameter}: [{name}] is a C++ plugin, which pipros cannot load"
     if is_strict:
         raise InvalidParameter(f"{text}, and strict is set. Set it to [{ours}]")
-    log.warning("%s; [%s] runs instead, with ~%s/…", text, ours, ours.partition("/")[2])
+    log.warning("%s; [%s] runs instead, with the parameters ~%s/…", text, ours, ours.partition("/")[2])
 
 
 def _default_behaviours(values: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -56,7 +56,8 @@ class ClearCostmap:
         self._layers = _texts(given, "layer_names", ["obstacles"])
         self._affected = given.text("affected_maps", "both")
         if self._affected not in ("local", "global", "both"):
-            tools.log.warning("~%s/affected_maps must be local, global or both: both are cleared", name)
+            text = "~%s/affected_maps must be local, global or both, got %s: both are cleared"
+            tools.log.warning(text, name, self._affected)
             self._affected = "both"
 
     def begin(self) -> None:

@@ -130,7 +130,7 @@ class NavfnPlanner:
         for name, pose in (("goal", request.goal), ("start", request.start)):
             given = pose.header.frame_id
             if given.lstrip("/") != frame:
-                self._log.error("the %s must be in the frame %s, got one in %s", name, frame, given)
+                self._log.error("the %s must be in the frame %s, got [%s]", name, frame, given)
                 return plan
         plan.poses = self.stamped_plan(request.start, request.goal)
         return plan

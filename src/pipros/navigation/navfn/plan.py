@@ -64,7 +64,7 @@ class Descent:
         return float(self._field[min(max(row, 0), self._height - 1), column])
 
     def _slope(self, column: int, row: int, x: float, y: float) -> Point:
-        """Return the gradient between the four cells around a position (bilinear interpolation)."""
+        """Return the gradient at a position, interpolated bilinearly between the four cells around it."""
         corners = (
             ((1 - x) * (1 - y), self._gradient(column, row)),
             (x * (1 - y), self._gradient(column + 1, row)),

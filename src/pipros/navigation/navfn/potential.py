@@ -54,7 +54,9 @@ def crossing_costs(costs: Costs, *, allow_unknown: bool) -> Potential:
 
 
 def spread(crossing: Potential, start: Cell, goal: Cell, *, use_astar: bool = False) -> Potential:
-    """Return the potentials around `start`. The wave stops at `goal`, or when no more cells can be reached.
+    """Return the potentials around `start`.
+
+    The wave stops at `goal`, when no more cells can be reached, or after a limited number of batches.
 
     Args:
         crossing: costs by row and column. Cells of the border must have a cost that forbids crossing.

@@ -266,7 +266,9 @@ class NavsatNode:
         base = self._find(self._world_frame, self._base_frame, stamp_ns) if antenna is not None else None
         if antenna is None or base is None:
             frame = self._antenna_frame or "the receiver"
-            self._throttle.warning("the pose of %s on the robot is unknown", frame)
+            self._throttle.warning(
+                "the pose of %s on the robot, or of the robot in %s, is unknown", frame, self._world_frame
+            )
             x = y = z = 0.0
         else:
             dx, dy, dz = rotate(base, antenna[:3])

@@ -54,7 +54,8 @@ class RobotsNode:
             speed: simulated seconds per second of wall time.
 
         Raises:
-            InvalidSettings: there are too many robots, or `speed` is not 1 without simulated time.
+            InvalidSettings: there are too many robots, `/lockstep` is invalid, or `speed` is not 1 without
+                simulated time.
         """
         limit = node.limits.of(SimulationLimits).simulated_robots
         if len(simulation.robots) > limit:

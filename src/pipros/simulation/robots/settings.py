@@ -137,6 +137,7 @@ def _in_range(key: str, value: object, where: str) -> float:
     if key == "no_echo" and value == math.inf:
         return math.inf
     checked = number(value, f"{where}/{key}")
-    if key in _ANY_NUMBER or checked > 0 or (checked == 0 and key in (*_MAY_BE_ZERO, "no_echo")):
+    may_be_zero = key in (*_MAY_BE_ZERO, "no_echo")
+    if key in _ANY_NUMBER or checked > 0 or (checked == 0 and may_be_zero):
         return checked
-    raise InvalidSettings(f"{where}/{key} must be {'>=' if key in _MAY_BE_ZERO else '>'} 0, got {value!r}")
+    raise InvalidSettings(f"{where}/{key} must be {'>=' if may_be_zero else '>'} 0, got {value!r}")

@@ -124,7 +124,7 @@ def obstacles_of(given: object, limit: int) -> list[Obstacle]:
     for each in given:
         if not isinstance(each, dict) or not {"points"} <= each.keys() <= {"points", "radius", "speed"}:
             raise InvalidSettings(
-                f"an obstacle must be a mapping with points, radius and speed, got {each!r}"
+                f"an obstacle must be a mapping with points, and optionally radius and speed, got {each!r}"
             )
         points = each["points"]
         if not isinstance(points, list) or not all(isinstance(p, list) and len(p) == 2 for p in points):
@@ -139,7 +139,7 @@ def _robot_of(given: object, usual: RobotSettings) -> RobotSettings:
     from pipros.basics import names
 
     if not isinstance(given, dict) or not given.keys() <= {"name", "x", "y", "yaw"}:
-        raise InvalidSettings(f"each robot must be a mapping with name, x, y and yaw, got {given!r}")
+        raise InvalidSettings(f"each robot must be a mapping of name, x, y and yaw only, got {given!r}")
     name = given.get("name", "")
     if not isinstance(name, str) or (name and not names.is_legal_base(name)):
         raise InvalidSettings(

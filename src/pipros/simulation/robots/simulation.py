@@ -208,14 +208,14 @@ class Simulation:
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
             raise Rejected(f"the pose must contain only finite numbers, got {pose}")
         if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
-            raise Rejected(f"a wall is at x={pose.x:.2f}, y={pose.y:.2f}")
+            raise Rejected(f"a wall or the map's edge is too close to x={pose.x:.2f}, y={pose.y:.2f}")
         for other_name, other in self.robots.items():
             reach = robot.settings.radius + other.settings.radius
             if other is not robot and math.hypot(pose.x - other.pose.x, pose.y - other.pose.y) < reach:
-                raise Rejected(f"robot [{other_name}] is at x={pose.x:.2f}, y={pose.y:.2f}")
+                raise Rejected(f"robot [{other_name}] is too close to x={pose.x:.2f}, y={pose.y:.2f}")
         for each in self.obstacles:
             if math.hypot(pose.x - each.x, pose.y - each.y) < robot.settings.radius + each.radius:
-                raise Rejected(f"a moving obstacle is at x={pose.x:.2f}, y={pose.y:.2f}")
+                raise Rejected(f"a moving obstacle is too close to x={pose.x:.2f}, y={pose.y:.2f}")
         robot.place(pose)
 
     def reset(self) -> None:

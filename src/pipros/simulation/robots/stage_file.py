@@ -27,7 +27,7 @@ from pipros.simulation.robots.world import World
 MAX_MODELS: Final = 10_000
 """Maximum number of models and includes. A model in a definition counts each time the definition is used."""
 MAX_DEPTH: Final = 20
-"""Maximum nesting of models, and of includes."""
+"""Maximum nesting depth; models and includes both count."""
 DARK_BELOW: Final = 127
 """Pixels with a grey value below this are walls."""
 
@@ -189,8 +189,8 @@ def _world(plan: Model) -> World:
     resolution = width / picture.width
     if resolution <= 0 or abs(height / picture.height / resolution - 1) > 0.02:
         raise InvalidSettings(
-            f"size must match the bitmap's aspect ratio ({picture.width} x {picture.height} pixels), "
-            f"got {width} x {height} m"
+            "size must be > 0 and match the aspect ratio of the bitmap "
+            f"({picture.width} x {picture.height} pixels), got {width} x {height} m"
         )
     shape = len(picture.colors), picture.height, picture.width
     grey = np.frombuffer(b"".join(picture.colors), np.uint8).reshape(shape).mean(axis=0)

@@ -99,7 +99,7 @@ _STAND = TurtleCommand(0.0, 0.0, 0.0, -math.inf)
 class Turtle:
     """A turtle in a world.
 
-    `command`, `teleport` and `pen` may be used while another thread runs `tick`; the rest is not thread-safe.
+    `command`, `teleport` and `pen` may be used while another thread runs `tick`; other members may not.
 
     Attributes:
         name: the name with which the turtle was spawned.

@@ -46,7 +46,7 @@ def test_a_footprint_is_read_from_lists_and_texts() -> None:
     ],
 )  # fmt: skip
 def test_other_values_are_refused(value: Any) -> None:
-    with pytest.raises(InvalidParameter, match="~footprint must be a list of at least 3 corners"):
+    with pytest.raises(InvalidParameter, match="~footprint must be a list of 3 to 1000 corners"):
         from_parameter(value, "~footprint")
 
 

@@ -155,5 +155,7 @@ def test_too_many_goals_are_rejected() -> None:
     server = Server(Limits(goals=1))
     server.send("a")
     server.send("b")
-    assert server.results == [("b", Status.REJECTED, "this action server has too many goals")]
+    assert server.results == [
+        ("b", Status.REJECTED, "this action server has too many goals, or the goal ID is too long")
+    ]
     assert server.node.warnings == ["a goal is rejected: there are too many goals, or its ID is too long"]

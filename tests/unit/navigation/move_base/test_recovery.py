@@ -181,7 +181,7 @@ def test_other_planners_are_named_or_refused(caplog: pytest.LogCaptureFixture) -
         "base_local_planner: the name of [DWAPlannerROS] lacks its package: write "
         "[dwa_local_planner/DWAPlannerROS]",
         f"base_local_planner: [{teb}] is a C++ plugin, which pipros cannot load; "
-        "[dwa_local_planner/DWAPlannerROS] runs instead, with ~DWAPlannerROS/…",
+        "[dwa_local_planner/DWAPlannerROS] runs instead, with the parameters ~DWAPlannerROS/…",
     ]
     with pytest.raises(
         InvalidParameter, match=r"and strict is set\. Set it to \[dwa_local_planner/DWAPlannerROS\]"

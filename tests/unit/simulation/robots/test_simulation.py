@@ -197,8 +197,8 @@ def test_a_robot_can_only_be_placed_where_it_fits() -> None:
     assert simulated.robots["a"].odometry.x == pytest.approx(0.1)
     for name, pose, why in (
         ("c", Pose(), r"robot \[c\] does not exist; the robots are a, b"),
-        ("a", Pose(0.0, 0.0, 0.0), r"a wall is at x=0\.00, y=0\.00"),
-        ("a", Pose(2.1, 2.0, 0.0), r"robot \[b\] is at x=2\.10, y=2\.00"),
+        ("a", Pose(0.0, 0.0, 0.0), r"a wall or the map's edge is too close to x=0\.00, y=0\.00"),
+        ("a", Pose(2.1, 2.0, 0.0), r"robot \[b\] is too close to x=2\.10, y=2\.00"),
         ("a", Pose(math.nan, 2.0, 0.0), "only finite numbers"),
     ):
         with pytest.raises(Rejected, match=why):
@@ -249,7 +249,7 @@ def test_an_obstacle_walks_its_way_is_seen_and_waits_for_robots() -> None:
     assert (obstacle.x, obstacle.y) == pytest.approx((7.0, 6.0))
     drive(simulated, 0.0, 0.0, 2 * SECOND + 1)
     assert (obstacle.x, obstacle.y) == pytest.approx((7.0, 5.0), abs=0.02)
-    with pytest.raises(Rejected, match="a moving obstacle is at"):
+    with pytest.raises(Rejected, match="a moving obstacle is too close"):
         simulated.place("", Pose(7.0, 5.0, 0.0))
 
     simulated.place("", Pose(7.0, 5.7, 0.0))

@@ -105,7 +105,10 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
         (WORLD + "position ( laser ( samples 0 ) )", "a scanner needs a fov"),
         (WORLD + "position ( size [0 0 0] )", "a robot's size must be > 0"),
         (WORLD.replace("20 0 0]", "20 0 30]") + ROBOT, "rotated by multiples of 90 degrees, got 30"),
-        (WORLD.replace("[8 4 1]", "[8 8 1]") + ROBOT, "size must match the bitmap's aspect ratio"),
+        (
+            WORLD.replace("[8 4 1]", "[8 8 1]") + ROBOT,
+            "size must be > 0 and match the aspect ratio of the bitmap",
+        ),
         ("a ( " * 30, "nested at most 20 deep"),
         ('include "my.world"', "nested at most 20 deep"),
         ('include "my.world" ' * 3, "nested at most 20 deep"),
