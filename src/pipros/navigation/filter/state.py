@@ -51,7 +51,7 @@ class Measurement:
         values, covariance: values and covariance of all 15 variables. Variables without a flag are ignored.
         flags: the measured variables.
         threshold: Mahalanobis distance at which the measurement is rejected.
-        command: the newest command when the measurement arrived.
+        command: the newest command when the measurement arrived; set by `Timeline.add`.
     """
 
     source: str

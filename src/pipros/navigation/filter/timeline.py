@@ -9,6 +9,7 @@ import bisect
 import heapq
 import itertools
 from collections import deque
+from dataclasses import replace
 from typing import Final
 
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
@@ -66,7 +67,12 @@ class Timeline:
         return self.time_s is not None
 
     def add(self, measurement: Measurement) -> None:
-        """Queue a measurement. Measurements with the same time keep their order."""
+        """Queue a measurement, with the newest command. Measurements with the same time keep their order."""
+        if self.kalman.control is not None:
+            measurement = replace(measurement, command=self.kalman.control.command)
+        self._push(measurement)
+
+    def _push(self, measurement: Measurement) -> None:
         if len(self._queue) < QUEUED:
             heapq.heappush(self._queue, (measurement.time_s, next(self._counter), measurement))
 
@@ -141,7 +147,7 @@ class Timeline:
             self.kalman.control.command = command
         count = 0
         while self._applied and self._applied[-1].time_s > self.time_s:
-            self.add(self._applied.pop())
+            self._push(self._applied.pop())
             count += 1
         return count
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipros.navigation.filter.kalman import ExtendedKalmanFilter
-from pipros.navigation.filter.state import SIZE, Measurement
+from pipros.navigation.filter.kalman import Control, ExtendedKalmanFilter
+from pipros.navigation.filter.state import SIZE, Measurement, VelocityCommand
 from pipros.navigation.filter.timeline import GAP_S, Timeline
 
 
@@ -55,6 +55,25 @@ def test_late_measurements_have_the_same_effect_as_in_time() -> None:
     np.testing.assert_allclose(late.kalman.state, in_time.kalman.state, atol=1e-12)
     np.testing.assert_allclose(late.kalman.covariance, in_time.kalman.covariance, atol=1e-12)
     assert not late.is_history_too_short
+
+
+def test_measurements_that_are_applied_again_are_predicted_with_their_commands() -> None:
+    axes = np.ones(6)
+    in_time, late = timeline(history_s=10.0), timeline(history_s=10.0)
+    orders = (
+        (in_time, (at(1.0, 0.5), at(1.4, 0.0, 5), at(1.5, 0.7), at(2.0, 1.5))),
+        (late, (at(1.0, 0.5), at(1.5, 0.7), at(2.0, 1.5), at(1.4, 0.0, 5))),
+    )
+    for time, measurements in orders:
+        time.kalman.control = Control(np.ones(6, bool), axes, axes, axes, axes, timeout_s=5.0)
+        for measurement in measurements:
+            time.add(measurement)
+            time.advance(2.0)
+            time.kalman.control.command = VelocityCommand(2.0 * axes, time_s=1.0)
+
+    np.testing.assert_allclose(late.kalman.state, in_time.kalman.state, atol=1e-12)
+    assert late.kalman.control is not None
+    assert late.kalman.control.command is not None
 
 
 def test_a_history_that_is_too_short_is_reported() -> None:
