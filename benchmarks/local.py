@@ -13,6 +13,7 @@ ahead. Its processor time is measured from outside. The ratios compare with "off
 large messages.
 """
 
+import os
 import resource
 import statistics
 import sys
@@ -186,7 +187,7 @@ def processor_s(process):
     """Return the processor time of a process, as the kernel counts it."""
     with open(f"/proc/{process.pid}/stat") as file:
         ticks = file.read().rpartition(")")[2].split()[11:13]
-    return sum(map(int, ticks)) / 100
+    return sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
 
 
 def flow(variant, seconds, kind, peers, queue, of_publisher=False):

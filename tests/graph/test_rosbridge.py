@@ -655,6 +655,29 @@ def test_udp_clients_are_served_on_loopback_only(node: Node, robot: Node) -> Non
         server.close()
 
 
+def test_the_first_message_that_no_datagram_can_hold_is_reported(node: Node, robot: Node) -> None:
+    large, small = (robot.advertise(name, STRING, latch=True) for name in ("/large", "/small"))
+    large.publish(STRING("x" * 70_000))
+    server = UdpServer(node, ServerOptions(port=0))
+    place = ("127.0.0.1", server.start())
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            client.settimeout(20)
+            client.sendto(b'{"op": "subscribe", "topic": "/large"}', place)
+            status = json.loads(client.recv(10_000))
+            assert (status["op"], status["level"]) == ("status", "error")
+            assert "at most 65507" in status["msg"]
+            large.publish(STRING("x" * 70_000))
+            small.publish(STRING("after it"))
+            client.sendto(b'{"op": "subscribe", "topic": "/small"}', place)
+            assert json.loads(client.recv(10_000))["msg"] == {"data": "after it"}
+            client.sendto(b'{"op": "unsubscribe", "topic": "/large"}', place)
+            client.sendto(b'{"op": "subscribe", "topic": "/large", "fragment_size": 50000}', place)
+            assert json.loads(client.recv(60_000))["op"] == "fragment"
+    finally:
+        server.close()
+
+
 @pytest.mark.parametrize("server_class", [WebSocketServer, TcpServer])
 def test_a_server_can_be_started_again_when_its_port_is_free(
     server_class: Any, node: Node, claimed_port: ClaimedPort

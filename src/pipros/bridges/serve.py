@@ -204,7 +204,8 @@ def _announce(options: BridgeOptions, port: int, page: PageServer | None, secret
         return
     if secret is None:
         what = "see and change" if options.has_control else "see"
-        print(f"Everyone on this network can {what} the system; --token-file limits access.", file=sys.stderr)
+        how = "~token_file" if options.tool == "foxglove_bridge" else "--token-file"
+        print(f"Everyone on this network can {what} the system; {how} limits access.", file=sys.stderr)
     if options.certificate is None:
         print("The connection is not encrypted; --cert and --key encrypt it.", file=sys.stderr)
     elif fingerprint := fingerprint_of(options.certificate):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -119,8 +120,8 @@ class _PrivateParameters:
 
     def number(self, name: str, default: int) -> int:
         value = self.get(name, default)
-        if not isinstance(value, (int, float)) or isinstance(value, bool) or value < 0:
-            raise CommandError(f"parameter ~{name} must be a number >= 0, got {value!r}")
+        if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 <= value < math.inf:
+            raise CommandError(f"parameter ~{name} must be a finite number >= 0, got {value!r}")
         return int(value)
 
     def texts(self, name: str, default: list[str]) -> list[str]:

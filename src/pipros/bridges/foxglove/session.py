@@ -402,7 +402,8 @@ class FoxgloveSession:
             if not is_legal(name):
                 raise InvalidName(f"[{printable(name)}] is not a legal parameter name")
         new = set(map(self._bridge.node.resolve, names)) - self._parameters
-        self._check_limit(len(self._parameters) + len(new))
+        if new:
+            self._check_limit(len(self._parameters) + len(new) - 1)
         self._client.shares.keep(sum(map(_size_of_name, new)))
         self._takes_all_parameters |= not names
         self._parameters |= new

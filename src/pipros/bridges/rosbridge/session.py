@@ -260,9 +260,10 @@ class RosbridgeSession:
         if operation.get("op") == "call_service":
             self._send(response_to(operation, reason, is_success=False))
         else:
-            self._status(f"{operation.get('op')}: {reason}", operation)
+            self.report(f"{operation.get('op')}: {reason}", operation)
 
-    def _status(self, text: str, operation: Mapping[str, Any] | None = None) -> None:
+    def report(self, text: str, operation: Mapping[str, Any] | None = None) -> None:
+        """Send an error as a status message. Thread-safe."""
         for reply in self._protocol.status(Level.ERROR, text, operation):
             self._send(reply.operation)
 
@@ -279,7 +280,7 @@ class RosbridgeSession:
         stream = self._streams.get(topic)
         if stream is None:
             stream = self._streams[topic] = TopicStream(
-                topic, bridge.topics, bridge.encoder, self.outbox, self._status, bridge.call_later, self
+                topic, bridge.topics, bridge.encoder, self.outbox, self.report, bridge.call_later, self
             )
         bridge.topics.wait_for_turn(self)
         stream.take(effect.kind, effect.delivery)

@@ -131,6 +131,8 @@ class UdpServer(StreamServer):
             for frame in frames:
                 if frame.size <= LARGEST_DATAGRAM:
                     self._transport.sendto(b"".join(frame.parts), address)
+                else:
+                    client.report_large(frame.size)
 
 
 class _Stranger:
@@ -158,6 +160,7 @@ class _UdpClient:
         self.session = session
         self.shares = shares
         self.datagrams: asyncio.Queue[bytes] = asyncio.Queue(WAITING_DATAGRAMS)
+        self._has_reported = False
 
     def put(self, data: bytes) -> None:
         """Queue a datagram, or drop it if too many are queued or the client's memory is used up."""
@@ -166,6 +169,15 @@ class _UdpClient:
                 self.datagrams.put_nowait(data)
             except asyncio.QueueFull:
                 self.note_handled(data)
+
+    def report_large(self, size: int) -> None:
+        """Report the first message that does not fit into a datagram; all of them are dropped."""
+        if not self._has_reported:
+            self._has_reported = True
+            self.session.report(
+                f"a message of {size} bytes is dropped, because a datagram holds at most {LARGEST_DATAGRAM}: "
+                "subscribe with a fragment_size, or use TCP or a WebSocket. Further ones are not reported"
+            )
 
     def note_handled(self, data: bytes) -> None:
         """Stop counting a datagram."""

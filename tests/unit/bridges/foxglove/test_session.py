@@ -195,6 +195,17 @@ def test_messages_of_another_definition_correct_the_channel() -> None:
     run(body)
 
 
+def test_parameters_can_be_subscribed_up_to_the_limit() -> None:
+    async def body() -> None:
+        talk = Conversation(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=2),)))
+        await talk.say("subscribeParameterUpdates", parameterNames=["/a", "/b"])
+        assert await talk.say("subscribeParameterUpdates", parameterNames=["/a"]) == []
+        more = await talk.say("subscribeParameterUpdates", parameterNames=["/c"])
+        assert "bridge_subscriptions" in text_of(more)
+
+    run(body)
+
+
 def test_wrong_subscriptions_are_reported() -> None:
     async def body() -> None:
         talk = Conversation(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=2),)))
