@@ -148,7 +148,9 @@ def arithmetic(text: str) -> float:
     for node in ast.walk(tree):
         if isinstance(node, (ast.expr_context, *_ARITHMETIC)):
             continue
-        raise ExpressionError(text, _column(node), "only numbers, pi, + - * / ** and brackets are allowed")
+        raise ExpressionError(
+            text, _column(text, node), "only numbers, pi, + - * / ** and brackets are allowed"
+        )
     value = _Walk(text, {"pi": math.pi}, {}, None, guarded.WorkBudget(limits)).value(tree)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ExpressionError(text, 0, f"{value!r} is not a number")
@@ -166,13 +168,25 @@ def _parse(text: str, limits: Limits) -> ast.expr:
     try:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
-        raise ExpressionError(text, error.offset or 0, f"{error.msg}") from None
+        column = _first_column(text, error.lineno or 1) + error.offset - 1 if error.offset else 0
+        raise ExpressionError(text, column, f"{error.msg}") from None
     except (ValueError, RecursionError, MemoryError) as error:
         raise ExpressionError(text, 0, str(error) or "nested too deeply") from None
 
 
-def _column(node: ast.AST) -> int:
-    return getattr(node, "col_offset", -1) + 1
+def _column(text: str, node: ast.AST) -> int:
+    """Return the position of a node in the text, counted from 1, or 0 if it has none."""
+    if not isinstance(node, ast.expr):
+        return 0
+    line = text.lstrip().encode().splitlines()[node.lineno - 1]
+    return _first_column(text, node.lineno) + len(line[: node.col_offset].decode())
+
+
+def _first_column(text: str, number: int) -> int:
+    """Return the position of the first character of a line of the expression."""
+    parsed = text.lstrip()
+    before = parsed.encode().splitlines(keepends=True)[: number - 1]
+    return len(text) - len(parsed) + len(b"".join(before).decode()) + 1
 
 
 def _name_of(node: ast.expr) -> str:
@@ -218,7 +232,7 @@ class _Walk:
             self._depth -= 1
 
     def _error(self, node: ast.AST, reason: str) -> ExpressionError:
-        return ExpressionError(self._text, _column(node), reason)
+        return ExpressionError(self._text, _column(self._text, node), reason)
 
     def constant(self, node: ast.Constant) -> Any:
         return node.value

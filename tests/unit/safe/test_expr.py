@@ -227,6 +227,16 @@ def test_an_error_names_the_place() -> None:
     assert (error.value.column, error.value.text) == (5, "1 + nope")
 
 
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [("  nope", 3), ("'äö' == nope", 9), ("(1 +\n nope)", 7), ("  1 +* 2", 6), ("(1 +\n  * 2)", 8), ("", 0)],
+)
+def test_errors_have_the_position_in_the_text_that_was_given(text: str, column: int) -> None:
+    with pytest.raises(ExpressionError) as error:
+        evaluate(text)
+    assert error.value.column == column
+
+
 def test_an_error_of_a_function_is_kept_as_the_cause() -> None:
     def fail() -> None:
         raise KeyError("x")
