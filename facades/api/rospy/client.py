@@ -235,6 +235,7 @@ def set_param(param_name: str, param_value: Any) -> None:
     Raises:
         TypeError: XML-RPC cannot represent a value, such as None, a set, or a key that is not a string.
         OverflowError: an integer has more than 32 bits.
+        ValueError: a name or a string contains a character that XML forbids.
         ROSException: the master rejected the request.
     """
     if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):

@@ -107,8 +107,8 @@ class Publication:
 
         The message is serialized once, or not at all if there are no subscribers. Blocks for at most
         `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
-        `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
-        caught up, `publish` does not wait for it, and it receives only the newest message.
+        `pipros.net.outgoing`). If `queue_size` is None, a subscriber that takes longer has stalled: until it
+        has caught up, `publish` does not wait for it, and it receives only the newest message.
 
         Raises:
             SerializationError: a value does not fit the type of its field. Nothing was sent.
