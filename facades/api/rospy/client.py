@@ -213,7 +213,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 @_interruptible
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """Like `get_param`, but query the master only once. The master then notifies the node of changes."""
+    """Like `get_param`, but cache the value after `init_node`. The master notifies the node of changes."""
     try:
         return session.params.get_cached(param_name)
     except NotFound:

@@ -89,7 +89,7 @@ def knows_users() -> bool:
 
 
 def user_listening(host: str, port: int) -> int | None:
-    """Return the user ID of the process that listens on one of this machine's addresses, or None if unknown.
+    """Return the user ID of the process that listens on `port` at an address of this machine, or None.
 
     As slow as `ThisMachineCaller.user_id`, and also requires Linux.
     """
