@@ -61,7 +61,8 @@ class RpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            timeout_s: total time limit for one call; None for no limit. A call can override it.
+            timeout_s: total time limit for one call; None for no limit, except on connecting. A call can
+                override it.
             answer_limit_bytes: the maximum size of a response. Defaults to `Limits.answer_bytes`, which is
                 generous: the user chose the server, so it is trusted.
 

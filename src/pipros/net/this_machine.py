@@ -160,7 +160,7 @@ def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | Non
 
 
 def listening_addresses(port: int) -> list[str]:
-    """Return the IPv4 addresses, without `0.0.0.0`, at which a program listens on this port. Linux only."""
+    """Return the IPv4 addresses, except `0.0.0.0`, at which a program listens on this port. Linux only."""
     entries = [end.local.split(":") for end in _socket_table() if end.state == _LISTENING]
     hosts = [int(host, 16) for host, number in entries if len(host) == 8 and int(number, 16) == port]
     return [socket.inet_ntoa(host.to_bytes(4, sys.byteorder)) for host in hosts if host]

@@ -80,7 +80,7 @@ class Node:
         limits: Limits | None = None,
         timings: NodeTimings = NODE_TIMINGS,
     ) -> None:
-        """Store the settings; `start` connects.
+        """Store the settings; `start` opens the ports.
 
         Args:
             name: the base name; `__name:=` in `argv` takes precedence.
