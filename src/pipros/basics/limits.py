@@ -275,7 +275,8 @@ def _number(name: str, text: str, table: Any) -> float:
         is_valid = False
     if not is_valid:
         wanted = "a whole number" if kind is int else "a number"
-        raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} greater than zero, got [{text}]")
+        rule = "greater than zero" if default else ">= 0"
+        raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} {rule}, got [{text}]")
     return value
 
 

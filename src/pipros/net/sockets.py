@@ -130,7 +130,7 @@ def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> li
     reserved = "; ports below 1024 need privileges" if is_reserved else ""
     holders = f". In use: {holders}" if (holders := port_holders(ports)) else ""
     raise NoFreePort(
-        f"no free port in {ports} on {' and '.join(hosts)}{reserved}{holders}. Widen PIPROS_PORTS, or "
+        f"no free port in {ports} on {' and '.join(hosts)}{reserved}{holders}. Widen the range, or "
         "end programs that use its ports"
     )
 

@@ -234,7 +234,7 @@ class Node:
 
     def _explain_silence(self) -> None:
         self.log.warning(
-            "waiting for simulated time: /use_sim_time is true, but nothing was received on /clock. "
+            "waiting for simulated time: /use_sim_time is true, but no message has arrived on /clock. "
             "Start the simulator or `rosbag play --clock`, or set /use_sim_time to false"
         )
 
