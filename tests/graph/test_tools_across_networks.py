@@ -89,7 +89,7 @@ def test_tools_of_another_machine_see_the_system(machines: TwoMachines) -> None:
 def test_a_publisher_with_an_unknown_host_name_is_explained(machines: TwoMachines) -> None:
     machines.publish("/text", ROS_HOSTNAME=UNKNOWN)
     echo = machines.far("rostopic", "echo", "/text")
-    echo.wait_for(rf"This machine cannot resolve the name \[{UNKNOWN}\]: set ROS_IP on that machine", 60.0)
+    echo.wait_for(rf"This machine cannot resolve the name \[{UNKNOWN}\]: set ROS_IP on the node's", 60.0)
     echo.press_ctrl_c()
     assert echo.wait() == 0
     ping = machines.far("rosnode", "ping", "-c", "1", "/text")

@@ -24,7 +24,7 @@ def test_a_publisher_with_an_unknown_host_name_is_explained_once(make_node: Make
     node.subscribe("/image", String, print)
     wait_until(lambda: lines)
     assert "cannot receive [/image] from the publisher at http://no-such-robot.invalid:1234/" in lines[0]
-    assert "set ROS_IP on that machine" in lines[0]
+    assert "set ROS_IP on the node's machine" in lines[0]
     subscription = node.endpoints.subscription("/image")
     assert subscription is not None
     attempts = subscription.attempts

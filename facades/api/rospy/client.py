@@ -213,7 +213,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 @_interruptible
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """Like `get_param`, but query the master only once. The master then notifies the node of changes."""
+    """Like `get_param`, but cache the value after `init_node`. The master notifies the node of changes."""
     try:
         return session.params.get_cached(param_name)
     except NotFound:
@@ -235,6 +235,7 @@ def set_param(param_name: str, param_value: Any) -> None:
     Raises:
         TypeError: XML-RPC cannot represent a value, such as None, a set, or a key that is not a string.
         OverflowError: an integer has more than 32 bits.
+        ValueError: a name or a string contains a character that XML forbids.
         ROSException: the master rejected the request.
     """
     if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):

@@ -1,7 +1,7 @@
 """`rospy.loginfo` and similar functions.
 
 All messages are passed to Python's logger `rosout` (or `rosout.<logger_name>`), whose handlers write to the
-console, the log file and the topic `/rosout`. Each line includes the caller's source location.
+console, the log file and the topic `/rosout`. Each record includes the caller's source location.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def _family(level: int) -> Family:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """Like `throttle`, but immediately log a message that differs from this place's last message."""
+        """Like `throttle`, but always log if `msg`, without its args, differs from this place's last one."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)

@@ -33,7 +33,7 @@ class TopicManager:
 
     @property
     def closed(self) -> bool:
-        """Whether the node has shut down."""
+        """Whether the node has started to shut down."""
         return session.is_shutdown
 
     @property

@@ -49,7 +49,10 @@ class NoeticGlobals:
 
     @property
     def is_shutdown(self) -> bool:
-        """Whether the node has shut down. Assigning False later restores the state before `init_node`."""
+        """Whether the node has started to shut down.
+
+        Assigning False after the shutdown restores the state before `init_node`.
+        """
         return self._session.is_shutdown
 
     @is_shutdown.setter

@@ -246,6 +246,7 @@ class ServiceProxy(Generic[Request, Response]):
             ServiceException: the service does not exist, it replied with an error, or the timeout expired.
             ROSInterruptException: the node was shut down while waiting.
             TypeError, AttributeError: the arguments do not fit the request.
+            genpy.SerializationError: a value does not fit the type of its field. Nothing was sent.
         """
         timeout = self.timeout
         if "timeout" in kwds and "timeout" not in self.request_class.__slots__:

@@ -124,8 +124,8 @@ class Publisher(Topic[AnyMessage]):
                 any number (up to 256 MiB), or None if `publish` should block.
 
         Raises:
-            ValueError: `name` is empty, `data_class` is not a message class, or this node already uses the
-                topic with another type.
+            ValueError: `name` is empty (or private before `init_node`), `data_class` is not a message class,
+                or this node already publishes the topic with another type.
         """
         super().__init__(name, data_class, "pub")
         if queue_size is None:
@@ -287,8 +287,8 @@ class Subscriber(Topic[AnyMessage]):
 
         Raises:
             ModuleNotFoundError: `zero_copy` is true, and numpy is not installed.
-            ValueError: `name` is empty, `data_class` is not a message class, or this node already uses the
-                topic with another type.
+            ValueError: `name` is empty (or private before `init_node`), `data_class` is not a message class,
+                or this node already subscribes to the topic with another type.
         """
         super().__init__(name, data_class, "sub")
         del buff_size

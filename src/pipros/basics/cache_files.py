@@ -29,7 +29,7 @@ class CacheFolder:
     symbolic links. The same applies to each file that is read, which also must not have additional hard
     links. Folders further up may be links and may belong to other users, who could replace those folders, but
     cannot create folders that belong to this user. If a check fails, the cache is not used, and a warning is
-    printed once. A missing, full or read-only cache is ignored, except by methods that document errors.
+    printed once. A missing, full or read-only cache is ignored. Methods that document errors raise instead.
 
     Files are replaced atomically, so any number of processes may share the folder.
     """
@@ -40,7 +40,7 @@ class CacheFolder:
         self._path = path
 
     def read(self, name: str) -> bytes | None:
-        """Return the content of a file, or None if the file is missing or not trusted."""
+        """Return the content of a file, or None if the file is missing, unreadable or not trusted."""
         try:
             return self.load(name)
         except Untrusted as error:
@@ -96,7 +96,7 @@ class CacheFolder:
 
         Raises:
             Untrusted: another user could write to the folder.
-            OSError: the folder does not exist.
+            OSError: the folder cannot be read.
         """
         if not HAS_OWNERS:
             found = os.listdir(self._path)
@@ -132,7 +132,7 @@ class CacheFolder:
 
         Raises:
             Untrusted: another user could have created the folder or its parent.
-            OSError: the folder does not exist.
+            OSError: the folder cannot be created or opened.
         """
         if creates:
             self._make()

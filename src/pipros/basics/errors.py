@@ -18,7 +18,7 @@ class NeedsPosix(PiprosError):
     """This system lacks a feature of POSIX."""
 
     def __init__(self, feature: str) -> None:
-        super().__init__(f"{feature} needs a POSIX system, this is {sys.platform}")
+        super().__init__(f"{feature} needs a POSIX system, but this is {sys.platform}")
 
 
 class NeedsSockets(PiprosError):

@@ -29,7 +29,10 @@ def file_inside(folder: Path, name: str) -> Path:
     parts = Path(name).parts
     is_plain = "\0" not in name and "\\" not in name and not Path(name).is_absolute() and ".." not in parts
     if not parts or not is_plain:
-        raise NotBelow(f"a file must be named relative to its folder, without '..', got [{printable(name)}]")
+        raise NotBelow(
+            "a file must be named relative to its folder, without '..' or backslashes, "
+            f"got [{printable(name)}]"
+        )
     root = Path(os.path.realpath(folder))
     found = Path(os.path.realpath(root / name))
     if not found.is_relative_to(root) or not found.is_file():

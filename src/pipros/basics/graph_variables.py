@@ -33,7 +33,7 @@ def split_master_uri(uri: str) -> tuple[str, int]:
     """Return the host and port of a master URI.
 
     Raises:
-        InvalidEnvironment: the scheme is not http, or the host or port is missing.
+        InvalidEnvironment: the scheme is not http, or the host or port is missing or invalid.
     """
     try:
         host, port, _ = split_uri(uri)

@@ -5,7 +5,7 @@ garbage collector, which can run during any import, Python can only report the e
 program continues. The hook that reports it therefore sends SIGINT again, from another thread, because an
 exception inside the hook would be ignored as well.
 
-After a KeyboardInterrupt in `Thread.start`, the new thread may first run when the exiting interpreter has
+After a KeyboardInterrupt in `Thread.start`, the new thread may not run until the exiting interpreter has
 freed the thread's state, which crashes Python 3.11. The exiting program therefore waits for such threads.
 """
 

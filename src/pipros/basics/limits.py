@@ -38,16 +38,16 @@ class Limits(NamedTuple):
             HTTP request has arrived yet; at most a quarter of `tcpros_connections`.
         handshake_s: the time in which a TCPROS header or the beginning of an HTTP request must arrive; also
             the time in which a peer to which the node connects must reply with its header.
-        body_bytes: an XML-RPC request.
+        body_bytes: an XML-RPC request, or a response from a server that a peer chose.
         answer_bytes: an XML-RPC response from a server that the user chose: the master, or a node that a tool
             queries.
         bodies_bytes: all incomplete XML-RPC requests to one server together; also, separately, all of a
             node's service replies that clients have not read.
         request_s: the time for an XML-RPC request to arrive, and for its sender to read the response; also
             for service calls, for which it restarts after every MiB.
-        login_s: the time for a client of a web page to send its request, and the same time again for the
-            token.
-        login_bytes: the bytes that a client of a web page may send before it has logged in.
+        login_s: the time for a client of a web page or bridge to send its request, and the same time again
+            for the token.
+        login_bytes: the bytes that a client of a web page or bridge may send before it has logged in.
         idle_s: the time that an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole, such as a launch file, a manifest, a message definition or a
             `CMakeLists.txt`.
@@ -275,7 +275,8 @@ def _number(name: str, text: str, table: Any) -> float:
         is_valid = False
     if not is_valid:
         wanted = "a whole number" if kind is int else "a number"
-        raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} greater than zero, got [{text}]")
+        rule = "greater than zero" if default else ">= 0"
+        raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} {rule}, got [{text}]")
     return value
 
 

@@ -80,7 +80,7 @@ def _check(descriptor: int, path: str) -> None:
 
 
 def refuse_planted_link(path: str | os.PathLike[str]) -> None:
-    """Raise `UntrustedFile` if a path is a link that another user created."""
+    """Raise `UntrustedFile` if a path is a link that belongs to neither this user nor root."""
     if HAS_OWNERS:
         _check_link(os.lstat(path), os.fspath(path))
 
@@ -91,7 +91,7 @@ def _check_link(status: os.stat_result, path: str) -> None:
 
 
 def _target(path: str) -> str:
-    """Return a link's target; raise `UntrustedFile` if another user created the link."""
+    """Return a link's target; raise `UntrustedFile` if the link belongs to neither this user nor root."""
     if sys.platform != "linux":
         refuse_planted_link(path)
         return os.readlink(path)

@@ -33,7 +33,7 @@ def is_legal(name: str) -> bool:
 def is_legal_topic(name: str) -> bool:
     """Return True if `name` is a valid topic name in a bag, such as `a` or `/a/b`.
 
-    Private names and namespaces are not valid.
+    Private names and `/` are not valid.
 
     >>> is_legal_topic("/a/b"), is_legal_topic("/"), is_legal_topic("/../a")
     (True, False, False)

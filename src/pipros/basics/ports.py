@@ -44,7 +44,7 @@ class PortRange:
             last = first
         if not all(part.isascii() and part.isdecimal() and len(part) <= 5 for part in (first, last)):
             raise InvalidEnvironment(
-                f"{source} [{text}] must have the form FIRST-LAST, for example 11400-11420"
+                f"{source} [{text}] must have the form FIRST-LAST or PORT, for example 11400-11420"
             )
         if not 0 < int(first) <= int(last) <= 65535:
             raise InvalidEnvironment(

@@ -19,8 +19,8 @@ QUOTE_LIMIT = 200
 def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
     """Return `value` as one line. Control characters become escapes such as `\\x1b` and `\\n`.
 
-    A string longer than `limit` characters is truncated and ends in `...`. Other values are converted by
-    `str`.
+    Values other than strings are converted by `str`. Text longer than `limit` characters is truncated and
+    ends in `...`.
 
     >>> printable("a\\x1b[31mb\\nc"), printable("abcdef", limit=5)
     ('a\\\\x1b[31mb\\\\nc', 'ab...')

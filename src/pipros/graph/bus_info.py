@@ -100,10 +100,10 @@ def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
 
 
 def drop_counts(rows: Sequence[Any]) -> Iterator[tuple[str, int]]:
-    """Yield each topic in a subscriber's `getBusStats` rows, with the number of messages that it has dropped.
+    """Yield each topic in a subscriber's `getBusStats` rows, with the number of dropped messages.
 
     A subscription is `[topic, [[id, bytes, dropped, connected], …]]`, or from roscpp `[topic, [[id, bytes,
-    messages, dropped, 0], …]]`. rospy reports -1, because it does not count them.
+    messages, dropped, 0], …]]`. rospy does not count dropped messages and reports -1, which counts as 0.
     """
     for row in rows[1] if len(rows) > 1 and isinstance(rows[1], list) else ():
         if not isinstance(row, list) or len(row) < 2 or not isinstance(row[-1], list):

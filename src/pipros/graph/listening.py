@@ -46,8 +46,8 @@ def wait_for_topic(
 ) -> TopicPart:
     """Return the topic and field to which `name` refers.
 
-    Block until the topic is registered at the master, or until Ctrl-C. If it is not registered yet, call
-    `warn` once.
+    Block until a topic with this field is registered at the master, or until Ctrl-C. If none is registered
+    yet, call `warn` once.
 
     Raises:
         Interrupted: `is_over` returned true before the topic was registered.

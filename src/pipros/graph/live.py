@@ -67,8 +67,9 @@ def vertex_of_topic(topic: str) -> str:
 
 
 def links_of(start: str, end: str, direction: str, topic: str = "") -> set[GraphLink]:
-    """Return the links for a connection that `start` reports as `o` (outbound), `i` (inbound) or `b`
-    (both).
+    """Return the links for a connection.
+
+    `direction`, as seen from `start`, is `o` (outbound), `i` (inbound) or `b` (both).
     """
     links = set()
     if direction in ("o", "b"):

@@ -30,7 +30,7 @@ def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
     """Set the level of one of a node's loggers, unless it already has this level.
 
     Raises:
-        GraphError: no node with this name responds, or it lacks the logger.
+        GraphError: no node with this name responds, or the node lacks the logger.
     """
     levels = levels_of(master, node)
     if logger not in levels:

@@ -1,4 +1,4 @@
-"""Format rates, bandwidths and delays like `rostopic hz`, `bw` and `delay`."""
+"""Format rates, bandwidths and delays as `rostopic hz`, `bw` and `delay` do."""
 
 from __future__ import annotations
 

@@ -13,10 +13,10 @@ from pipros.msg.time import NS_PER_S, Time
 
 
 def message_from_yaml(message_class: type[Message], value: Any, now_ns: int) -> Message:
-    """Create a message from a dictionary, or from a list in field order. If `value` is None, keep the
-    defaults.
+    """Create a message from a dictionary, or from a list in field order.
 
-    The value `now` is replaced by the current time, and `auto` by a header with the current time.
+    If `value` is None, keep the defaults. The value `now` is replaced by the current time, and `auto` by a
+    header with the current time.
 
     Raises:
         GraphError: there are too many or too few values, or a field is unknown or has the wrong type.

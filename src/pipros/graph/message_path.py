@@ -103,6 +103,7 @@ def extract(message: Message, path: Sequence[PathStep]) -> Part:
     Raises:
         NotFound: the message lacks a field.
         IndexError: an index is beyond the end of an array.
+        TypeError: an indexed field is not an array.
     """
     return _extract(Part(message, message._type), path)
 

@@ -187,8 +187,8 @@ class SystemObserver:
     def poll(self) -> GraphObservation:
         """Query the master, and the nodes whose state is stale.
 
-        Blocks until they respond or a deadline expires. Does not raise an exception if the master is
-        unreachable.
+        Blocks until they respond or a deadline expires. If the master does not respond, return the previous
+        observation with an `error`.
         """
         try:
             state = SystemState.from_state(self._master.get_system_state())

@@ -39,7 +39,7 @@ def decode_as(raw: AnyMsg, topic: str, message_class: type[Message]) -> Any:
 
 
 class RawDecoder:
-    """Decodes messages with the installed class, or with the publisher's definition if the two differ."""
+    """Decodes messages with the installed class, or with the publisher's definition if none matches it."""
 
     def __init__(self) -> None:
         self._classes = ClassFinder()

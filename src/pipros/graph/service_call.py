@@ -42,7 +42,7 @@ class ServiceCaller:
             calls: group to which this lookup and later calls are added; interrupting the group ends them.
 
         Raises:
-            GraphError: the service is not available, or its type is not installed.
+            GraphError: the service is not available or does not answer, or its type is not installed.
         """
         from pipros.node.open_calls import OpenCalls
         from pipros.node.service_client import ServiceClient

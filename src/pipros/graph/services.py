@@ -86,7 +86,7 @@ def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None
         calls: group of open calls to which the lookup is added; interrupting the group ends the lookup.
 
     Raises:
-        GraphError: the service is not available, or its type is not installed.
+        GraphError: the service is not available or does not answer, or its type is not installed.
     """
     from pipros.msg import load_service_class
 

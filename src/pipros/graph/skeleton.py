@@ -27,7 +27,7 @@ def skeleton(
 
     Args:
         message: the message to show.
-        flow_style: whether to use brackets; None to use them only inside large messages.
+        flow_style: whether to use brackets; None to use them from the first large message on.
         excluded: names of fields to leave out at every level.
         fill_arrays: whether to show one element in arrays that would be empty.
     """

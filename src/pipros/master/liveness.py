@@ -4,8 +4,8 @@ Theory of operation: every node is probed (queried for its process id) regularly
 could not be delivered to it. There are three results:
 - it responds: it is alive, and its process id is stored;
 - the connection is refused, or a different process responds although the node has not registered anything
-  since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
-  considered to have ended;
+  since: the node is a suspect and is probed again. After `CONFIRMATIONS` further such results in a row, it
+  is considered to have ended;
 - it does not respond in time, or there is no route to its host: it stays registered and is listed as
   unreachable. A node that hangs, is being debugged or has temporarily lost its network is not removed.
 

@@ -30,7 +30,7 @@ class MasterLog(logging.Handler):
     """Writes the log of all masters in this process to a file until `close` is called.
 
     A thread writes the queued lines every `PAUSE_S`, because writing each line immediately would make
-    `setParam` calls take 50 % longer.
+    `setParam` calls take 50% longer.
     """
 
     def __init__(

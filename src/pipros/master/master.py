@@ -59,7 +59,7 @@ class Master:
 
         Raises:
             ValueError: an entry of `allow` is not a network.
-            InvalidEnvironment: `PIPROS_ADVERTISE` has an invalid value.
+            InvalidEnvironment: `PIPROS_ADVERTISE` or `PIPROS_PORTS` has an invalid value.
         """
         options = replace(options or MasterOptions(), **settings)
         environment = environment or Environment.from_os()
@@ -108,6 +108,7 @@ class Master:
         Raises:
             OSError: the port is in use, the address does not belong to this machine, or the store cannot be
                 created.
+            StoreUntrusted: another user could have written to the store.
         """
         self._loop.start()
         try:
@@ -149,7 +150,7 @@ def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> It
 def tune_for_master() -> None:
     """Tune process-wide settings for a dedicated master. Call this only from commands, not from libraries.
 
-    - The descriptor limit is raised as far as possible, because a robot has many nodes.
+    - The descriptor limit is raised to 65,536, or as far as possible, because a robot has many nodes.
     - Threads switch more often, so that decoding a large value in one thread does not delay responses from
       others.
     - The garbage collector rarely makes a full pass, because a full pass over 100,000 objects takes 10 ms. A

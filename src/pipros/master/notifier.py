@@ -1,9 +1,9 @@
 """Deliver the master's notices, in order for each node. A slow node does not delay the others.
 
 Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued notice about
-the same topic or parameter, because each notice contains the complete new state. Therefore, a queue cannot
-have more entries than its node has subscriptions, and an unresponsive node receives the current state once it
-responds again.
+the same topic or parameter, because each notice contains the complete new state. Therefore, a queue has at
+most one entry for each topic and parameter of a node, and an unresponsive node receives the current state
+once it responds again.
 
 The queues take turns, with one notice per turn and `TURNS_AT_A_TIME` turns at once, so that thousands of
 notices do not keep the loop from handling calls. The turn of a node that does not respond within `SLOW_S` no
@@ -117,7 +117,7 @@ class Notifier:
 
     @property
     def slow_apis(self) -> dict[str, int]:
-        """The APIs that count as slow, and the number of notices queued for each."""
+        """The APIs that count as slow, and the number of unfinished notices for each."""
         return {api: len(queue.waiting) + 1 for api, queue in self._queues.items() if queue.is_slow}
 
     @property

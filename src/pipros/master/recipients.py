@@ -27,11 +27,14 @@ class RegisteredNodes:
     async def may_shut_down(self, notice: Notice) -> bool:
         """Return True if the address still belongs to the replaced process, which must then be shut down.
 
-        See ros_comm#2241."""
+        See ros_comm#2241.
+        """
         if await self._liveness.is_at(notice.node, notice.api):
             _log.info("%s: shutting down its former process at %s", notice.params[1], notice.api)
             return True
-        _log.info("%s: another process is at %s now and is not shut down", notice.params[1], notice.api)
+        _log.info(
+            "%s: its former process is no longer at %s; nothing is shut down", notice.params[1], notice.api
+        )
         return False
 
     def on_delivered(self, notice: Notice) -> None:

@@ -30,7 +30,7 @@ class Notice(NamedTuple):
     Attributes:
         node: the node's name.
         api: the URI to call. An update is dropped if, before the call is made, the node is no longer
-            registered with this URI; a `shutdown` is dropped if another process now answers at it.
+            registered with this URI; a `shutdown` is dropped if another process, or none, responds there.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
         params: the arguments of the call, beginning with the master's own caller_id.
     """

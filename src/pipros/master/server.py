@@ -86,6 +86,7 @@ class MasterServer:
         Raises:
             OSError: the port is in use, the address does not belong to this machine, or the store cannot be
                 created.
+            StoreUntrusted: another user could have written to the store.
         """
         if self._options.store:
             self._store = await asyncio.to_thread(Store, self._options.store)

@@ -113,7 +113,7 @@ class PollingReceiver:
         return sock.recv_into(buffer)
 
     def receive_with_timeout(self, sock: socket.socket, buffer: memoryview, timeout_s: float) -> int | None:
-        """Like `receive_into`, but receive from a non-blocking socket, and return None after `timeout_s`."""
+        """Like `receive_into`, but return None after `timeout_s`; 0 requires a non-blocking socket."""
         if timeout_s > 0:
             if (
                 self._backoff.is_due()

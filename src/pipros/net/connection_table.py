@@ -64,10 +64,10 @@ class ConnectionTable:
 
     When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
     from the same peer if that peer has too many, otherwise a connection from any peer. A peer that hoards
-    idle connections therefore loses them. Busy connections (those with a call in progress) and links are
-    not closed to make room for new connections. If only such connections are left, a new link replaces the
-    newest link of the peer with the most links, and any other new connection is refused. Older links
-    therefore survive a flood of new links.
+    idle connections therefore loses them. Busy connections (those with a call in progress) are never closed
+    to make room, and links only for new links. If no idle connection is left, or the limit on links is
+    reached, a new link replaces the newest link of its peer, if that peer has too many connections, or of the
+    peer with the most links. Older links therefore survive a flood of new links.
 
     Links cannot use up the limit, because an eighth is reserved for calls. Links that this node itself opens
     leave a quarter free: regardless of the number of its subscriptions, an eighth remains for peers' links,
@@ -165,7 +165,7 @@ class ConnectionTable:
                     group.idle.pop(connection, None)
 
     def set_deadline(self, connection: TableEntry, deadline: float) -> None:
-        """Set the time until which the connection must make progress, unless it has a deadline already."""
+        """Set the time by which the connection must make progress, unless it already has a deadline."""
         with self._lock:
             if connection in self._members:
                 self._deadlines.setdefault(connection, deadline)

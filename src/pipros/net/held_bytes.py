@@ -32,5 +32,5 @@ class HeldBytes:
             oldest.abort()
 
     def forget(self, connection: TableEntry) -> None:
-        """Forget a connection that has closed or whose request is complete. May be called repeatedly."""
+        """Forget a connection that has closed or whose request or reply is complete. May be called again."""
         self.bytes -= self._held.pop(connection, 0)

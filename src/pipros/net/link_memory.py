@@ -46,8 +46,9 @@ class PlacedMessage(NamedTuple):
 
 
 class LinkMemory:
-    """The shared-memory state of one link. All methods except `close_descriptors` are called with the link's
-    lock held.
+    """The shared-memory state of one link.
+
+    All methods except `close_descriptors` are called with the link's lock held.
 
     Attributes:
         is_ready: whether the subscriber has accepted the offer of memory.

@@ -94,7 +94,7 @@ class LocalServer:
     def _response(self, connection: socket.socket) -> Mapping[str, Any]:
         try:
             return self._answer(
-                json.loads(_received(connection, REQUEST_BYTES, f"the limit is {REQUEST_BYTES}"))
+                json.loads(_received(connection, REQUEST_BYTES, f"the limit is {REQUEST_BYTES} bytes"))
             )
         except (PiprosError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
             return {"error": str(error) or type(error).__name__}

@@ -206,7 +206,7 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
 
 @cache
 def process_lookups() -> Lookups:
-    """Return the process-wide lookups, for callers other than nodes."""
+    """Return the process-wide lookups. A node's event loop uses its own."""
     from pipros.basics.limits import process_limits
 
     return Lookups(process_limits().lookups)

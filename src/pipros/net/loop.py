@@ -1,4 +1,4 @@
-"""An asyncio event loop in a background thread, which handles a node's control traffic."""
+"""An asyncio event loop in a background thread, for example for a node's control traffic."""
 
 from __future__ import annotations
 

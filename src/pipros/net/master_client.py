@@ -10,7 +10,10 @@ from pipros.basics.printable import printable
 from pipros.net.rpc_client import TIMEOUT_OF_CLIENT, RpcClient
 
 CURE = "Is roscore running there? Start it, or set ROS_MASTER_URI to its address"
-CURE_OF_OTHERS = f"{CURE}. Without ROS_IP, ROS_HOSTNAME or --bind, roscore listens for its own computer only"
+CURE_OF_OTHERS = (
+    f"{CURE}. Unless ROS_MASTER_URI, ROS_IP, ROS_HOSTNAME or --bind opens it to the network, "
+    "roscore accepts connections only from its own computer"
+)
 
 
 class MasterClient:

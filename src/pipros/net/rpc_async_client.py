@@ -20,7 +20,10 @@ _SLICE_BYTES: Final = 256 * 1024
 async def call_async(
     uri: str, method: str, *params: Any, timeout_s: float | None, answer_limit_bytes: int | None = None
 ) -> Any:
-    """Call one method over a new connection. The result and the errors are those of `RpcClient.call`."""
+    """Call one method over a new connection.
+
+    The result and the errors are those of `RpcClient.call`. A malformed `uri` raises ValueError.
+    """
     client = AsyncRpcClient(uri, answer_limit_bytes=answer_limit_bytes)
     try:
         return await client.call(method, *params, timeout_s=timeout_s)

@@ -32,7 +32,7 @@ connections are closed afterwards.
 TIMEOUT_OF_CLIENT: Final = -1.0
 """Sentinel for a call's `timeout_s`: use the client's timeout."""
 CONNECT_LIMIT_S: Final = 15.0
-"""Maximum time for connecting if the call has no timeout."""
+"""Maximum time for connecting to one of the server's addresses if the call has no timeout."""
 _READ_BYTES: Final = 65536
 _KEPT_ADDRESSES: Final = 4
 _GRACE_STEP_S: Final = 0.002
@@ -61,7 +61,8 @@ class RpcClient:
 
         Args:
             uri: `http://HOST:PORT/`.
-            timeout_s: total time limit for one call; None for no limit. A call can override it.
+            timeout_s: total time limit for one call; None for no limit, except on connecting. A call can
+                override it.
             answer_limit_bytes: the maximum size of a response. Defaults to `Limits.answer_bytes`, which is
                 generous: the user chose the server, so it is trusted.
 

@@ -335,7 +335,7 @@ class RpcConnection(asyncio.Protocol):
 
 
 def fault_text(error: BaseException) -> str:
-    """Format an exception like Python's XML-RPC server, because scripts compare this text."""
+    """Format an exception as Python's XML-RPC server does, because scripts compare this text."""
     if isinstance(error, UnknownMethod):
         return f'{Exception}:method "{error}" is not supported'
     return f"{type(error)}:{error}"

@@ -1,8 +1,8 @@
 """The XML-RPC server of the master and of every node.
 
 It runs on an asyncio loop. All resources that a peer can use are limited: the size and depth of its requests,
-the time that it takes to send a request, the size of unread responses, the number of pipelined requests, and
-the number of connections, both per peer and in total.
+the time for sending a request and for reading the response, the number of requests handled at a time (one per
+connection), and the number of connections, both per peer and in total.
 """
 
 from __future__ import annotations

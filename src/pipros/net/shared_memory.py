@@ -258,7 +258,7 @@ class TopicMemory:
             return None
         if not self._budget.take(slot_bytes * slots):
             limit = limit_text("shared_bytes", int(self._budget.limit))
-            self._refuse(f"the node's topics use all of it; {limit}")
+            self._refuse(f"the node's topics leave too little of it; {limit}")
             return None
         try:
             created = Segment(self._numbers + 1, slot_bytes, slots)

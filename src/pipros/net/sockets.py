@@ -1,4 +1,4 @@
-"""Functions for stream sockets that behave identically on all operating systems."""
+"""Functions for stream sockets that can be called on all operating systems."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> li
     reserved = "; ports below 1024 need privileges" if is_reserved else ""
     holders = f". In use: {holders}" if (holders := port_holders(ports)) else ""
     raise NoFreePort(
-        f"no free port in {ports} on {' and '.join(hosts)}{reserved}{holders}. Widen PIPROS_PORTS, or "
+        f"no free port in {ports} on {' and '.join(hosts)}{reserved}{holders}. Widen the range, or "
         "end programs that use its ports"
     )
 
@@ -159,8 +159,8 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
 def prepare(sock: socket.socket, *, no_delay: bool = True, timings: LinkTimings = LINK_TIMINGS) -> None:
     """Set the socket options for a TCPROS link. A Unix stream needs none.
 
-    A peer that vanishes without closing is detected after about idle + interval * count seconds, as specified
-    by `timings`. Small messages are sent at once if `no_delay` is true.
+    A peer that vanishes without closing the connection is detected after about idle + interval * count
+    seconds, as specified by `timings`. Small messages are sent at once if `no_delay` is true.
     """
     if sock.family not in (socket.AF_INET, socket.AF_INET6):
         return

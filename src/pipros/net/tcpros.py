@@ -179,7 +179,7 @@ class TcprosServer:
                 return
 
     def _accept_one(self, server: socket.socket) -> bool:
-        """Accept a connection. Return False if no connection is waiting."""
+        """Accept a connection. Return False if none is waiting, or if none can be accepted now."""
         try:
             sock, address = server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
@@ -311,9 +311,8 @@ async def connect(
     """Connect to a TCPROS server, send `fields`, and return the connection with the peer's reply header.
 
     Raises:
-        Unreachable: no process listens at the address, or the peer did not respond within
-            `Limits.handshake_s`.
-        ProtocolError: the peer closed without a reply, or its reply is malformed.
+        Unreachable: the connection failed, or the peer did not respond within `Limits.handshake_s`.
+        ProtocolError: the peer closed the connection without a reply, or its reply is malformed.
     """
 
     async def open_socket() -> socket.socket:

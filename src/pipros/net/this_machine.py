@@ -89,7 +89,7 @@ def knows_users() -> bool:
 
 
 def user_listening(host: str, port: int) -> int | None:
-    """Return the user ID of the process that listens on one of this machine's addresses, or None if unknown.
+    """Return the user ID of the process that listens on `port` at an address of this machine, or None.
 
     As slow as `ThisMachineCaller.user_id`, and also requires Linux.
     """
@@ -160,7 +160,7 @@ def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | Non
 
 
 def listening_addresses(port: int) -> list[str]:
-    """Return the IPv4 addresses, without `0.0.0.0`, at which a program listens on this port. Linux only."""
+    """Return the IPv4 addresses, except `0.0.0.0`, at which a program listens on this port. Linux only."""
     entries = [end.local.split(":") for end in _socket_table() if end.state == _LISTENING]
     hosts = [int(host, 16) for host, number in entries if len(host) == 8 and int(number, 16) == port]
     return [socket.inet_ntoa(host.to_bytes(4, sys.byteorder)) for host in hosts if host]

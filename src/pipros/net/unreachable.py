@@ -20,7 +20,7 @@ async def explain(peer: str) -> str:
     host = host_of(peer)
     if not await _is_known(host):
         return (
-            f". This machine cannot resolve the name [{host}]: set ROS_IP on that machine to an address"
+            f". This machine cannot resolve the name [{host}]: set ROS_IP on the node's machine to an address"
             " that this machine can reach, or add the name to /etc/hosts"
         )
     if is_loopback(host):

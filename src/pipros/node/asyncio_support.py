@@ -16,7 +16,7 @@ AnyMessage = TypeVar("AnyMessage")
 
 
 class MessageStream(Generic[AnyMessage]):
-    """The messages of a subscription as an asynchronous iterator, which ends when the node shuts down.
+    """The messages of a subscription as an asynchronous iterator, which ends with the subscription.
 
     If `queue_size` is n, the n newest messages that have not been consumed are kept, and `dropped` counts the
     others. If `queue_size` is None or 0, all messages are kept.

@@ -42,7 +42,7 @@ class Identity(NamedTuple):
 
         Raises:
             InvalidName: the name is empty or consists of slashes only, or includes a namespace but was not
-                given by `__name:=`.
+                given by `__name:=`; or the namespace is private.
         """
         arguments = names.parse_arguments(argv)
         special = arguments.special

@@ -244,7 +244,7 @@ def open_file_handler(path: Path) -> FileHandler:
     """Return a handler that appends to `path`, rotating files that grow too large. Creates the folder.
 
     Raises:
-        OSError: the folder or the file cannot be created, or another user could have put it there.
+        OSError: the folder or the file cannot be created, or the file is unsafe; see `open_to_write`.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     return FileHandler(LogFile(path))

@@ -42,7 +42,7 @@ def serve_loggers(node: Node) -> None:
         elif not has_warned:
             has_warned = True
             node.log.warning(
-                "~set_logger_level creates no further loggers: names have at most %d characters, and %s",
+                "~set_logger_level did not create a logger: names have at most %d characters, and %s",
                 _NAME_CHARACTERS,
                 limit_text("loggers", node.limits.loggers),
             )

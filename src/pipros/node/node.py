@@ -80,7 +80,7 @@ class Node:
         limits: Limits | None = None,
         timings: NodeTimings = NODE_TIMINGS,
     ) -> None:
-        """Store the settings; `start` connects.
+        """Store the settings; `start` opens the ports.
 
         Args:
             name: the base name; `__name:=` in `argv` takes precedence.
@@ -234,7 +234,7 @@ class Node:
 
     def _explain_silence(self) -> None:
         self.log.warning(
-            "waiting for simulated time: /use_sim_time is true, but no node publishes on /clock. "
+            "waiting for simulated time: /use_sim_time is true, but no message has arrived on /clock. "
             "Start the simulator or `rosbag play --clock`, or set /use_sim_time to false"
         )
 

@@ -118,8 +118,8 @@ class CachedParameter:
 class Parameters:
     """Reads and writes parameters. The node resolves their names.
 
-    A missing parameter raises NotFound; a value that XML-RPC cannot represent raises TypeError or
-    OverflowError before anything is sent. A namespace is read as nested dictionaries. May be used from any
+    A missing parameter raises NotFound; a value that XML-RPC cannot represent raises TypeError, OverflowError
+    or ValueError before anything is sent. A namespace is read as nested dictionaries. May be used from any
     thread.
     """
 

@@ -63,8 +63,9 @@ class Publication:
     event loop never waits for it. `_links_lock` is held only to change `links` and `_joining`, and to queue
     calls to the listeners.
 
-    A new subscriber gets the reply header and waits in `_joining`. It is added to `links` with the first
-    message sent to it: the latched message, which a thread encodes, or a message that is being published.
+    A new subscriber gets the reply header and waits in `_joining`. If no message is latched or being
+    published, it is added to `links` at once; otherwise, it is added with the first message sent to it: the
+    latched message, which a thread encodes, or a message that is being published.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -107,8 +108,8 @@ class Publication:
 
         The message is serialized once, or not at all if there are no subscribers. Blocks for at most
         `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
-        `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
-        caught up, `publish` does not wait for it, and it receives only the newest message.
+        `pipros.net.outgoing`). If `queue_size` is None, a subscriber that takes longer has stalled: until it
+        has caught up, `publish` does not wait for it, and it receives only the newest message.
 
         Raises:
             SerializationError: a value does not fit the type of its field. Nothing was sent.

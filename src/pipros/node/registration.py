@@ -253,7 +253,7 @@ class Registrations:
             entry.register(self._master, self._api)
         except Refused as error:
             self._log.fatal("unable to register %s with master: %s", entry, error.text)
-        except ValueError as error:  # XML cannot represent the node's name
+        except ValueError as error:  # XML cannot represent a name
             self._log.fatal("unable to register %s with master: %s", listed(entry), error)
         except Interrupted:
             pass  # the node is shutting down

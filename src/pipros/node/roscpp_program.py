@@ -24,8 +24,8 @@ def roscpp_program(
 
     Ctrl-C and SIGTERM shut the node down; the caller must check whether this has happened.
 
-    Waits for the master. All log records of the process are printed on the console in roscpp's format, and
-    published on `/rosout`.
+    Waits for the master. The records of the logger `ros` and its children are printed on the console in
+    roscpp's format, and published on `/rosout`.
 
     Args:
         name: the node's name.

@@ -43,7 +43,7 @@ class RosoutAggregator:
         """Register the node with the master.
 
         Raises:
-            OSError: the log file cannot be created. In this case the node is not started.
+            OSError: the log file cannot be created, or the node cannot open its ports; see `Node.start`.
         """
         self.open_log()
         self.node.start()

@@ -42,9 +42,9 @@ without reconnecting.
 class ServiceClient:
     """Calls one service. A persistent client uses one connection for all calls.
 
-    Otherwise, each call over TCP has its own connection. After a call over a Unix stream, the connection
-    stays open for the next call, which still queries the master for the server's URI. The server closes an
-    unused connection after some seconds (`pipros.node.service_connection`).
+    Otherwise, each call over TCP has its own connection. After a call over a Unix stream without extra
+    headers, the connection stays open for the next call, which still queries the master for the server's URI.
+    The server closes an unused connection after some seconds (`pipros.node.service_connection`).
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class ServiceClient:
         Args:
             pause: called with the number of seconds until the next probe; an exception that it raises ends
                 the wait.
-            report: called once, when a registered server first fails to respond.
+            report: called once, when a registered server or the master first fails to respond.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         has_reported = False

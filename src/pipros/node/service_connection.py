@@ -106,7 +106,7 @@ class Server(Protocol):
     is_closed: bool
 
     def run(self, serve: Callable[[], None]) -> bool:
-        """Call `serve` in a worker thread as soon as one is free. Return False if none will become free."""
+        """Call `serve` in a worker thread as soon as one is free. Return False if none can be started."""
 
     def answer(self, data: memoryview | bytes, fields: Mapping[str, str]) -> Reply | None:
         """Answer one call. Return None if the request was malformed and the connection must be closed."""

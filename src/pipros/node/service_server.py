@@ -42,8 +42,10 @@ class ServiceClass(Protocol):
 
 
 class HandlerError(Exception):
-    """Raised by code that wraps a user's handler. The text is sent to the client, but `on_error`
-    is not called."""
+    """Raised by code that wraps a user's handler.
+
+    The text is sent to the client, but `on_error` is not called.
+    """
 
 
 class CallFailed(Exception):

@@ -274,7 +274,7 @@ class SlaveApi:
         if (request, caller.host) not in self._doubted and len(self._doubted) < _DOUBTED_LIMIT:
             self._doubted.add((request, caller.host))
             self._node.log.warning(
-                "%s of [%s] came from %s, which is neither the address of the master nor this machine: "
+                "%s of [%s] came from %s, which is an address of neither the master nor this machine: "
                 "querying the master instead. Further calls from there are not logged",
                 request,
                 printable(caller_id),

@@ -23,6 +23,7 @@ def set_private_params(node: Node) -> None:
 
     Raises:
         YamlError: a value is not valid YAML.
+        TypeError, OverflowError, ValueError: XML-RPC cannot represent a value.
         Unreachable: the master does not answer.
         Refused: the master refuses a value.
     """

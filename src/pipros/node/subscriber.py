@@ -419,8 +419,8 @@ class Subscriber(Generic[AnyMessage]):
         """Return the topic's traffic since the first `subscribe`, for all publishers together.
 
         The keys are `frames`, the number of messages delivered; `bytes`, the number of bytes received;
-        `dropped`, the number of messages dropped because callbacks were too slow or the messages could not be
-        read; and `links_ended`, the number of closed links, each of which may have lost messages.
+        `dropped`, the number of messages dropped because callbacks were too slow or a link ended; and
+        `links_ended`, the number of closed links, each of which may have lost messages.
         """
         return self.subscription.statistics()
 

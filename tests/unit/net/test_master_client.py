@@ -16,4 +16,4 @@ def test_a_master_on_another_computer_may_listen_on_its_own_only(
     monkeypatch.setattr("pipros.net.master_client.RpcClient.call", refuse)
     with pytest.raises(Unreachable, match="Is roscore running there") as raised:
         MasterClient(f"http://{host}:11311/", "/me").call("getPid")
-    assert ("listens for its own computer only" in str(raised.value)) == names_own_computer
+    assert ("accepts connections only from its own computer" in str(raised.value)) == names_own_computer

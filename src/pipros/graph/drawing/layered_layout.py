@@ -246,9 +246,7 @@ class _LayeredLayout(Generic[Key]):
         return left, right
 
     def _in_component_order(self) -> list[int]:
-        """Return all vertices, with connected vertices next to each other, so that components stay
-        separate.
-        """
+        """Return all vertices, one connected component after another."""
         seen = [False] * len(self._layer)
         found = []
         for first in range(len(self._layer)):
@@ -371,7 +369,7 @@ class _LayeredLayout(Generic[Key]):
     ) -> list[tuple[float, float]]:
         start, end = self._arrows[index]
         chain = self._chains[index]
-        if start == end:  # a loop leaves and returns on the right, above the vertex
+        if start == end:  # a loop leaves on the right and returns on the left, above the vertex
             x, y = columns[self._layer[start]], heights[start]
             width, height = self._sizes[start]
             peak = y - height / 2 - ROW_GAP / 2

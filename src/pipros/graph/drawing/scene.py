@@ -26,7 +26,7 @@ class Scene:
 
     Attributes:
         boxes: vertices with their boxes and labels.
-        arrows: arrows, each with the points along it and the label at its midpoint.
+        arrows: arrows, each with the points along it and its label.
         bands: the rectangle for each namespace.
         width, height: total size including the margin; the upper left corner is (0, 0).
     """
