@@ -11,8 +11,11 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_service_class
+from pipros.net.master_client import MasterClient
 from pipros.net.workers import Workers
 from pipros.node.endpoints import NameInUse
+from pipros.node.open_calls import OpenCalls
+from pipros.node.service_client import ServiceClient
 from pipros.node.service_link import CallTimeout, ServiceFailed
 from pipros.node.timings import NodeTimings
 from pipros.wire.header import encode_header
@@ -82,6 +85,16 @@ def test_a_call_may_be_given_a_time_limit(make_node: MakeNode) -> None:
     gate.set()
 
 
+def test_a_time_limit_also_applies_to_the_look_up_at_the_master() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        master = MasterClient(f"http://127.0.0.1:{silent.getsockname()[1]}", "/client")
+        proxy = ServiceClient("/set", SetBool, master=lambda: master, calls=OpenCalls())
+        with pytest.raises(CallTimeout, match="unable to contact master"):
+            proxy.call(ON, timeout_s=0.1)
+        with pytest.raises(CallTimeout, match="unable to contact master"):
+            proxy.probe(0.1)
+
+
 def test_a_missing_server_and_another_type_have_different_errors(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     server.serve("set", SetBool, answer(""))
@@ -146,8 +159,8 @@ def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_respo
         events.append("connecting")
         return connect(uri, deadline)
 
-    def recording_lookup(name: str, meanwhile: Callable[[], None] | None = None) -> str:
-        uri = lookup_service(name, meanwhile)
+    def recording_lookup(name: str, meanwhile: Callable[[], None], **options: Any) -> str:
+        uri = lookup_service(name, meanwhile, **options)
         events.append("looked up")
         return uri
 
@@ -166,8 +179,8 @@ def test_a_server_that_closes_the_early_connection_is_connected_to_again(
     proxy.call(ON)
     lookup_service = client.master.lookup_service
 
-    def slow_lookup(name: str, meanwhile: Callable[[], None]) -> str:
-        uri = lookup_service(name, meanwhile)
+    def slow_lookup(name: str, meanwhile: Callable[[], None], **options: Any) -> str:
+        uri = lookup_service(name, meanwhile, **options)
         server.connections.close_all()
         return uri
 

@@ -101,9 +101,8 @@ def extract(message: Message, path: Sequence[PathStep]) -> Part:
     lacks the rest of the path.
 
     Raises:
-        NotFound: the message lacks a field.
+        NotFound: the message lacks a field, or an indexed field is not an array.
         IndexError: an index is beyond the end of an array.
-        TypeError: an indexed field is not an array.
     """
     return _extract(Part(message, message._type), path)
 
@@ -115,6 +114,8 @@ def _extract(part: Part, path: Sequence[PathStep]) -> Part:
     field = _field(part, step.name)
     if step.index is None:
         return _extract(field, rest)
+    if not hasattr(field.value, "__getitem__"):
+        raise NotFound(f"field [{step.name}] of type [{field.type_name}] is not an array")
     if isinstance(step.index, int):
         return _extract(Part(field.value[step.index], _element_type(field.type_name)), rest)
     chosen = field.value[step.index]
@@ -155,6 +156,8 @@ def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
             return False
         type_name = fields[step.name]
         if step.index is not None:
+            if not type_name.endswith("]") and type_name != "string":
+                return False
             type_name = type_name.partition("[")[0]
     return True
 

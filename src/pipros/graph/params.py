@@ -72,7 +72,7 @@ def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
     for leaf, part in written:
         try:
             master.set_param(leaf, part)
-        except (TypeError, OverflowError) as error:
+        except (TypeError, OverflowError, ValueError) as error:
             raise GraphError(f"cannot set parameter [{leaf}] to [{part}]: {error}") from None
         except Refused as error:
             raise GraphError(f"cannot set parameter [{leaf}]: {error.text}") from None

@@ -259,8 +259,8 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
     return answer[2] if isinstance(answer, list) and len(answer) == 3 and answer[0] == 1 else None
 
 
-async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
-    """Return the names of the nodes to keep from the master's previous run.
+async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> dict[str, bool]:
+    """Return the names of the nodes to keep from the master's previous run, and whether each responded.
 
     `nodes` maps the names of all nodes of that run to their API URIs.
 
@@ -269,19 +269,19 @@ async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask =
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 
-    async def is_there(node: str, api: str) -> bool:
+    async def responds(node: str, api: str) -> bool | None:
         async with slots:
             try:
                 name = await asyncio.wait_for(ask(api, "getName", timeout_s), timeout_s)
             except Fault:
                 return True
             except asyncio.TimeoutError:
-                return True
-            except Unreachable as error:
-                return not isinstance(error.__cause__, ConnectionRefusedError)
-            except PiprosError:
                 return False
-            return not isinstance(name, str) or not name or name == node
+            except Unreachable as error:
+                return None if isinstance(error.__cause__, ConnectionRefusedError) else False
+            except PiprosError:
+                return None
+            return True if not isinstance(name, str) or not name or name == node else None
 
-    found = await asyncio.gather(*(is_there(node, api) for node, api in nodes.items()))
-    return {node for node, there in zip(nodes, found, strict=True) if there}
+    found = await asyncio.gather(*(responds(node, api) for node, api in nodes.items()))
+    return {node: responded for node, responded in zip(nodes, found, strict=True) if responded is not None}

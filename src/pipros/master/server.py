@@ -120,9 +120,10 @@ class MasterServer:
         store.forget_registrations()
         self.registry.journal = store
         self.params.journal = store
-        restore_registrations(self.registry, stored, alive)
-        for node in alive:
-            self.liveness.note_reached(node)
+        restore_registrations(self.registry, stored, set(alive))
+        for node, has_responded in alive.items():
+            if has_responded:
+                self.liveness.note_reached(node)
         if stored.parameters or nodes:
             _log.info("resumed from %s: %d of %d nodes were kept", store.file, len(alive), len(nodes))
 

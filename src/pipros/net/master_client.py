@@ -156,12 +156,18 @@ class MasterClient:
         """Return a node's API URI. Raises `Refused` if the node is unknown."""
         return str(self.call("lookupNode", node))
 
-    def lookup_service(self, service: str, meanwhile: Callable[[], None] | None = None) -> str:
+    def lookup_service(
+        self,
+        service: str,
+        meanwhile: Callable[[], None] | None = None,
+        *,
+        timeout_s: float | None = TIMEOUT_OF_CLIENT,
+    ) -> str:
         """Return a service's URI, `rosrpc://HOST:PORT`. Raises `Refused` if no node offers it.
 
         `meanwhile` is called when the request has been sent, and again if the request has to be resent.
         """
-        return str(self.call("lookupService", service, meanwhile=meanwhile))
+        return str(self.call("lookupService", service, timeout_s=timeout_s, meanwhile=meanwhile))
 
     def get_system_state(self) -> list[list[list[Any]]]:
         """Return three lists of `[name, [node, …]]`: the publishers, subscribers and services."""

@@ -159,7 +159,8 @@ class Publication:
             if self.is_latching and self._latched is not None:
                 self._number(self._latched)
                 link.put(self._latched)
-            self.links_in_process = (*self.links_in_process, link)
+            with self._links_lock:
+                self.links_in_process = (*self.links_in_process, link)
         self._notify_listeners(lambda listener: listener.peer_subscribe(self.topic, self.publish, link.put))
 
     def end_hand_over(self, link: InProcessLink) -> None:

@@ -18,9 +18,10 @@ from pipros.basics.limits import Limits
 from pipros.net import sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.master_client import MasterClient
+from pipros.net.rpc_client import TIMEOUT_OF_CLIENT
 from pipros.node.codec import decoder, number
 from pipros.node.open_calls import OpenCalls
-from pipros.node.service_link import NotDelivered, ServiceFailed, ServiceLink
+from pipros.node.service_link import CallTimeout, NotDelivered, ServiceFailed, ServiceLink
 from pipros.node.service_server import ServiceClass
 from pipros.node.timings import NODE_TIMINGS
 from pipros.wire.handshake import WireType
@@ -143,7 +144,7 @@ class ServiceClient:
         deadline = time.monotonic() + timeout_s
         interface = WireType("*", "*")
         link = ServiceLink(
-            self._look_up(),
+            self._look_up(deadline),
             self.service,
             self._master().caller_id,
             interface,
@@ -199,15 +200,17 @@ class ServiceClient:
             kept.close()
         _close_all(self._idle)
 
-    def _look_up(self, meanwhile: Callable[[], None] | None = None) -> str:
+    def _look_up(self, deadline: float | None, meanwhile: Callable[[], None] | None = None) -> str:
+        left_s = TIMEOUT_OF_CLIENT if deadline is None else max(0.0, deadline - time.monotonic())
         try:
-            return self._master().lookup_service(self.service, meanwhile)
+            return self._master().lookup_service(self.service, meanwhile, timeout_s=left_s)
         except Refused:
             raise ServiceFailed(f"service [{self.service}] unavailable") from None
         except ServiceFailed:  # `meanwhile` raised it
             raise
         except PiprosError as error:
-            raise ServiceFailed(f"unable to contact master: {error}") from error
+            kind = CallTimeout if deadline is not None and time.monotonic() >= deadline else ServiceFailed
+            raise kind(f"unable to contact master: {error}") from error
 
     def _connect(self, deadline: float | None) -> tuple[ServiceLink, bool]:
         """Look up the server and connect to it. Return the link, and whether an earlier call has used it.
@@ -231,7 +234,7 @@ class ServiceClient:
                         raise
 
         try:
-            self.uri = uri = self._look_up(connect_early)
+            self.uri = uri = self._look_up(deadline, connect_early)
         except BaseException:
             self._expected_uri = None
             if early is not None:

@@ -11,6 +11,7 @@ from pipros.graph.nodes import UNKNOWN_API, kill, listing, machines, node_names
 from pipros.graph.params import delete, names_below, read, write
 from pipros.graph.services import nodes_by_service, service_class_of, uri_of
 from pipros.graph.topics import describe_topic, field_type, topic_type, topics_of_type
+from pipros.net.master_client import MasterClient
 from tests.support.table_master import Answers, TableMaster
 
 STATE = [
@@ -105,6 +106,12 @@ def test_a_dictionary_is_written_leaf_by_leaf() -> None:
 
     assert write(master, "/a", {"b": 1, "c": {"d": [2]}}) == [("/a/b", 1), ("/a/c/d", [2])]
     assert master.calls == [("setParam", "/a/b", 1), ("setParam", "/a/c/d", [2])]
+
+
+@pytest.mark.parametrize("value", ["\x01", 1 << 40, object()])
+def test_a_value_that_xml_rpc_cannot_represent_is_named(value: object) -> None:
+    with pytest.raises(GraphError, match=r"cannot set parameter \[/a/b\] to \["):
+        write(MasterClient("http://127.0.0.1:1", "/test"), "/a", {"b": value})
 
 
 def test_unset_parameters_are_named() -> None:

@@ -72,6 +72,13 @@ def test_only_declared_fields_are_found(path: str) -> None:
         extract(LaserScan(), parse_path(path))
 
 
+@pytest.mark.parametrize("path", ["/header[0]", "/range_max[0]", "/header[:]/stamp", "/header/stamp[0]"])
+def test_only_arrays_have_elements(path: str) -> None:
+    assert not has_field(LaserScan, parse_path(path))
+    with pytest.raises(NotFound, match="is not an array"):
+        extract(LaserScan(), parse_path(path))
+
+
 def test_an_index_beyond_the_array_is_an_index_error() -> None:
     with pytest.raises(IndexError):
         extract(LaserScan(), parse_path("/ranges[0]"))

@@ -30,6 +30,14 @@ def pairs_of_parameters() -> list[FramePair]:
     return frame_pairs(rospy.get_param("~frame_pairs", _DEFAULT), *bounds)
 
 
+def polling_frequency() -> float:
+    """Read the rate from the node's parameters, in Hz; see `pairs_of_parameters` for errors."""
+    hz = rospy.get_param("~polling_frequency", 10.0)
+    if isinstance(hz, bool) or not isinstance(hz, int | float) or not 0 < hz < math.inf:
+        raise BadFramePair(f"polling_frequency must be a finite number > 0, got {hz!r}")
+    return hz
+
+
 def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
     """Return the latest transform of each pair that has moved. Pairs without a transform are skipped."""
     message = TFMessage()
@@ -52,9 +60,7 @@ def main() -> int:
     """Run until the node is shut down. Return the exit code."""
     rospy.init_node("change_notifier", anonymous=True)
     try:
-        hz = rospy.get_param("~polling_frequency", 10.0)
-        if isinstance(hz, bool) or not isinstance(hz, int | float) or not 0 < hz < math.inf:
-            raise BadFramePair(f"polling_frequency must be a finite number > 0, got {hz!r}")
+        hz = polling_frequency()
         pairs = pairs_of_parameters()
     except BadFramePair as error:
         print(f"tf_change_notifier: error: {error}", file=sys.stderr)

@@ -118,7 +118,8 @@ class NameFilter:
 
     def __init__(self, text: str) -> None:
         patterns = [pattern.strip() for pattern in text.split(",")]
-        self._excluded = [_Pattern(pattern[1:].strip()) for pattern in patterns if pattern.startswith("-")]
+        excluded = [pattern[1:].strip() for pattern in patterns if pattern.startswith("-")]
+        self._excluded = [_Pattern(pattern) for pattern in excluded if pattern]
         self._included = [
             _Pattern(pattern) for pattern in patterns if pattern and not pattern.startswith("-")
         ]

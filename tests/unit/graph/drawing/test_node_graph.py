@@ -134,6 +134,8 @@ def test_namespaces_of_several_nodes_are_groups() -> None:
         ("/a.*", "/a /a/b /ab"),
         ("*b", "/a/b /ab"),
         ("-/a", "/ab /c"),
+        ("-, /c", "/c"),
+        ("-", "/a /a/b /ab /c"),
         ("/a*, -*/b", "/a /ab"),
         ("/a*b*b", ""),
         ("/c,/ab", "/ab /c"),
