@@ -113,7 +113,7 @@ def small(file: Path) -> None:
     with Image.open(file) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
     if file.stat().st_size > LARGEST_BYTES:
-        raise SystemExit(f"{file} has {file.stat().st_size} bytes; {LARGEST_BYTES} are the limit")
+        raise SystemExit(f"{file} has {file.stat().st_size} bytes; the limit is {LARGEST_BYTES}")
 
 
 def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:

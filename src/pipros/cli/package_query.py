@@ -123,7 +123,7 @@ class PackageQuery:
         def add(name: str, depth: int, path: tuple[str, ...]) -> None:
             for needed in self.graph.direct(name):
                 if needed in path:
-                    raise QueryFailed(f"package '{path[0]}' depends on itself")
+                    raise QueryFailed(f"package '{needed}' depends on itself")
                 lines.append("  " * depth + needed)
                 add(needed, depth + 1, (*path, needed))
 
@@ -149,7 +149,7 @@ class PackageQuery:
 
         length = self.options.get("--length", "20")
         if not length.lstrip("-").isdecimal():
-            raise QueryFailed(f"--length must be a number, got [{length}]")
+            raise QueryFailed(f"--length must be an integer, got [{length}]")
         folders = [
             folder
             for folder in self.index.folders

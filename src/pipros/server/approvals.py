@@ -45,7 +45,7 @@ class Question:
         tool: the requested operation, such as `publish`.
         name: name of the topic, service, … that the act uses.
         values: the values that the act would send.
-        rule: the policy's rule that allows the act.
+        rule: the policy's rules that allow the act, with their limits.
     """
 
     tool: str
@@ -143,7 +143,8 @@ class Approvals:
         """Return the response to a request from another program.
 
         Raises:
-            PiprosError: the act no longer awaits approval, or the request is malformed.
+            PiprosError: the act no longer awaits approval, or the operation or the verdict is unknown.
+            LookupError, TypeError: the request is malformed.
         """
         wanted = request["do"]
         with self._changed:
@@ -173,7 +174,7 @@ class Approvals:
 
 
 def waiting_acts() -> list[Mapping[str, Any]]:
-    """Send `list` to this user's programs on this machine. Return the responses, each with its `process`.
+    """Send `list` to up to `MOST_PROGRAMS` programs. Return the responses, each with its `process`.
 
     May block for several seconds.
 
@@ -187,7 +188,7 @@ def waiting_acts() -> list[Mapping[str, Any]]:
                 {**local_requests.ask(_FOLDER, process, {"do": "list"}, _ANSWER_BYTES), "process": process}
             )
         except LocalFailed:
-            continue  # the program has ended
+            continue  # usually, the program has ended
     return found
 
 

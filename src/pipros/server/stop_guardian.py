@@ -71,7 +71,8 @@ class StopGuardian:
         """Start the time limit of an act. `client` is the acting client.
 
         `stop` replaces the message that stops the topic, for example because it must contain the current
-        position. The size limit of a policy's stop also applies to `stop`.
+        position. It must not exceed the size limit of a policy's stop. If too many stops are pending, the
+        oldest becomes due now.
 
         Raises:
             ActRefused: the process is not ready, or cannot be reached.

@@ -18,7 +18,7 @@ _TOKEN = re.compile(r"[A-Za-z0-9._~-]+")
 
 
 class BadTokenFile(PiprosError):
-    """A token file is unreadable, accessible to other users, or does not contain valid tokens."""
+    """A token file is unreadable, accessible to other users, or contains no token or an invalid one."""
 
 
 def read_tokens(path: str) -> list[str]:

@@ -1,7 +1,7 @@
 """pipros's pytest plugin: fixtures that provide a ROS system, and the collection of launch files with tests.
 
 Every pytest run in the environment loads this plugin (entry point `pipros`, disabled by `-p no:pipros`), so
-it imports other modules of pipros only when they are needed: to collect a launch file with tests, by a test,
+it imports other pipros modules only when they are needed: to collect a launch file with tests, by a test,
 or to write a JUnit file.
 """
 

@@ -97,7 +97,9 @@ def _stated(element: Element, name: str) -> int:
     """Return the number in one of a suite's attributes, or 0 if the attribute is missing."""
     text = element.attributes.get(name, "")
     if text and not (text.isdecimal() and len(text) < 10):
-        raise UnreadableResults(f"line {element.line}: the attribute {name} must be a number, got [{text}]")
+        raise UnreadableResults(
+            f"line {element.line}: {name} must be a whole number below 10^9, got [{text}]"
+        )
     return int(text or "0")
 
 

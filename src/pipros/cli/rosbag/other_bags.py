@@ -1,4 +1,4 @@
-"""Bag formats that a room adds to `rosbag`, such as the format of ROS 2."""
+"""Bag formats that a room adds to `rosbag`, such as ROS 2 bags."""
 
 from __future__ import annotations
 
