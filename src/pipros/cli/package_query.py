@@ -63,6 +63,8 @@ class QueryFailed(PiprosError):
 class PackageQuery:
     """One command's arguments, with the package index and the dependency graph.
 
+    All methods raise `QueryFailed` if the arguments are invalid.
+
     Attributes:
         words: arguments that are not options: at most one, the name of a package or stack.
     """

@@ -246,7 +246,7 @@ class GatedPublisher:
         self._gate.published(self._topic, message)
 
     def unregister(self) -> None:
-        """Let the guardian stop what the client started on the topic, and unadvertise the topic."""
+        """Let the guardian stop what the client started on the topic, and unregister the publisher."""
         self._gate.left(self._topic, self)
         self._publisher.unregister()
 

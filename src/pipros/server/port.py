@@ -209,7 +209,8 @@ class PortConnection(ServerConnection):
         """Apply the limits after new data has arrived."""
         incomplete = self._incomplete_bytes
         if incomplete > self._message_bytes:
-            self.cut(f"A message exceeds {self._message_bytes} bytes.", CloseCode.MESSAGE_TOO_BIG)
+            reason = f"A message exceeds {self._message_bytes} bytes, with {FRAME_BYTES} for each frame."
+            self.cut(reason, CloseCode.MESSAGE_TOO_BIG)
         elif not self._count_input():
             self.cut("Incomplete or unhandled messages exceed the memory for this client.")
         elif self._waiting_bytes > READ_AHEAD_BYTES and self._is_reading:

@@ -27,7 +27,7 @@ def key_of(rule: ActRule) -> str:
 
 
 class StopGuardian:
-    """Starts the process with the first act that has a time limit. Thread-safe.
+    """Starts the process when the first stop is watched. Thread-safe.
 
     If the process ends while it is needed, a new process publishes all pending stops.
     """
