@@ -109,7 +109,7 @@ def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
 
 
 def small(file: Path) -> None:
-    """Reduce a picture to `COLOURS` colours. Raises SystemExit if it is still larger than `LARGEST_BYTES`."""
+    """Reduce a picture to `COLOURS` colours. Raise SystemExit if it is still larger than `LARGEST_BYTES`."""
     with Image.open(file) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
     if file.stat().st_size > LARGEST_BYTES:

@@ -40,7 +40,7 @@ def image_array(row: Mapping[str, Any]) -> Any:
     """Return the pixels of a `sensor_msgs/Image`, indexed by row, column and, if it has several, channel.
 
     Raises:
-        PictureError: the encoding is unknown, or pixels are missing.
+        PictureError: the encoding is unknown, or the rows or the data are too short.
     """
     try:
         found = encoding(row["encoding"])

@@ -28,11 +28,12 @@ from pipros.server.stop_guardian import StopGuardian, key_of
 class ActGate:
     """Gate that allows or refuses the acts of all clients of a server. Thread-safe.
 
-    Names are resolved as the node resolves them, so that a remapping of the server does not bypass the
-    policy. Without a policy, all acts are allowed.
+    Topic names are resolved as the node resolves them, so that a remapping of the server does not bypass
+    the policy. Without a policy, `rule`, `preview` and `check_run` raise `ActRefused`; all other acts are
+    allowed.
 
     Attributes:
-        policy: the policy; None allows everything.
+        policy: the policy, or None.
     """
 
     def __init__(
@@ -97,7 +98,7 @@ class ActGate:
         self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 
     def published(self, topic: str, message: Any) -> None:
-        """Restart a published message's time limit, because it may have waited. Does nothing for goals."""
+        """Restart a published message's time limit, because it may have waited. Do nothing for goals."""
         rule = self._rule(topic)
         if rule is None or rule.time_limit_s is None or rule.cancel is not None:
             return

@@ -101,13 +101,15 @@ class Approvals:
     def wait(self, client: Hashable, question: Question, wait_s: float, over: threading.Event) -> str:
         """Block until a human has approved an act. Return `once` or `minute`.
 
+        If an earlier approval for a minute is still valid, return `minute` at once.
+
         Args:
             client: the client that acts, to which an approval for a minute is limited.
             over: set when the client has disconnected or cancelled the call. This ends the wait.
 
         Raises:
-            ActRefused: the human has refused, or has not answered within `wait_s`; `over` was set; or too
-                many acts are waiting.
+            ActRefused: a human or `stop` has refused, no human has answered within `wait_s`, `over` was set,
+                or too many acts are waiting.
         """
         key = (client, question.tool, question.name)
         identity = secrets.token_hex(8)

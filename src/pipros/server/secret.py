@@ -23,7 +23,7 @@ CODES: Final = 100
 
 
 class Denied(Exception):
-    """The request is refused. The text states the reason and the remedy."""
+    """The request is refused. The text states the reason and, if there is one, the remedy."""
 
 
 class Secret:

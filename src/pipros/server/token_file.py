@@ -25,7 +25,7 @@ def read_tokens(path: str) -> list[str]:
     """Return the tokens in a file, at least one.
 
     Raises:
-        BadTokenFile: the file cannot be read, other users can read or replace it, it contains no token, or a
+        BadTokenFile: the file cannot be read, other users can read or change it, it contains no token, or a
             token is too short or contains characters that would have to be quoted in a URL.
     """
     try:

@@ -50,7 +50,7 @@ def _format_printed(text: str) -> str:
 
 
 def escape_controls(text: str) -> str:
-    """Replace each character that XML forbids with a visible reference."""
+    """Replace carriage returns, and characters that XML forbids, with visible references."""
     return "".join(
         char if char in "\n\t" or (char >= " " and not _is_outside_xml(char)) else f"&#x{ord(char):04X};"
         for char in text

@@ -1,4 +1,4 @@
-"""Replacements for the window functions of OpenCV, with the names, arguments and results of `cv2`.
+"""Replacements for OpenCV's window functions, with the names, arguments and results of `cv2`.
 
 As in OpenCV, callbacks are called by `waitKey`, in the thread that calls it.
 """

@@ -95,7 +95,7 @@ class FaultProxy:
         """Replace the faults on connections of these kinds (by default `topics`), including open ones.
 
         The keywords are the attributes of `Faults`: `proxy.inject("topics", "services", delay_s=0.05,
-        split_bytes=7)`. Without keywords, everything is forwarded unchanged.
+        split_bytes=7)`. Without keywords, no faults are injected.
 
         Raises:
             TypeError: the fault is unknown.
