@@ -74,7 +74,7 @@ def picture_of(table: Any, row: int) -> Picture:
         return table["data"][row]
     kind = table["encoding"][row]
     if kind not in _FORMATS:
-        raise PictureError(f"encoding on {table.topic} must be one of {', '.join(_FORMATS)}, got {kind}")
+        raise PictureError(f"the encoding on {table.topic} must be one of {', '.join(_FORMATS)}, got {kind}")
     pixels = np.ascontiguousarray(table["_image"][row])
     return library("av", "a video").VideoFrame.from_ndarray(pixels, format=_FORMATS[kind])
 
