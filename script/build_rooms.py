@@ -1,4 +1,4 @@
-"""Which rooms a build contains, for the hooks of hatchling.
+"""Determine which rooms a build contains, for hatchling's hooks.
 
 `PIPROS_ROOMS` names them, separated by commas; it may be empty. Without it, a build contains all rooms.
 """
@@ -69,7 +69,7 @@ def rooms_of(root: Path, chosen: str | None = None) -> Rooms:
     """Return the rooms of a source tree. `chosen` is the value of `PIPROS_ROOMS`; None for all.
 
     Raises:
-        BadRooms: a name is unknown, or a room needs another one.
+        BadRooms: a name is unknown, or a chosen room needs one that is not chosen.
     """
     source = str(root / "src")
     if source not in sys.path:
@@ -91,7 +91,7 @@ def rooms_of(root: Path, chosen: str | None = None) -> Rooms:
 
 
 def rooms_of_build(root: str) -> Rooms:
-    """Return the rooms of the build that runs, as `PIPROS_ROOMS` says."""
+    """Return the rooms that `PIPROS_ROOMS` selects for the current build."""
     import_from_source(Path(root))
     return rooms_of(Path(root), os.environ.get(VARIABLE))
 

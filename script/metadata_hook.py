@@ -3,7 +3,7 @@
 `[tool.hatch.metadata.hooks.custom] repository` in pyproject.toml has the address. If it is empty, there are
 no addresses, and all links are relative. The plugin hatch-fancy-pypi-readme can only insert a fixed address.
 
-`scripts` and `extras` there are those of no room; see `pipros.basics.rooms`.
+`scripts` and `extras` there belong to no room; see `pipros.basics.rooms`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def addresses(repository: str) -> dict[str, str]:
 
 
 def with_absolute_links(text: str, repository: str, tag: str) -> str:
-    """Replace relative links and pictures in Markdown by those of a tag in the repository."""
+    """Make relative links and picture paths in Markdown refer to a tag in the repository."""
 
     def absolute(found: re.Match[str]) -> str:
         kind = "raw" if found["picture"] else "blob"

@@ -109,11 +109,11 @@ def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
 
 
 def small(file: Path) -> None:
-    """Reduce a picture to `COLOURS` colours. Raises SystemExit if it is still larger than `LARGEST_BYTES`."""
+    """Reduce a picture to `COLOURS` colours. Raise SystemExit if it is still larger than `LARGEST_BYTES`."""
     with Image.open(file) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
     if file.stat().st_size > LARGEST_BYTES:
-        raise SystemExit(f"{file} has {file.stat().st_size} bytes; {LARGEST_BYTES} are the limit")
+        raise SystemExit(f"{file} has {file.stat().st_size} bytes; the limit is {LARGEST_BYTES}")
 
 
 def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:

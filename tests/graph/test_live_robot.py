@@ -325,7 +325,7 @@ def test_a_robot_that_is_missing_is_an_error(
     with pytest.raises(RobotSilent, match=r"nothing subscribes to /cmd_vel. Start the missing node first"):
         LiveRobot(describe(), master_uri=master.uri, timeout_s=0.1)
     make_node("robot").subscribe("/cmd_vel", Twist)
-    with pytest.raises(RobotSilent, match=r"no message on /joints. Start the missing node first"):
+    with pytest.raises(RobotSilent, match=r"no complete message on /joints. Start the missing node first"):
         LiveRobot(describe(), master_uri=master.uri, timeout_s=0.1)
 
 

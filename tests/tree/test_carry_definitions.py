@@ -63,7 +63,7 @@ def test_a_file_with_comments_whose_fields_changed_is_refused_and_nothing_is_wri
     ended = carry(tree)
 
     assert ended.returncode == 1
-    assert f"{carried(tree)}: has comments, and its fields changed" in ended.stderr
+    assert f"{carried(tree)}: has comments, but its fields changed" in ended.stderr
     assert carried(tree).read_text() == ours
     assert not carried(tree).with_name("Added.msg").exists()
 

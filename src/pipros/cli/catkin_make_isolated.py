@@ -182,7 +182,7 @@ def _choose(
     """Return the packages to traverse, and the subset to build.
 
     Raises:
-        WorkspaceError: no package in the workspace has a requested name.
+        WorkspaceError: a requested package is not in the workspace.
     """
     names = [package.name for package in packages]
     named = [*options.pkg, *options.only_pkg_with_deps, *filter(None, [options.from_pkg])]

@@ -44,8 +44,8 @@ COMMANDS: dict[str, dict[str, str]] = {
     },
     "Look at robot descriptions": {
         "check_urdf": "check a URDF, and print the tree of its links",
-        "urdf_to_graphviz": "draw its links and joints",
-        "urdf_to_graphiz": "the same, by its former name",
+        "urdf_to_graphviz": "draw a graph of a URDF's links and joints",
+        "urdf_to_graphiz": "the same, under a former name",
     },
     "Make packages and workspaces": {
         "catkin_create_pkg": "create a package",
@@ -109,5 +109,5 @@ def command_map() -> str:
             lines += [f"  {name:{width}}  {purpose}" for name, purpose in present.items()]
     others = sorted(installed - listed)
     if others:
-        lines += ["", "Also there:", *(f"  {name}" for name in others)]
+        lines += ["", "Also installed:", *(f"  {name}" for name in others)]
     return "\n".join(lines)

@@ -74,9 +74,9 @@ def _parse(argv: Sequence[str]) -> Namespace:
     )
     options = parser.parse_args(argv)
     if not 0 < options.timeout < float("inf"):
-        parser.error(f"--timeout must be a positive number of seconds, got {options.timeout}")
+        parser.error(f"--timeout must be a positive, finite number of seconds, got {options.timeout}")
     if not 0 < options.wait <= LONGEST_WAIT_S:
-        parser.error(f"--wait must be a number of seconds up to {LONGEST_WAIT_S:g}, got {options.wait}")
+        parser.error(f"--wait must be a positive number up to {LONGEST_WAIT_S:g}, got {options.wait}")
     return options
 
 

@@ -57,7 +57,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     def with_streams(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         interrupts.install()
         # At exit, Python need not search for reference cycles in memory that is about to be freed. Python
-        # 3.14 aborts if objects of DuckDB in such cycles are freed as late as that.
+        # 3.14 aborts if DuckDB objects in such cycles are freed as late as that.
         if sys.version_info < (3, 14):
             atexit.register(gc.freeze)
         _open_closed_streams()

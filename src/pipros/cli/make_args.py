@@ -18,7 +18,7 @@ class MakeArguments:
     """Arguments for make.
 
     Attributes:
-        jobs: options for the number of jobs, in short form.
+        jobs: options for the number of jobs and the load average, in short form.
         is_forced: whether to rebuild everything.
         unknown: options that are not supported.
     """

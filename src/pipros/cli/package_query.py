@@ -63,6 +63,8 @@ class QueryFailed(PiprosError):
 class PackageQuery:
     """One command's arguments, with the package index and the dependency graph.
 
+    All methods raise `QueryFailed` if the arguments are invalid.
+
     Attributes:
         words: arguments that are not options: at most one, the name of a package or stack.
     """
@@ -123,7 +125,7 @@ class PackageQuery:
         def add(name: str, depth: int, path: tuple[str, ...]) -> None:
             for needed in self.graph.direct(name):
                 if needed in path:
-                    raise QueryFailed(f"package '{path[0]}' depends on itself")
+                    raise QueryFailed(f"package '{needed}' depends on itself")
                 lines.append("  " * depth + needed)
                 add(needed, depth + 1, (*path, needed))
 
@@ -149,7 +151,7 @@ class PackageQuery:
 
         length = self.options.get("--length", "20")
         if not length.lstrip("-").isdecimal():
-            raise QueryFailed(f"--length must be a number, got [{length}]")
+            raise QueryFailed(f"--length must be an integer, got [{length}]")
         folders = [
             folder
             for folder in self.index.folders

@@ -15,10 +15,10 @@ def overview() -> str:
     """Return the text that is printed without a subcommand."""
     lines = "".join(f"\tpipros {name}\t{each.purpose}\n" for name, each in sorted(subcommands().items()))
     return (
-        f"pipros {pipros.__version__}: ROS 1 from pip. The commands of ROS keep their names: roscore, "
+        f"pipros {pipros.__version__}: ROS 1 from pip. ROS commands keep their names: roscore, "
         "rostopic, …\n\n"
         f"Commands:\n{lines}\n"
-        "Type pipros <command> -h for more detailed usage, pipros --help for a map of all commands of ROS\n"
+        "Type pipros <command> -h for more detailed usage, pipros --help for a list of all commands\n"
     )
 
 

@@ -21,8 +21,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros policy check",
         description="Read a policy (docs/policy.md), and say in sentences what it allows. With a bag, decide "
-        "about each recorded message on its topics as if a client had published it. Exits with 1 if the "
-        "policy is invalid, or refuses a message in the bag.",
+        "about each recorded message on the policy's topics as if a client had published it. Exits with 1 if "
+        "the policy is invalid, or refuses a message in the bag.",
     )
     parser.add_argument("check", choices=["check"], help="the only subcommand")
     parser.add_argument("file", metavar="FILE", help="the policy")

@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--resume",
         action="store_true",
         default=False,
-        help="restore the parameters from the last run of this master, and the nodes that are still running",
+        help="restore this master's last parameters, and the registrations of nodes that are still running",
     )
     parser.set_defaults(
         core=True,

@@ -1,4 +1,4 @@
-"""`rosgraph`: prints the connections between nodes, and again after each change, until Ctrl-C."""
+"""`rosgraph`: prints the connections between nodes, and again after each change, until the master ends."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         port = DEFAULT_MASTER_PORT if options.port is None else int(options.port)
         timeout_s = None if options.timeout is None else float(options.timeout)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(f"the port must be an integer, and the timeout a number: {error}")
     if not 0 <= port <= 65535:
         parser.error(f"port must be between 0 and 65535, got {port}")
     environment = Environment.from_os()

@@ -55,7 +55,7 @@ def _prototype(argv: Sequence[str]) -> str | None:
 
     Raises:
         NoPrototype: the message cannot be created.
-        SystemExit: an option is invalid, or the type is not written as `package/Type`.
+        SystemExit: an option is invalid, or the type contains `::` or a dot.
     """
     parser = _parser()
     options, arguments = parser.parse_args(list(argv))

@@ -97,7 +97,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _choose(found: Executables) -> Path | None:
     """Return the program to run, or None if there is none or the user chooses none.
 
-    If there are several, ask the user, unless one is a devel-space relay of the other.
+    If there are several, ask the user, unless one is a devel-space relay for the other.
     """
     if len(found.runnable) <= 1 or found.relay:
         return found.runnable[0] if found.runnable else None

@@ -18,10 +18,10 @@ SHELLS = ("sh", "fish", "powershell")
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="pipros env",
-        description="Print what setup.bash of a workspace would set, as shell commands: "
+        description="Print what a workspace's setup.bash would set, as shell commands: "
         'eval "$(pipros env ~/catkin_ws)" has the effect of sourcing the file. Without a workspace, '
-        'eval "$(pipros env)" stands in for sourcing /opt/ros/noetic/setup.bash. It also defines roscd, '
-        "rosls, rosed, roscp and completion, in bash, zsh and fish.",
+        'eval "$(pipros env)" stands in for sourcing /opt/ros/noetic/setup.bash. In bash, zsh and fish, '
+        "the commands also define roscd, rosls, rosed, roscp and completion.",
     )
     parser.add_argument(
         "workspace", nargs="?", help="a workspace, or its devel or install folder (default: none)"

@@ -54,7 +54,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name when it is first used, because all commands import this package for its `room`."""
+    """Import a name when it is first used, because each search for rooms imports this package."""
     home = next((home for home, names in _HOMES.items() if name in names.split()), None)
     if home is None:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -127,8 +127,8 @@ class Bags:
         Raises:
             NoSuchTopic: no bag contains this topic.
             ValueError: `every` is less than 1.
-            BagError: a message does not match its definition, the bags define the type differently, or the
-                messages exceed the limit `table_bytes`.
+            BagError: a message does not match its definition, the topic has several types or definitions, or
+                the messages exceed the limit `table_bytes`.
         """
         limit = self._limits.table_bytes
         tables, left = [], limit

@@ -48,11 +48,12 @@ def with_transform(
         gap: poses are interpolated over pauses of up to this many seconds between transforms, and never over
             pauses of more than twice this time. Transforms are read up to this long after each row, and kept
             for twice this time.
-        prefix: added to the names of the columns; by default, `source.`.
+        prefix: added to the names of the columns; by default, `source` and a dot.
         tf, tf_static: the topics of the transforms. Static transforms apply from the start.
 
     Raises:
-        ValueError: `gap` is not positive, or messages have no header.
+        ValueError: `gap` is not positive, `on` is unknown, messages have no header, or a column already
+            exists.
     """
     if not gap > 0:
         raise ValueError(f"gap must be > 0, got {gap}")

@@ -40,7 +40,7 @@ def image_array(row: Mapping[str, Any]) -> Any:
     """Return the pixels of a `sensor_msgs/Image`, indexed by row, column and, if it has several, channel.
 
     Raises:
-        PictureError: the encoding is unknown, or pixels are missing.
+        PictureError: the encoding is unknown, or the rows or the data are too short.
     """
     try:
         found = encoding(row["encoding"])
@@ -51,8 +51,8 @@ def image_array(row: Mapping[str, Any]) -> Any:
     line = width * found.channels * dtype.itemsize
     if step < line or len(data) < step * height:
         raise PictureError(
-            f"{width} x {height} pixels of {found.name} in rows of {step} bytes need "
-            f"{max(line, step) * height} bytes, got {len(data)}"
+            f"{width} x {height} pixels of {found.name} need rows of at least {line} bytes, and "
+            f"{max(line, step) * height} bytes in total, got rows of {step}, and {len(data)} in total"
         )
     shape = (height, width) if found.channels == 1 else (height, width, found.channels)
     strides = (step, found.channels * dtype.itemsize, dtype.itemsize)
@@ -96,8 +96,8 @@ def cloud_array(row: Mapping[str, Any]) -> Any:
     height, width, step, data = int(row["height"]), int(row["width"]), int(row["row_step"]), row["data"]
     if step < width * size or len(data) < step * height:
         raise PictureError(
-            f"{width} x {height} points of {size} bytes in rows of {step} bytes need "
-            f"{max(step, width * size) * height} bytes, got {len(data)}"
+            f"{width} x {height} points of {size} bytes need rows of at least {width * size} bytes, and "
+            f"{max(step, width * size) * height} bytes in total, got rows of {step}, and {len(data)} in total"
         )
     dtype = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": size})
     return np.ndarray((height, width), dtype, data, 0, (step, size))

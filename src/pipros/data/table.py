@@ -172,7 +172,7 @@ class Table(Mapping[str, Any]):
         return arrow_table(self.columns, self.gaps)
 
     def to_pandas(self) -> Any:
-        """Return a `pandas.DataFrame`. Raise `MissingExtra` if pandas is not installed."""
+        """Return a `pandas.DataFrame`. Raise `MissingExtra` if pandas or pyarrow is not installed."""
         from pipros.data.extras import user_library
 
         user_library("pandas", "to_pandas")
@@ -186,7 +186,7 @@ class Table(Mapping[str, Any]):
 
 
 def joined_tables(tables: Sequence[Table]) -> Table:
-    """Concatenate one or more tables of a topic."""
+    """Concatenate one or more tables of a topic, which must not have gaps."""
     first = tables[0]
     if len(tables) == 1:
         return first

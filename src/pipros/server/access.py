@@ -52,8 +52,8 @@ class Access:
     def check_origin(self, origin: str | None, host: str | None) -> None:
         """Raise `Denied` unless an `Origin` header has this server's scheme, and passes `check_host`.
 
-        An IP address must also equal the address in the request's `Host` header. Otherwise, a site that is
-        opened by its IP address and listens on the same port could connect.
+        An IP address that is not in `hosts` must also equal the one in the request's `Host` header.
+        Otherwise, a site that is opened by its IP address and listens on the same port could connect.
         """
         try:
             parts = urlsplit(origin or "")

@@ -28,11 +28,12 @@ from pipros.server.stop_guardian import StopGuardian, key_of
 class ActGate:
     """Gate that allows or refuses the acts of all clients of a server. Thread-safe.
 
-    Names are resolved as the node resolves them, so that a remapping of the server does not bypass the
-    policy. Without a policy, all acts are allowed.
+    Topic names are resolved as the node resolves them, so that a remapping of the server does not bypass
+    the policy. Without a policy, `rule`, `preview` and `check_run` raise `ActRefused`; all other acts are
+    allowed.
 
     Attributes:
-        policy: the policy; None allows everything.
+        policy: the policy, or None.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class ActGate:
 
         Raises:
             ActRefused: the policy has no rule for the topic with this type; or the topic has a time limit,
-                and is latched or the guardian does not start.
+                and is latched or the guardian is not ready in time.
         """
         if self.policy is None:
             return
@@ -92,12 +93,12 @@ class ActGate:
             message: the message, or its serialized form if its type and MD5 sum are given.
 
         Raises:
-            ActRefused: the policy does not allow the message.
+            ActRefused: the policy does not allow the message, or its time limit cannot be started.
         """
         self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 
     def published(self, topic: str, message: Any) -> None:
-        """Restart the time limit of a published message, because it may have waited after its check."""
+        """Restart a published message's time limit, because it may have waited. Do nothing for goals."""
         rule = self._rule(topic)
         if rule is None or rule.time_limit_s is None or rule.cancel is not None:
             return
@@ -167,7 +168,7 @@ class ActGate:
         """Return the rule that allows an act now, without counting the act.
 
         Raises:
-            ActRefused: see `decide`.
+            ActRefused: the policy does not allow the act, or the act's goal id is empty or too long.
         """
         rule = self.rule(act.kind, act.name, act.type, act.md5sum)
         _goal_id(rule, act.value)
@@ -187,7 +188,7 @@ class ActGate:
     def advertise(
         self, topic: str, message_class: Any, *, queue_size: int = 10, latch: bool = False
     ) -> Publisher[Any] | GatedPublisher:
-        """Advertise a topic. The publisher checks each message. Blocks as `Node.advertise` does.
+        """Advertise a topic. The publisher checks each message. Blocks as `check_topic` does.
 
         Raises:
             ActRefused: see `check_topic`.
@@ -246,7 +247,7 @@ class GatedPublisher:
         self._gate.published(self._topic, message)
 
     def unregister(self) -> None:
-        """Let the guardian stop what the client started on the topic, and unadvertise the topic."""
+        """Let the guardian stop what the client started on the topic, and unregister the publisher."""
         self._gate.left(self._topic, self)
         self._publisher.unregister()
 

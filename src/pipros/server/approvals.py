@@ -45,7 +45,7 @@ class Question:
         tool: the requested operation, such as `publish`.
         name: name of the topic, service, … that the act uses.
         values: the values that the act would send.
-        rule: the policy's rule that allows the act.
+        rule: the policy's rules that allow the act, with their limits.
     """
 
     tool: str
@@ -101,13 +101,15 @@ class Approvals:
     def wait(self, client: Hashable, question: Question, wait_s: float, over: threading.Event) -> str:
         """Block until a human has approved an act. Return `once` or `minute`.
 
+        If an earlier approval for a minute is still valid, return `minute` at once.
+
         Args:
             client: the client that acts, to which an approval for a minute is limited.
             over: set when the client has disconnected or cancelled the call. This ends the wait.
 
         Raises:
-            ActRefused: the human has refused, or has not answered within `wait_s`; `over` was set; or too
-                many acts are waiting.
+            ActRefused: a human or `stop` has refused, no human has answered within `wait_s`, `over` was set,
+                or too many acts are waiting.
         """
         key = (client, question.tool, question.name)
         identity = secrets.token_hex(8)
@@ -143,7 +145,8 @@ class Approvals:
         """Return the response to a request from another program.
 
         Raises:
-            PiprosError: the act no longer awaits approval, or the request is malformed.
+            PiprosError: the act no longer awaits approval, or the operation or the verdict is unknown.
+            LookupError, TypeError: the request is malformed.
         """
         wanted = request["do"]
         with self._changed:
@@ -173,7 +176,7 @@ class Approvals:
 
 
 def waiting_acts() -> list[Mapping[str, Any]]:
-    """Send `list` to this user's programs on this machine. Return the responses, each with its `process`.
+    """Send `list` to up to `MOST_PROGRAMS` programs. Return the responses, each with its `process`.
 
     May block for several seconds.
 
@@ -187,7 +190,7 @@ def waiting_acts() -> list[Mapping[str, Any]]:
                 {**local_requests.ask(_FOLDER, process, {"do": "list"}, _ANSWER_BYTES), "process": process}
             )
         except LocalFailed:
-            continue  # the program has ended
+            continue  # usually, the program has ended
     return found
 
 

@@ -159,8 +159,8 @@ class ApprovedActs:
             needs_human: False for acts that only end what was approved earlier.
 
         Raises:
-            ActRefused: the policy or the human refuses, the values are too long to be shown, or the call has
-                ended.
+            ActRefused: the policy refuses, the values are too long to be shown, the call has ended, or
+                `Approvals.wait` raises this.
             Unreachable: the master does not answer.
         """
         system = self.system()
@@ -180,7 +180,7 @@ class ApprovedActs:
             return carry_out(system)
 
     def end_run(self, run: int) -> bool | None:
-        """Stop a program and wait for its end. Return whether it has ended, or None if it does not exist."""
+        """Stop a program, and wait up to `ENDING_S`. Return whether it ended; None if it does not exist."""
         found = self.runs.get(run)
         if found is None:
             return None

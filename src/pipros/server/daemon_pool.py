@@ -1,7 +1,7 @@
 """Threads for blocking calls and long computations, which must not run in the page's event loop.
 
 `asyncio.to_thread` is not used: all views would share its threads (six on a machine with two cores), and the
-shutdown of the event loop waits for each of them.
+shutdown of the event loop would wait for each of them.
 """
 
 from __future__ import annotations

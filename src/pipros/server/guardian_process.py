@@ -6,8 +6,8 @@ its time limit has passed, and all pending stops when the input ends, for whatev
 because an earlier command from the server may arrive late over another connection.
 
 Each line has one of these values of `op`: `watch` adds a topic or a service with its stop, and is confirmed
-by a line with its key (for a topic, once its known subscribers have connected); `arm` starts or restarts a
-time limit; `disarm` cancels a time limit; `stop` makes a stop due at once.
+by a line with its key (for a topic, once its known subscribers have connected or `CONNECTING_S` has passed);
+`arm` starts or restarts a time limit; `disarm` cancels a time limit; `stop` makes a stop due at once.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ REPEAT_S: Final = 0.1
 CONNECTING_S: Final = 2.0
 """Maximum time (s) to wait for subscribers before an act is allowed, even if some have not connected."""
 ENDING_S: Final = 2.0
-"""Maximum time (s) that the process lives after its last stop."""
+"""Maximum time (s) to wait, after the last stop, for each service call, and then for the node's shutdown."""
 CALL_S: Final = 5.0
 """Timeout (s) of a service call that stops a movement."""
 CALL: Final = "call "

@@ -20,7 +20,7 @@ async def json_text(value: Any) -> str:
     A large value is encoded in a thread and in pieces, because the C encoder holds the GIL until it is done.
 
     Raises:
-        TypeError: the key of a mapping is neither a string nor a number.
+        TypeError: the key of a mapping is neither a string, a number nor None.
         RecursionError: the value is nested too deeply, or contains itself.
     """
     return await in_daemon_thread(_in_pieces, value) if is_large(value) else encoded(value)

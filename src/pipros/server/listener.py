@@ -1,9 +1,9 @@
 """Accept connections from browsers, and limit connections that have not been authenticated yet.
 
 Theory of operation. Like a node's servers, the listening socket counts each connection in a `ConnectionTable`
-when it is accepted, before the TLS handshake. Until `AcceptedSocket.admit` is called, a connection is closed
-after `login_s` without a request. If there are too many connections, a new connection replaces the unadmitted
-connection that has been silent longest.
+when it is accepted, before the TLS handshake. A connection is closed if its first request does not arrive
+within `login_s`. If there are too many connections, a new connection replaces the connection that has been
+silent longest among those for which `AcceptedSocket.admit` has not been called.
 """
 
 from __future__ import annotations

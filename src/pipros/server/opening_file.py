@@ -3,7 +3,7 @@
 Every user can read command lines, so they must not contain an address with a code. Instead, they name a file
 of mode 0600 in a folder of mode 0700, which contains the address. Browsers from a snap or a Flatpak can read
 neither the system's temporary folder nor hidden folders below HOME. A snap may read the other folders below
-HOME, and a Flatpak the folder for downloads, so the file is created in one of these folders.
+HOME, and a Flatpak the folder for downloads, so the file is created in one of these folders if possible.
 """
 
 from __future__ import annotations

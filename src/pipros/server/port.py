@@ -1,11 +1,11 @@
 """A port for HTTP requests and WebSockets, with limits on the data that it holds for each client.
 
-Theory of operation. Until a client is admitted, it may send `login_bytes`. Afterwards, all data that has been
-read but not handled counts against the client's budget: the beginning of an incomplete frame, the frames of
-an incomplete message, each with its overhead, and complete messages. If more than `READ_AHEAD_BYTES` are
-complete, the connection is not read until they have been handled. An incomplete message must grow by a MiB,
-or end, within `request_s`. A client that exceeds its budget is disconnected; the close frame contains the
-reason.
+Theory of operation. Until a client is admitted, it may send up to `login_bytes`. Afterwards, all data that
+has been read but not handled counts against the client's budget: the beginning of an incomplete frame, the
+frames of an incomplete message, each with its overhead, and complete messages. If more than
+`READ_AHEAD_BYTES` are complete, the connection is not read until at most half as many are left. An incomplete
+message must grow by a MiB, or end, within `request_s`. A client that exceeds its budget is disconnected; the
+close frame contains the reason.
 
 The time for parsing depends far more on the number of frames than on their size, and a single read can
 contain 40,000 frames. Data is therefore parsed in parts. After a part that took long, the connection rests
@@ -209,7 +209,8 @@ class PortConnection(ServerConnection):
         """Apply the limits after new data has arrived."""
         incomplete = self._incomplete_bytes
         if incomplete > self._message_bytes:
-            self.cut(f"A message exceeds {self._message_bytes} bytes.", CloseCode.MESSAGE_TOO_BIG)
+            reason = f"A message exceeds {self._message_bytes} bytes, with {FRAME_BYTES} for each frame."
+            self.cut(reason, CloseCode.MESSAGE_TOO_BIG)
         elif not self._count_input():
             self.cut("Incomplete or unhandled messages exceed the memory for this client.")
         elif self._waiting_bytes > READ_AHEAD_BYTES and self._is_reading:
@@ -299,7 +300,7 @@ class ServerPort:
         Args:
             host: address to listen on. For 127.0.0.1, 0.0.0.0 and ::1, the port is also opened at the other
                 loopback address, if this machine has it: users open `localhost`, and browsers prefer ::1.
-                Another user could otherwise listen there, and would be shown the token.
+                Another user could otherwise listen there, and receive the token.
             port: port to listen on; 0 selects a free one.
             handle_websocket: serves a WebSocket until it is closed.
             respond: returns the response to a request, or None to continue with the WebSocket handshake.

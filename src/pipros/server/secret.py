@@ -4,7 +4,7 @@ Browsers send cookies to every server on the same host name, regardless of its p
 secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
 They read the secret from the fragment of the printed address, which browsers do not send. An address that is
 passed to another program, such as the desktop's browser, contains a one-time code instead, which is worthless
-afterwards.
+once it has been used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ CODES: Final = 100
 
 
 class Denied(Exception):
-    """The request is refused. The text states the reason and the remedy."""
+    """The request is refused. The text states the reason and, if there is one, the remedy."""
 
 
 class Secret:

@@ -27,7 +27,7 @@ def key_of(rule: ActRule) -> str:
 
 
 class StopGuardian:
-    """Starts the process with the first act that has a time limit. Thread-safe.
+    """Starts the process when the first stop is watched. Thread-safe.
 
     If the process ends while it is needed, a new process publishes all pending stops.
     """
@@ -71,7 +71,8 @@ class StopGuardian:
         """Start the time limit of an act. `client` is the acting client.
 
         `stop` replaces the message that stops the topic, for example because it must contain the current
-        position. The size limit of a policy's stop also applies to `stop`.
+        position. It must not exceed the size limit of a policy's stop. If too many stops are pending, the
+        oldest becomes due now.
 
         Raises:
             ActRefused: the process is not ready, or cannot be reached.

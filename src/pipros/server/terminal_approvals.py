@@ -26,7 +26,7 @@ def ask_humans(
     """Show one act after the other and read the answers, until Ctrl-C or the end of the input.
 
     Raises:
-        OSError: the sockets of the programs cannot be found.
+        OSError: see `waiting_acts`.
     """
     print("Waiting for acts that need approval. Ctrl-C ends this.", flush=True)
     while True:

@@ -18,14 +18,14 @@ _TOKEN = re.compile(r"[A-Za-z0-9._~-]+")
 
 
 class BadTokenFile(PiprosError):
-    """A token file is unreadable, accessible to other users, or does not contain valid tokens."""
+    """A token file is unreadable, accessible to other users, or contains no token or an invalid one."""
 
 
 def read_tokens(path: str) -> list[str]:
     """Return the tokens in a file, at least one.
 
     Raises:
-        BadTokenFile: the file cannot be read, other users can read or replace it, it contains no token, or a
+        BadTokenFile: the file cannot be read, other users can read or change it, it contains no token, or a
             token is too short or contains characters that would have to be quoted in a URL.
     """
     try:

@@ -6,7 +6,7 @@ The files contain nothing secret. The first message on a WebSocket authenticates
 `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
 `{"id": 4, "action": "set_param", "args": {…}}`. Responses contain the id: `{"id": 3, "data": …}`,
 `{"id": 3, "error": "…"}`, or, in binary, the id as four big-endian bytes followed by the data. A read-only
-view is retried after an error, unless its arguments were invalid.
+view is retried after an error, unless the request was refused.
 
 Each view is a task that sends new values only after the browser has received the previous ones. A slow
 browser therefore receives fewer values, but current ones, and does not delay other browsers.

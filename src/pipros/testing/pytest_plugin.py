@@ -1,7 +1,7 @@
 """pipros's pytest plugin: fixtures that provide a ROS system, and the collection of launch files with tests.
 
 Every pytest run in the environment loads this plugin (entry point `pipros`, disabled by `-p no:pipros`), so
-it imports other modules of pipros only when they are needed: to collect a launch file with tests, by a test,
+it imports other pipros modules only when they are needed: to collect a launch file with tests, by a test,
 or to write a JUnit file.
 """
 
@@ -162,7 +162,7 @@ def ros_faults(
     """A proxy between the nodes started by the test and all other nodes, to disturb their connections.
 
     `ROS_MASTER_URI` is set to the proxy's address, so nodes started by `ros_launch` are behind the proxy, but
-    `ros_node` is not. The proxy forwards everything unchanged until
+    `ros_node` is not. The proxy does not disturb connections until
     `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or `.refuse()` is called.
     """
     from pipros.testing.faults.ros_proxy import FaultProxy

@@ -49,7 +49,7 @@ def results_below(folder: Path) -> Iterator[tuple[Path, ResultCounts | str]]:
 
 
 def count_results(root: Element) -> ResultCounts:
-    """Return the counts in a result file. Raises KeyError or ValueError if the file is not a result file."""
+    """Return the counts in a result file. Raise KeyError or ValueError if the file is not a result file."""
     if root.tag == "testsuite":
         return _counts_of(root)
     if root.tag != "testsuites":

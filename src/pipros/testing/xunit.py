@@ -50,7 +50,7 @@ def _format_printed(text: str) -> str:
 
 
 def escape_controls(text: str) -> str:
-    """Replace each character that XML forbids with a visible reference."""
+    """Replace carriage returns, and characters that XML forbids, with visible references."""
     return "".join(
         char if char in "\n\t" or (char >= " " and not _is_outside_xml(char)) else f"&#x{ord(char):04X};"
         for char in text
@@ -97,7 +97,9 @@ def _stated(element: Element, name: str) -> int:
     """Return the number in one of a suite's attributes, or 0 if the attribute is missing."""
     text = element.attributes.get(name, "")
     if text and not (text.isdecimal() and len(text) < 10):
-        raise UnreadableResults(f"line {element.line}: the attribute {name} must be a number, got [{text}]")
+        raise UnreadableResults(
+            f"line {element.line}: {name} must be a whole number below 10^9, got [{text}]"
+        )
     return int(text or "0")
 
 

@@ -51,7 +51,7 @@ def test_help_is_an_overview_of_all_commands(
     assert main(["--help"]) == 0
     words = capsys.readouterr().out.split()
     assert set(COMMANDS) - {"pipros-complete"} <= set(words)
-    assert words[-3:] == ["Also", "there:", "mystery"]
+    assert words[-3:] == ["Also", "installed:", "mystery"]
 
 
 def test_every_command_is_in_the_overview() -> None:

@@ -71,7 +71,7 @@ def options(command: str, before: Sequence[str]) -> list[str]:
 
 
 def _main_of(command: str) -> Callable[[list[str]], int] | None:
-    """Return the main function of a command of pipros or of a room, or None if there is none."""
+    """Return the main function of one of pipros's or a room's commands, or None if there is none."""
     found: Callable[[list[str]], int] | None
     try:
         found = getattr(import_module(f"pipros.cli.{command.replace('-', '_')}"), "main", None)

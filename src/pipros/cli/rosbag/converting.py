@@ -106,4 +106,4 @@ def _copy(bag: BagReader, writer: MessageSink, source: Path, *, is_quiet: bool) 
 
 def _check_target(source: Path, target: Path, *, force: bool) -> None:
     if target.exists() and (not force or source.samefile(target)):
-        raise BagError(f"{target} already exists" + ("" if force else "; --force overwrites it"))
+        raise BagError(f"{target} " + ("is the input" if force else "already exists; --force overwrites it"))

@@ -1,4 +1,4 @@
-"""Bag formats that a room adds to `rosbag`, such as the format of ROS 2."""
+"""Bag formats that a room adds to `rosbag`, such as ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class OtherBags(Protocol):
         """Add the options of `rosbag convert` for writing bags in this format."""
 
     def is_chosen(self, parser: OptionParser, options: Any) -> bool:
-        """Return whether the options request a bag in this format. Report contradictory options."""
+        """Return whether the options request a bag in this format. Exit with an error if they are invalid."""
         ...
 
     def target_name(self, source: Path) -> str:

@@ -125,13 +125,12 @@ def _check(parser: OptionParser, options: Values, topics: Sequence[str]) -> None
         parser.error("--snapshot cannot be combined with --split, --size or --limit")
     if options.max_splits is not None and not options.split:
         parser.error("--max-splits needs --split")
-    for name in ("max_splits", "size", "num"):
-        value = getattr(options, name)
+    for option, value in (("max-splits", options.max_splits), ("size", options.size), ("limit", options.num)):
         if value is not None and value <= 0:
-            parser.error(f"{name} must be greater than zero, got {value}")
+            parser.error(f"--{option} must be greater than zero, got {value}")
     for name in ("buffsize", "chunksize"):
         if getattr(options, name) < 0:
-            parser.error(f"{name} must not be less than zero, got {getattr(options, name)}")
+            parser.error(f"--{name} must not be less than zero, got {getattr(options, name)}")
     _seconds(parser, options.duration)
 
 

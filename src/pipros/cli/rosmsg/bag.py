@@ -10,7 +10,7 @@ from pipros.cli.runner import CommandError
 
 
 def bag_definitions(path: Path) -> dict[str, str]:
-    """Return the full text of every message type in a bag, keyed by type name.
+    """Return the full definition of each topic's message type in a bag, keyed by type name.
 
     Raises:
         CommandError: the file does not exist, is not a bag, or has no readable index.

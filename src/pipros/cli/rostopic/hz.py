@@ -26,7 +26,7 @@ class HzOptions:
     """The options for measuring rates.
 
     Attributes:
-        window: the number of intervals to keep.
+        window: the number of messages from which each rate is computed.
         expression: a Python expression; only messages for which it is true are counted.
         wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
         tcp_nodelay: whether to ask publishers to send small messages immediately.

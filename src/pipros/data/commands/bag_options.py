@@ -44,7 +44,7 @@ def row_options(options: Any) -> dict[str, Any]:
 
 
 def opened_bags(names: Sequence[str], options: Any) -> Bags:
-    """Open bags. Raise `CommandError` if one does not exist, or none has messages in the selected period."""
+    """Open bags. Raise `CommandError` if one does not exist, or the selected period lies outside theirs."""
     from pipros.data import open_bags
 
     try:

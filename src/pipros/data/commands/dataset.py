@@ -32,8 +32,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--config", type=Path, metavar="FILE", help="the description: robot.yaml")
     parser.add_argument("-o", "--output", type=Path, metavar="OUT", help="the folder of the data set")
     parser.add_argument("--format", default="parquet", choices=("hdf5", "lerobot", "parquet"))
-    parser.add_argument("-j", "--jobs", type=int, metavar="N", default=os.cpu_count() or 1, help="processes")
-    parser.add_argument("--msgs", action="append", default=[], metavar="FOLDER", help="ROS 2 definitions")
+    parser.add_argument(
+        "-j", "--jobs", type=int, metavar="N", default=os.cpu_count() or 1, help="number of processes"
+    )
+    parser.add_argument(
+        "--msgs", action="append", default=[], metavar="FOLDER", help="a folder with ROS 2 definitions"
+    )
     parser.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     chosen = parser.parse_args(argv)
     if not chosen.bags and not chosen.marker:

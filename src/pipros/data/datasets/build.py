@@ -44,7 +44,7 @@ def build(
 ) -> list[dict[str, Any]]:
     """Make a data set, or continue an interrupted run. Return the contents of `checks` for all episodes.
 
-    An episode does not extend over several bags.
+    An episode does not extend over several bags. After an error, finished episodes are kept.
 
     Args:
         kind: the format: `lerobot`, or a key of `WRITERS`.
@@ -54,7 +54,7 @@ def build(
     Raises:
         BadSettings: the description does not fit the bags, the folder contains a different data set or other
             files, or an episode cannot be read.
-        BagError: a bag is damaged. Finished episodes are kept.
+        BagError: a bag is damaged.
         MissingExtra: a library is not installed.
     """
     if kind == LEROBOT:

@@ -30,7 +30,11 @@ Picture = Any
 
 
 def read_times(bags: Bags, source: CameraSource, start: int, end: int) -> RecordedTopic:
-    """Return the times of a camera's messages, with checksums of the pictures as values."""
+    """Return the times of a camera's messages, with checksums of the pictures as values.
+
+    Raises:
+        BadSettings: the description does not fit the bag.
+    """
     sums: list[int] = []
     times = []
     for table in batches(bags, source, start, end):
@@ -51,7 +55,7 @@ def pictures(
     """Yield the pictures of the messages with the indices `wanted`, which must be sorted and may repeat.
 
     Raises:
-        PictureError: the size of a picture does not match its message, or its encoding is not supported.
+        PictureError: a picture has too few bytes for its size, or its encoding is not supported.
     """
     at = done = 0
     for table in batches(bags, source, start, end):
@@ -70,7 +74,7 @@ def picture_of(table: Any, row: int) -> Picture:
         return table["data"][row]
     kind = table["encoding"][row]
     if kind not in _FORMATS:
-        raise PictureError(f"videos need one of {', '.join(_FORMATS)}, got {kind} on {table.topic}")
+        raise PictureError(f"the encoding on {table.topic} must be one of {', '.join(_FORMATS)}, got {kind}")
     pixels = np.ascontiguousarray(table["_image"][row])
     return library("av", "a video").VideoFrame.from_ndarray(pixels, format=_FORMATS[kind])
 

@@ -159,7 +159,7 @@ def _signal(section: Settings, shared: Mapping[str, Any]) -> SignalSource:
     is_action = section.key.startswith("actions.")
     section.only([*_SIGNAL_KEYS, *(_ACTION_KEYS if is_action else ())])
     if abs(section.number("scale", 1.0, least=-math.inf)) < 1e-12:  # actions are divided by it
-        raise section.error("scale", "must not be 0")
+        raise section.error("scale", "must not be 0, or closer to 0 than 1e-12")
     is_word = isinstance(section.values.get("stop", ""), str)
     return SignalSource(
         **_shared(section, shared),

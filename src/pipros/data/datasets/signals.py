@@ -85,7 +85,7 @@ def read_signal(bags: Bags, source: SignalSource, start: int, end: int) -> Recor
 
 
 def batches(bags: Bags, source: DatasetSource, start: int, end: int) -> Any:
-    """Yield tables with the messages that rows from `start` to `end` may need."""
+    """Yield tables with the messages that rows from `start` to `end` may need. See `read_signal`."""
     if source.topic not in bags.topics():
         hint = similar_names(source.topic, bags.topics()) or f"The topics are {', '.join(bags.topics())}"
         raise BadSettings(f"{source.place}.topic: no bag has {source.topic}. {hint}")

@@ -32,7 +32,7 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     read.
 
     Raises:
-        BadSettings: no topic has a known type.
+        BadSettings: no topic with at least two messages has a known type.
     """
     parts: dict[str, list[str]] = {each: [] for each in ("observations", "cameras", "actions")}
     rates: dict[str, list[float]] = {each: [] for each in parts}
@@ -68,7 +68,7 @@ def suggest(bags: Bags, rows: int = 200) -> str:
     found = rates["cameras"] or rates["observations"] or rates["actions"]
     if not found:
         names = ", ".join(bags.topics()) or "none"
-        raise BadSettings(f"no topic has numbers or pictures of known types, got {names}")
+        raise BadSettings(f"no topic has two or more messages of a known type, got {names}")
     rate = min([each for each in found if each >= _RARE_HZ] or found)
     head = [
         f"rate: {max(1, min(50, round(rate)))}  # rows per second",

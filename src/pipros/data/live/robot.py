@@ -132,6 +132,7 @@ class LiveRobot:
             RobotSilent: a topic has no publisher, its last message is incomplete or, unless `gaps` is `hold`,
                 older than its tolerance. The robot is stopped.
             PictureError: the encoding of a picture is not supported. The robot is stopped.
+            BadSettings: a message does not fit the description. The robot is stopped.
         """
         try:
             self._require_messages()

@@ -72,7 +72,7 @@ class LiveSource:
         """Return the numbers in the last message, converted to the unit in the description.
 
         Raises:
-            RobotSilent: there is no message, or one of its numbers is missing or NaN.
+            RobotSilent: there is no message, it is malformed, or one of its numbers is missing or NaN.
             BadSettings: the message does not fit the description.
         """
         values, self.names = numbers_of(self._table(), self.source, self.source.names)
@@ -87,7 +87,7 @@ class LiveSource:
         """Return the pixels of the last picture (red, green, blue), scaled to the width and height in `size`.
 
         Raises:
-            RobotSilent: there is no picture, or it is damaged.
+            RobotSilent: there is no picture, or it or its message is damaged.
             PictureError: the encoding is not supported.
         """
         frame = decoded(picture_of(self._table(), 0))
@@ -124,7 +124,7 @@ def wait_for_all(sources: list[LiveSource], end_s: float) -> list[LiveSource]:
         PictureError: the encoding of a picture is not supported.
     """
     for each in sources:
-        wait_until(each.is_complete, end_s, f"no message on {each.topic}")
+        wait_until(each.is_complete, end_s, f"no complete message on {each.topic}")
     return sources
 
 

@@ -50,7 +50,7 @@ class LiveTeleoperator:
         older than its tolerance, or when no publisher is connected.
 
         Raises:
-            RobotSilent: a number in a message is missing or NaN.
+            RobotSilent: a message is malformed, or one of its numbers is missing or NaN.
             BadSettings: a message does not fit the description.
         """
         parts = []

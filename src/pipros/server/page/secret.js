@@ -1,8 +1,8 @@
 // The token of the server. It is removed from the address and stored for this tab.
-// It is never stored in a cookie: browsers send those to every server on the same host.
+// It is never stored in a cookie: browsers send cookies to every server on the same host.
 
 const KEEP = "pipros.token"; // key of the token that the server has accepted
-const TRIED = "pipros.proof"; // key of the proof that it has not answered yet, for a reload in the meantime
+const TRIED = "pipros.proof"; // key of the proof that the server has not answered yet, for a reload in the meantime
 const IN_ADDRESS = /^#(token|code)=([\w.~-]*)\/?/;
 
 /** First message to the server. @type {{token?: string, code?: string} | null} */

@@ -1,4 +1,4 @@
-"""Replacements for the window functions of OpenCV, with the names, arguments and results of `cv2`.
+"""Replacements for OpenCV's window functions, with the names, arguments and results of `cv2`.
 
 As in OpenCV, callbacks are called by `waitKey`, in the thread that calls it.
 """
@@ -56,7 +56,7 @@ class WindowFunctions:
         """Call pending mouse and trackbar callbacks. Return the low byte of the next key, or -1.
 
         Args:
-            delay: the longest wait in ms. If 0, wait until a key is pressed, the node is shut down, or no
+            delay: the longest wait in ms. If <= 0, wait until a key is pressed, the node is shut down, or no
                 window is open.
         """
         code = self.waitKeyEx(delay)
@@ -209,7 +209,7 @@ class WindowFunctions:
         if not image.size:
             raise self._cv2.error(f"the image is empty: its shape is {image.shape}. Was its file found?")
         if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] not in (1, 3, 4)):
-            raise self._cv2.error(f"an image must have 1, 3 or 4 channels, got the shape {image.shape}")
+            raise self._cv2.error(f"an image must be 2-D, or 3-D with 1, 3 or 4 channels, got {image.shape}")
         kind = image.dtype.name
         if kind == "uint8":
             return image.copy()

@@ -43,7 +43,7 @@ _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
 class FaultProxy:
     """A proxy between the nodes that are started with its `uri` and all other nodes. Thread-safe.
 
-    Until `inject`, `cut`, `stall` or `refuse` is called, the proxy forwards everything unchanged. Nodes
+    Until `inject`, `cut`, `stall` or `refuse` is called, the proxy does not disturb connections. Nodes
     behind the proxy also communicate with each other through it. The proxy listens on the loopback address,
     and supports pipros, rospy and roscpp nodes.
 
@@ -95,11 +95,11 @@ class FaultProxy:
         """Replace the faults on connections of these kinds (by default `topics`), including open ones.
 
         The keywords are the attributes of `Faults`: `proxy.inject("topics", "services", delay_s=0.05,
-        split_bytes=7)`. Without keywords, everything is forwarded unchanged.
+        split_bytes=7)`. Without keywords, no faults are injected.
 
         Raises:
             TypeError: the fault is unknown.
-            ValueError: the kind is unknown, or a value is negative.
+            ValueError: the kind is unknown, or a value is invalid; see `Faults`.
         """
         wanted = Faults(**faults)
 
