@@ -197,6 +197,21 @@ def test_a_refused_action_stops_the_robot(
     assert {each.linear.x for each in robot.commands.messages} == {0.1, 0.0}
 
 
+@pytest.mark.parametrize("watchdog", [LONG_S, 0])
+def test_a_measurement_that_cannot_be_held_leaves_no_other_command_running(
+    master: Master, robot: Robot, describe: Callable[..., Path], watchdog: float
+) -> None:
+    with LiveRobot(describe(watchdog), master_uri=master.uri, timeout_s=60) as live:
+        live.act([0, 0, 0.1, 0])
+        robot.measure(float("nan"), 1.0)
+        with pytest.raises(RobotSilent, match="a number in the last message on /joints is missing or NaN"):
+            wait_until(lambda: live.observe() is None)
+        wait_until(lambda: robot.speed == 0)
+        if watchdog:
+            wait_until(lambda: list(robot.arm.messages[-1].position) == [-2.0, 1.5])
+    assert all(np.isfinite(each.position).all() for each in robot.arm.messages)
+
+
 def test_a_robot_whose_measurements_end_is_stopped(live: LiveRobot, robot: Robot) -> None:
     live.act([0, 0, 0.1, 0])
     robot.joints.unregister()

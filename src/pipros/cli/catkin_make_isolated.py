@@ -182,7 +182,7 @@ def _choose(
     """Return the packages to traverse, and the subset to build.
 
     Raises:
-        WorkspaceError: a requested package is not in the workspace.
+        WorkspaceError: a requested package is not in the workspace, or `--from-pkg` is not to be built.
     """
     names = [package.name for package in packages]
     named = [*options.pkg, *options.only_pkg_with_deps, *filter(None, [options.from_pkg])]
@@ -198,6 +198,8 @@ def _choose(
         chosen = [package for package in packages if package.name in options.pkg]
     elif options.from_pkg:
         names = [package.name for package in packages]
+        if options.from_pkg not in names:
+            raise WorkspaceError(f"--from-pkg {options.from_pkg} is not among the packages to build")
         chosen = packages[names.index(options.from_pkg) :]
     return list(packages), list(chosen)
 

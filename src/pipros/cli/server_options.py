@@ -26,7 +26,7 @@ def bind_address(text: str) -> tuple[str, int | None]:
     host, colon, port = text.rpartition(":")
     if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
         return text, None
-    if not port.isdigit() or int(port) > 65535:
+    if not (port.isascii() and port.isdigit()) or int(port) > 65535:
         raise CommandError(f"--bind must be HOST or HOST:PORT with a port from 0 to 65535, got {text}")
     return host, int(port)
 

@@ -144,7 +144,7 @@ def _sort(elements: Elements, rest: list[str], _scope: Scope) -> Elements:
             element = element.lower()
         if options.get("COMPARE") == "NATURAL":
             return tuple(
-                (int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", element)
+                (int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", element)
             )
         return (element,)
 

@@ -35,6 +35,7 @@ MOST_PROGRAMS: Final = 20
 _FOLDER: Final = "approvals"
 _ANSWER_BYTES: Final = 4 * 1024 * 1024
 _SLICE_S: Final = 0.2
+_STOPPED: Final = "nobody can approve this any more, because the program is ending"
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +119,8 @@ class Approvals:
             self._granted = {known: end_s for known, end_s in self._granted.items() if end_s > now_s}
             if key in self._granted:
                 return FOR_A_MINUTE
+            if not self._limit:
+                raise ActRefused(_STOPPED)
             if len(self._waiting) >= self._limit:
                 raise ActRefused(f"{len(self._waiting)} acts already await approval; try again later")
             waiting = self._waiting[identity] = _WaitingAct(question, now_s + wait_s)
@@ -133,7 +136,7 @@ class Approvals:
         if not waiting.verdict:
             raise ActRefused(f"no human has approved this within {wait_s:g} s")
         if waiting.verdict == REFUSE:
-            raise ActRefused("a human has refused this")
+            raise ActRefused("a human has refused this" if self._limit else _STOPPED)
         return waiting.verdict
 
     def note(self, act: Mapping[str, Any]) -> None:

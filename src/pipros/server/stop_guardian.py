@@ -61,7 +61,11 @@ class StopGuardian:
             is_new = key not in self._watched
             self._watched[key] = line
             if self._process is None and not self._is_closed:
-                self._start()
+                try:
+                    self._start()
+                except OSError as error:
+                    what = "the guardian, which stops acts with a time limit, does not start"
+                    raise ActRefused(f"{what}: {error}", rule.place) from error
             elif is_new:
                 self._send(line)
             if not self._changed.wait_for(lambda: key in self._ready, READY_S):

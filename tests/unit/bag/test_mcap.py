@@ -87,6 +87,9 @@ def test_many_are_converted_at_once_and_none_is_overwritten(
     assert main(["convert", "--output-dir=out", "run.bag", "two.bag"]) == 1
     assert "already exists; --force overwrites it" in capsys.readouterr().err
     assert main(["convert", "-f", "run.bag", "out/two.mcap"]) == 0
+    for options in ([], ["-f"]):
+        assert main(["convert", *options, "run.bag", "run.bag"]) == 1
+        assert "run.bag is the input" in capsys.readouterr().err
 
 
 def test_info_and_filter_take_mcap(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:

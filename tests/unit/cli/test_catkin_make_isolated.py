@@ -71,6 +71,13 @@ def test_packages_are_chosen(
     assert [line.split("'")[1] for line in lines if line.startswith("==> Processing")] == processed
 
 
+def test_a_first_package_that_is_not_to_be_built_is_named(
+    workspace: Workspace, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert catkin_make_isolated.main(["--merge", "--only-pkg-with-deps", "zero", "--from-pkg", "one"]) == 1
+    assert "--from-pkg one is not among the packages to build" in capsys.readouterr().err
+
+
 def test_settings_reach_the_packages(workspace: Workspace, capsys: pytest.CaptureFixture[str]) -> None:
     workspace.add("two", 'message(STATUS "X is ${X}")')
     assert catkin_make_isolated.main(["--pkg", "two", "--cmake-args", "-DX:STRING=7"]) == 0

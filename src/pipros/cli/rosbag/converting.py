@@ -105,5 +105,8 @@ def _copy(bag: BagReader, writer: MessageSink, source: Path, *, is_quiet: bool) 
 
 
 def _check_target(source: Path, target: Path, *, force: bool) -> None:
-    if target.exists() and (not force or source.samefile(target)):
-        raise BagError(f"{target} " + ("is the input" if force else "already exists; --force overwrites it"))
+    if target.exists():
+        if source.samefile(target):
+            raise BagError(f"{target} is the input")
+        if not force:
+            raise BagError(f"{target} already exists; --force overwrites it")

@@ -76,14 +76,14 @@ def picture_of(table: Any, row: int) -> Picture:
     if kind not in _FORMATS:
         raise PictureError(f"the encoding on {table.topic} must be one of {', '.join(_FORMATS)}, got {kind}")
     pixels = np.ascontiguousarray(table["_image"][row])
-    return library("av", "a video").VideoFrame.from_ndarray(pixels, format=_FORMATS[kind])
+    return library("av", "a picture").VideoFrame.from_ndarray(pixels, format=_FORMATS[kind])
 
 
 def decoded(picture: Picture) -> Any:
     """Decode a picture. Return None if it is damaged, too large, or neither JPEG nor PNG."""
     if not isinstance(picture, bytes):
         return picture
-    av = library("av", "a video")
+    av = library("av", "a picture")
     codec = av.CodecContext.create("png" if picture.startswith(b"\x89PNG") else "mjpeg", "r")
     codec.thread_count = 1
     codec.options = {"max_pixels": str(process_limits().of(DataLimits).dataset_pixels)}

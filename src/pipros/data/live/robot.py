@@ -179,16 +179,29 @@ class LiveRobot:
         return numbers
 
     def stop(self) -> None:
-        """Stop the robot as the description specifies, if it has acted since the last stop."""
+        """Stop the robot as the description specifies, if it has acted since the last stop.
+
+        Raises:
+            RobotSilent, BadSettings: the last numbers of an observation cannot be held. For this command, the
+                guardian process sends those that could be held last; all others are stopped.
+        """
         if not self._is_acting:
             return
         self._is_acting = False
+        errors: list[PiprosError] = []
         for each in self._commands:
-            each.publisher.publish(self._stop_message(each))
+            try:
+                each.publisher.publish(self._stop_message(each))
+            except PiprosError as error:
+                errors.append(error)
             self._guardian.left(each.topic, self)
+        if errors:
+            raise errors[0]
 
     def close(self) -> None:
-        """Stop the robot, and disconnect."""
-        self.stop()
-        self._guardian.close()
-        self.node.shutdown()
+        """Stop the robot, and disconnect; see `stop` for errors."""
+        try:
+            self.stop()
+        finally:
+            self._guardian.close()
+            self.node.shutdown()
