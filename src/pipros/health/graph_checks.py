@@ -92,7 +92,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
         if not report.address:
             yield error(
                 "no-publisher",
-                f"{what} by its registration, but refuses subscribers: {failure.reason}",
+                f"{what} according to its registration, but refuses subscribers: {failure.reason}",
                 "The registration is left over from an earlier run. Restart the node, or run `rosnode "
                 "cleanup`.",
                 topic,

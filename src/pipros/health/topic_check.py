@@ -277,7 +277,7 @@ def _frame(facts: TopicFacts) -> Finding | str:
         return f"{_names(frames)}; no transforms are published, so it was not looked up"
     unknown = [frame for frame in frames if frame not in facts.frames]
     if not unknown:
-        return f"{_names(frames)}, which has transforms"
+        return f"{_names(frames)}, which {'has' if len(frames) == 1 else 'have'} transforms"
     if unknown == [""]:
         return warning(
             "no-frame",

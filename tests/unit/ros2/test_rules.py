@@ -136,7 +136,7 @@ def test_static_rules_rename_topics() -> None:
         ("services: {static: []}", "unknown key static"),
         ("topics: {static: [{}]}", "ros1 must be a full topic name"),
         ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a full ROS 2 name"),
-        ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, got 'up'"),
+        ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, both, got 'up'"),
         ("topics: {static: [{ros1: /a, rate: 0}]}", "rate must be a number greater than zero"),
         ("topics: {static: [{ros1: /a, qos: {depth: -1}}]}", "depth must be a whole number"),
         ("topics: {static: [{ros1: /a, qos: {reliability: x}}]}", "expected one of reliable, best_effort"),

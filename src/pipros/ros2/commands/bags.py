@@ -92,7 +92,7 @@ def written(target: Path, options: Any) -> Iterator[MessageSink]:
     """Create a ROS 2 bag. On exit, print a warning for each topic that lacks messages.
 
     Raises:
-        PiprosError: an option has an invalid value, or the bag cannot be written.
+        PiprosError, OSError: an option has an invalid value, or the bag cannot be written.
     """
     from pipros.cli.rosbag.converting import compression_of
     from pipros.ros2.bags.writer import new_ros2_bag

@@ -270,7 +270,7 @@ class ParticipantCore:
         """Perform due actions: announcements, heartbeats, repeated requests, bursts, and expiry of leases.
 
         Args:
-            handled_until: every datagram that arrived before this time has been passed to `receive`. Thus, a
+            handled_until: every datagram that arrived before this time has been handled. Thus, a
                 request answered in time is not repeated, and a lease renewed in time does not expire.
         """
         if self._is_closed:
