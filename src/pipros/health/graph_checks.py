@@ -340,8 +340,8 @@ def clocks(system: SystemReport) -> Findings:
         yield error(
             "clock-differs",
             f"The clock of the master's machine is {_ahead(offset)} this machine's clock",
-            "Synchronize both with NTP (chrony or systemd-timesyncd), because their timestamps cannot be "
-            "compared.",
+            "Synchronize both with NTP (chrony or systemd-timesyncd); otherwise, their timestamps cannot "
+            "be compared.",
             system.master_uri,
         )
     if not system.is_time_simulated:

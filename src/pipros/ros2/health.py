@@ -66,8 +66,8 @@ def report(node: str, reply: RoomReply) -> Findings:
         yield warning(
             "ros2-left-out",
             f"The gateway to ROS 2 {name} leaves out {listed(what)}: {listed(reason)}",
-            "Give it the missing definitions with --msgs or --mapping, or change its rules: a static "
-            "rule sets the QoS of a topic, and a deny list excludes names.",
+            "Give it the missing definitions with --msgs, or mapping rules with --mapping, or change its "
+            "rules: a static rule sets the QoS of a topic, and a deny list excludes names.",
             node,
         )
 

@@ -64,7 +64,7 @@ class RuleFilter:
 
 @dataclass(frozen=True, slots=True)
 class StaticRule:
-    """Names, rate and QoS of a topic that passes. Allow and deny lists apply to it, too.
+    """Names, rate and QoS with which a topic passes. Allow and deny lists apply to it, too.
 
     Attributes:
         ros1, ros2: the names.
@@ -210,7 +210,7 @@ def _static(values: Any, where: str) -> StaticRule:
     ros1 = str(rule.get("ros1") or rule.get("ros2") or "")
     ros2 = str(rule.get("ros2") or ros1)
     if not ros1.startswith("/") or not is_legal_topic(ros1):
-        raise InvalidRules(f"{where}: ros1 must be a full topic name, got [{ros1}]")
+        raise InvalidRules(f"{where}: ros1 (default: ros2) must be a full topic name, got [{ros1}]")
     try:
         checked_name(ros2)
     except ValueError as error:

@@ -134,7 +134,7 @@ def test_static_rules_rename_topics() -> None:
         ("topics: {to_ros1: {allow: /a}}", "expected a list, got str"),
         ("topics: {to_ros1: {allow: [a]}}", "must begin with / or"),
         ("services: {static: []}", "unknown key static"),
-        ("topics: {static: [{}]}", "ros1 must be a full topic name"),
+        ("topics: {static: [{}]}", "must be a full topic name"),
         ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a full ROS 2 name"),
         ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, both, got 'up'"),
         ("topics: {static: [{ros1: /a, rate: 0}]}", "rate must be a number greater than zero"),
