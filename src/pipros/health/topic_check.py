@@ -58,7 +58,7 @@ class TopicFacts:
     Attributes:
         topic: the topic's global name.
         system: the registrations of all topics, and the replies of this topic's nodes.
-        wait_s: how long this process received messages.
+        wait_s: the maximum time for which this process received messages.
         received: the last received messages, in the order of their receipt.
         count: the number of all received messages.
         end_s: the end of the wait, on the monotonic clock.

@@ -1,7 +1,6 @@
 """Encode and decode the ROS 2 messages that all actions share.
 
-A goal ID precedes each goal and each feedback message. Its 16 bytes do not change the alignment of the
-fields after it.
+The goal's ID precedes the fields of a goal and of feedback. Its 16 bytes do not change their alignment.
 """
 
 from __future__ import annotations

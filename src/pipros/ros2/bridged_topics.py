@@ -40,7 +40,7 @@ MARK: Final = "pipros_ros2"
 STATIC_TRANSFORMS: Final = "/tf_static"
 _QUEUE: Final = 100
 _KEPT: Final = 100
-"""Maximum number of latching publishers per topic whose last messages late subscribers receive."""
+"""Maximum number of latching publishers per topic whose last message is kept for late subscribers."""
 
 
 class RateLimit:

@@ -31,7 +31,7 @@ def add_reading_options(parser: OptionParser) -> None:
 
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
-    """Return the folders given with `--msgs`, and those in ROS 2's environment variables."""
+    """Return the folders given with `--msgs`, and the `share` folders in `AMENT_PREFIX_PATH`."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
     return [*map(Path, given), *folders_of_environment(os.environ)]

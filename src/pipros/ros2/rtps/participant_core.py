@@ -453,7 +453,7 @@ class ParticipantCore:
 
 
 def _latest(submessages: Sequence[Submessage]) -> Sequence[Submessage]:
-    """Leave out heartbeats and ACKNACKs that are superseded by a later one of the same writer and reader.
+    """Leave out heartbeats and ACKNACKs that are superseded by a later one with the same writer and reader.
 
     The response to each is larger than the submessage itself, and a datagram can contain 1,800 of them.
     """
