@@ -78,7 +78,7 @@ def test_a_map_is_served_and_saved(ros: RosSystem) -> None:
     [
         ("map_server", "", "USAGE: map_server <map.yaml>"),
         ("map_server", "nowhere.yaml", "Map_server could not open"),
-        ("map_server", "nowhere.pgm 0", "resolution must be > 0 m/pixel, got 0"),
+        ("map_server", "nowhere.pgm 0", "resolution must be a finite number > 0 (m/pixel), got 0"),
         ("map_saver", "-f", "Usage:"),
         ("map_saver", "--occ 0", "threshold_occupied must be between 1 and 100, got 0"),
         ("map_saver", "--free x", "threshold_free must be between 0 and 100, got x"),

@@ -52,7 +52,7 @@ def test_a_gateway_runs_as_a_command(ros: RosSystem) -> None:
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (["--domain", "300"], "ERROR: domain must be 0 to 101, got 300"),
+        (["--domain", "300"], "ERROR: the ROS 2 domain must be from 0 to 101, got 300"),
         (["--distro", "foxy"], "ERROR: --distro must be one of humble, jazzy, kilted, lyrical, got [foxy]"),
         (["--rules", "missing.yaml"], "ERROR: cannot read missing.yaml: No such file or directory"),
     ],

@@ -217,7 +217,7 @@ def test_a_build_contains_the_chosen_rooms_only(tmp_path: Path, monkeypatch: pyt
     assert {"pipros/share/std_msgs/package.xml", "rospy/__init__.py"} < set(names)
     assert "rviz = pipros.cli.absent:main" in points
     assert "rostopic = pipros.cli.rostopic:main" in points
-    assert '"pipros ros2": ["ros2", "the gateway to ROS 2, and its bags"]' in left_out
+    assert '"pipros ros2": ["ros2", "the gateway to ROS 2, and ROS 2 bags"]' in left_out
     assert '"rosbag table": ["data", "bags as tables"]' in left_out
     extras = set(re.findall(r"(?m)^Provides-Extra: (\S+)", metadata))
     assert {"fleet", "lz4", "dev"} < extras

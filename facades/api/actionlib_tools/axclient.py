@@ -19,8 +19,8 @@ from pipros.basics.printable import listed
 USAGE = """Usage: axclient.py /action_name [action_type]
 
 On a terminal: show the goal and read the commands below. Otherwise: read the goal as YAML from standard input
-(empty for the default goal), send it, print feedback and result, and exit with 0 if it succeeded. Ctrl-C
-cancels the goal."""
+(empty for the default goal), send it, print feedback and result, and exit with 0 if the goal succeeded.
+Ctrl-C cancels the goal."""
 COMMANDS = """Commands: edit (the goal, in $EDITOR), set YAML, send, cancel, show, quit"""
 _SLICE_S = 0.1
 

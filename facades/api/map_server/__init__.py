@@ -112,7 +112,7 @@ def _old_description(image: str, text: str) -> MapDescription:
     except ValueError:
         resolution = 0.0
     if not 0.0 < resolution < float("inf"):
-        raise BadMapDescription(f"resolution must be > 0 m/pixel, got {text}")
+        raise BadMapDescription(f"resolution must be a finite number > 0 (m/pixel), got {text}")
     values = {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
     for name, default in values.items():
         given = rospy.get_param(f"~{name}", default)

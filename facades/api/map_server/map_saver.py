@@ -56,7 +56,7 @@ def _threshold(option: str, value: str) -> int:
 
 
 def save_map(message: Any, name: str, occupied: int, free: int) -> None:
-    """Write `name`.pgm and `name`.yaml. Cells <= `free` are free, and cells >= `occupied` are occupied.
+    """Write `name`.pgm and `name`.yaml. Cells 0 to `free` are free, and cells >= `occupied` are occupied.
 
     Raises:
         MapError: the number of cells is not width times height. Nothing is written.

@@ -261,7 +261,8 @@ class Bag(IndexAccess):
         Raises:
             ValueError: an argument is invalid, or the bag is closed.
             TypeError: `t` is not a `rospy.Time`.
-            ROSBagException: the message is raw, and no class provides its definition.
+            genpy.SerializationError: a value does not fit its field.
+            ROSBagException: the message is raw, and no definition of its type is available.
             io.UnsupportedOperation: the bag was opened for reading.
         """
         bag = self._opened()

@@ -76,7 +76,8 @@ _BAD_IN_NAMES = " \"'&$!`/\\"
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
     """Return the name of a launch file as used in result files.
 
-    The name is the path relative to the package, or the full path if the file is outside the package.
+    The name is the path relative to the package, or the given path if the file is outside the package,
+    without its suffix, and with underscores for slashes.
     """
     path = Path(os.path.abspath(test_file))
     if not path.is_relative_to(pkg_dir):

@@ -91,8 +91,8 @@ def master_calls_back(machine: MachineReport) -> Findings:
     good = machine.address_towards_master
     mapping = (
         f"In a container or behind a router, map ports to it and export PIPROS_PORTS={EXAMPLE_PORTS} "
-        "PIPROS_ADVERTISE=ADDRESS, its outer address. Genuine nodes there cannot be reached: the container "
-        "needs the host's network."
+        "PIPROS_ADVERTISE=ADDRESS, its outer address. Genuine nodes there can be reached only if the "
+        "container uses the host's network."
     )
     example = f", such as {good}" if good else ""
     cure = f"Set ROS_IP to an address of this machine that the master's machine can reach{example}. {mapping}"

@@ -22,7 +22,7 @@ def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
     """Return a URI that was registered with the master but that the master did not call within `WAIT_S`.
 
     The result is empty if the master called the URI, or if the test is not possible because no port is free
-    or the master does not answer. The test subscribes to a parameter and sets it briefly under another name,
+    or the master does not answer. The test subscribes to a parameter and sets it briefly as another node,
     because the master notifies all subscribers except the node that sets the parameter. (Programs that record
     all topics would subscribe to a test topic.)
     """

@@ -38,7 +38,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
     """Return the setup that programs started from this shell would use.
 
     `variables` is the environment; defaults to `os.environ`. Blocks while host names are resolved, and up to
-    `timeout_s` for the master.
+    `timeout_s` for each address at which a master is sought.
     """
     values = dict(os.environ if variables is None else variables)
     environment = Environment.from_os(values)

@@ -239,7 +239,7 @@ def begins_with_header(definition: object) -> bool:
 
 
 def _stamp_offset(sock: socket.socket, begun: bytes, timeout_s: float) -> float | None:
-    """Return the next message's stamp minus this machine's clock, in s, or None after the timeout."""
+    """Return the next message's stamp minus this machine's clock, in s; None without a message or a stamp."""
     data = begun
     until = time.monotonic() + timeout_s
     while len(data) < _FIRST_BYTES.size:

@@ -92,7 +92,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
         if not report.address:
             yield error(
                 "no-publisher",
-                f"{what} by its registration, but refuses subscribers: {failure.reason}",
+                f"{what} according to its registration, but refuses subscribers: {failure.reason}",
                 "The registration is left over from an earlier run. Restart the node, or run `rosnode "
                 "cleanup`.",
                 topic,
@@ -340,8 +340,8 @@ def clocks(system: SystemReport) -> Findings:
         yield error(
             "clock-differs",
             f"The clock of the master's machine is {_ahead(offset)} this machine's clock",
-            "Synchronize both with NTP (chrony or systemd-timesyncd), because their timestamps cannot be "
-            "compared.",
+            "Synchronize both with NTP (chrony or systemd-timesyncd); otherwise, their timestamps cannot "
+            "be compared.",
             system.master_uri,
         )
     if not system.is_time_simulated:

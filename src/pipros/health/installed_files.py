@@ -12,12 +12,11 @@ NAME = "pipros"
 
 
 def changed_packages(name: str = NAME) -> dict[str, str]:
-    """Map changed import packages to the distribution that replaced their files, such as `rospy` to
-    `py3rosmsgs`.
+    """Map changed import packages to the distribution that replaced their files.
 
-    The distribution is empty if it is unknown. Modules are compared with the checksums that pip recorded. In
-    a checkout, for which pip records no modules, the result is empty. Blocks while reading the modules and,
-    if a module has changed, the records of all distributions.
+    The value of `rospy` may be `py3rosmsgs`; it is empty if the distribution is unknown. Modules are compared
+    with the checksums that pip recorded. In a checkout, for which pip records no modules, the result is
+    empty. Blocks while reading the modules and, if a module has changed, the records of all distributions.
     """
     try:
         installed = distribution(name)

@@ -45,8 +45,8 @@ class MachineReport:
         bound_host: the address that nodes listen on.
         port_problem: why no port of `PIPROS_PORTS` can be opened; empty if one can, or if the variable is
             unset or invalid.
-        not_called_back: the URI on this machine that the master received but could not call; empty if the
-            master called it, or if this was not tested.
+        not_called_back: the URI on this machine that the master received but did not call in time; empty if
+            the master called it, or if this was not tested.
         workspace: the devel space of the workspace that contains the working directory, if there is one.
     """
 

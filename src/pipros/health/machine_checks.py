@@ -31,8 +31,8 @@ def mixed_programs(machine: MachineReport) -> Findings:
     yield warning(
         "mixed-programs",
         f"PATH finds another ROS installation's programs before those in {machine.own_programs}: {listing}",
-        f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment again; "
-        "open a new terminal in which only one of the two is set up.",
+        f"Put pipros first: export PATH={machine.own_programs}:$PATH, or activate its environment again, "
+        "or open a new terminal in which only one of the two is set up.",
         *sorted(foreign),
     )
 
@@ -208,7 +208,7 @@ def own_address(machine: MachineReport) -> Findings:
     elif ip:
         yield from _own_ip(machine, ip, is_master_here=is_master_here)
     elif not is_master_here:
-        yield from _own_name(machine, "this machine's name", machine.hostname)
+        yield from _own_name(machine, "This machine's name", machine.hostname)
     advertised = hostname or ip
     if advertised and is_loopback(advertised) and not is_master_here:
         yield error(

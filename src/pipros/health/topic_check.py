@@ -58,7 +58,7 @@ class TopicFacts:
     Attributes:
         topic: the topic's global name.
         system: the registrations of all topics, and the replies of this topic's nodes.
-        wait_s: how long this process received messages.
+        wait_s: the maximum time for which this process received messages.
         received: the last received messages, in the order of their receipt.
         count: the number of all received messages.
         end_s: the end of the wait, on the monotonic clock.
@@ -277,7 +277,7 @@ def _frame(facts: TopicFacts) -> Finding | str:
         return f"{_names(frames)}; no transforms are published, so it was not looked up"
     unknown = [frame for frame in frames if frame not in facts.frames]
     if not unknown:
-        return f"{_names(frames)}, which has transforms"
+        return f"{_names(frames)}, which {'has' if len(frames) == 1 else 'have'} transforms"
     if unknown == [""]:
         return warning(
             "no-frame",

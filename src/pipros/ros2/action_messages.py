@@ -1,7 +1,6 @@
 """Encode and decode the ROS 2 messages that all actions share.
 
-A goal ID precedes each goal and each feedback message. Its 16 bytes do not change the alignment of the
-fields after it.
+The goal's ID precedes the fields of a goal and of feedback. Its 16 bytes do not change their alignment.
 """
 
 from __future__ import annotations
@@ -88,7 +87,7 @@ class GoalInfo:
 
 
 def id_in_ros2(goal_id: str) -> bytes:
-    """Return the ROS 2 ID of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from `goal_id`.
+    """Return the ROS 2 ID of a ROS 1 goal: `goal_id` itself if it is a UUID, otherwise one derived from it.
 
     >>> id_in_ros2("00112233-4455-6677-8899-aabbccddeeff").hex()
     '00112233445566778899aabbccddeeff'
@@ -165,7 +164,7 @@ def status_array(goals: Sequence[tuple[GoalInfo, Ros2Status]]) -> bytes:
 
 
 def parse_status_array(cdr: bytes | memoryview, limit: int) -> list[tuple[GoalInfo, Ros2Status]]:
-    """Parse the first `limit` statuses of a message; unknown statuses are left out.
+    """Parse the first `limit` statuses of a message; those with an undefined value are left out.
 
     Raises the same errors as `split_id`.
     """
@@ -188,7 +187,7 @@ def _body(cdr: bytes | memoryview, at_least: int) -> bytes:
     data = bytes(cdr)
     if data[:2] != _HEADER[:2] or len(data) < len(_HEADER) + at_least:
         raise ConversionError(
-            f"expected little-endian CDR with at least {at_least} bytes, got "
+            f"expected little-endian CDR with at least {len(_HEADER) + at_least} bytes, got "
             f"{len(data)} bytes that begin with {data[:4].hex() or 'nothing'}"
         )
     return data[len(_HEADER) :]

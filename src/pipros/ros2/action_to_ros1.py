@@ -83,8 +83,8 @@ class ActionToRos1:
     cancellation service and one status topic, whose types are the same for all actions.
 
     Attributes:
-        counts: the goals received from ROS 2, and the failures (goals that did not reach the server, and
-            results, feedback and statuses that could not be forwarded).
+        counts: the goals received from ROS 2, and the failures (goals that the gateway refused or to which
+            the server did not respond, and results, feedback and statuses that could not be forwarded).
     """
 
     def __init__(

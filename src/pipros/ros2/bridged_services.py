@@ -66,7 +66,7 @@ class ServiceToRos2:
         """Offer the ROS 2 service in ROS 1. Blocks until the master answers.
 
         Raises:
-            NameInUse: the node already provides a service with this name.
+            PiprosError: the engine is closed, or the node already provides a service with this name.
         """
         self.counts = Counts()
         self.types = pair.plan.ros1_type, pair.plan.ros2_type

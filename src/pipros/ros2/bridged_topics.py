@@ -40,7 +40,7 @@ MARK: Final = "pipros_ros2"
 STATIC_TRANSFORMS: Final = "/tf_static"
 _QUEUE: Final = 100
 _KEPT: Final = 100
-"""Maximum number of latching publishers per topic whose last messages late subscribers receive."""
+"""Maximum number of latching publishers per topic whose last message is kept for late subscribers."""
 
 
 class RateLimit:
@@ -235,9 +235,9 @@ class TopicToRos2:
 
 
 class Known(Protocol):
-    """Function that returns the ROS 2 publisher with the `Endpoint.key` `key`.
+    """Function that returns the ROS 2 publisher whose `Endpoint.key` is `key`.
 
-    The result is None if the publisher's messages must not be passed.
+    It returns None if the publisher's messages must not be passed.
     """
 
     def __call__(self, key: bytes) -> Endpoint | None: ...

@@ -96,7 +96,7 @@ class GatewayStatus:
         }
         values |= {key: f"left out: {each.reason}" for key, each in problems.items()}
         texts = [f"{len(self.passed)} topics, services and actions pass"]
-        texts += [f"{dropped} messages, calls or goals failed"] if dropped else []
+        texts += [f"{dropped} messages, calls or goals dropped"] if dropped else []
         texts += [f"{len(problems)} left out"] if problems else []
         return LinkStatus(
             f"/ROS 2/{node.removeprefix('/')}",

@@ -45,13 +45,13 @@ def gateway_report(text: str) -> GatewayReport:
 
 
 def report(node: str, reply: RoomReply) -> Findings:
-    """Yield findings if a gateway does not answer, drops messages, or omits names that no rule excludes."""
+    """Yield findings if a gateway has no status, drops messages, or omits names that no rule excludes."""
     name = f"[{listed(node)}]"
     found = GatewayReport(reply.failure) if reply.failure else gateway_report(reply.message)
     if found.failure:
         yield error(
             "ros2-gateway",
-            f"The gateway to ROS 2 {name} does not answer: {listed(found.failure)}",
+            f"The gateway to ROS 2 {name} returned no valid status: {listed(found.failure)}",
             "See its output, and start it again if it does not recover.",
             node,
         )
@@ -66,8 +66,8 @@ def report(node: str, reply: RoomReply) -> Findings:
         yield warning(
             "ros2-left-out",
             f"The gateway to ROS 2 {name} leaves out {listed(what)}: {listed(reason)}",
-            "Give it the missing definitions with --msgs or --mapping, or change its rules: a static "
-            "rule sets the QoS of a topic, and a deny list excludes names.",
+            "Give it the missing definitions with --msgs, or mapping rules with --mapping, or change its "
+            "rules: a static rule sets the QoS of a topic, and a deny list excludes names.",
             node,
         )
 

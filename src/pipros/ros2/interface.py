@@ -140,7 +140,7 @@ class Ros2Publisher(Protocol):
         A reliable subscriber that is more than `depth` messages behind loses messages.
 
         Raises:
-            EngineError: the engine is closed. Not every engine detects this.
+            PiprosError: the engine is closed, or the payload exceeds a limit. Engines need not detect either.
         """
 
     @property

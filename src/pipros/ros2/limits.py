@@ -11,8 +11,8 @@ class Ros2Limits(NamedTuple):
     `ros2_topics` and `ros2_calls` are maximum numbers; all others are maximum sizes.
 
     Attributes:
-        ros2_topics: topics, services and actions that a gateway bridges, together.
-        ros2_calls: calls of one service or action that a gateway handles at a time.
+        ros2_topics: topics, services and actions that a gateway bridges in total.
+        ros2_calls: calls or goals that a gateway forwards at a time to one ROS 2 service or action.
         ros2_definition_bytes: all definitions of ROS 1 types that are not installed.
         zenoh_message_bytes: a message from ROS 2 through Zenoh; also a message that contains all static
             transforms.
@@ -22,8 +22,8 @@ class Ros2Limits(NamedTuple):
         ros2_sample_bytes: a message from ROS 2.
         ros2_incomplete_bytes: the fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: the fragments and early messages of all participants together.
-        ros2_history_bytes: the messages that one writer keeps for ROS 2 readers; also the results of one
-            action that are kept for its clients.
+        ros2_history_bytes: the messages that one writer keeps for ROS 2 readers; also the latched messages of
+            a ROS 2 topic, and the results of a ROS 1 action.
         ros2_backlog_bytes: the datagrams from ROS 2 that a participant has read but not yet handled.
         ros2_inbox_bytes: the ROS 2 messages queued for one callback, or the requests queued for one service.
     """

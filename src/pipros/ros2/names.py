@@ -41,7 +41,7 @@ def checked_name(name: str) -> str:
 
     Raises:
         InvalidName: the name does not begin with a slash, or a part does not begin with a letter or `_`
-            (ROS 1 also allows digits), contains other characters, or contains `__`.
+            (ROS 1 also allows digits), contains anything but letters, digits and `_`, or contains `__`.
     """
     parts = name.split("/")
     if (

@@ -4,7 +4,7 @@ from pipros.basics.rooms import Room, RoomCommand
 
 ROOM = Room(
     "ros2",
-    "the gateway to ROS 2, and its bags",
+    "the gateway to ROS 2, and ROS 2 bags",
     subcommands={
         "ros2": RoomCommand(
             "pipros.ros2.commands.gateway:main",

@@ -8,7 +8,7 @@
     services:
       to_ros1: {allow: [/reset]}
 
-Patterns use shell-style wildcards, except that `*` also matches slashes. The direction of a service or an
+Patterns use shell-style wildcards, which also match slashes. The direction of a service or an
 action is the direction of its requests: `to_ros1` lets ROS 2 nodes call ROS 1 services.
 """
 
@@ -64,7 +64,7 @@ class RuleFilter:
 
 @dataclass(frozen=True, slots=True)
 class StaticRule:
-    """Names, rate and QoS of a topic that passes. Allow and deny lists apply to it, too.
+    """Names, rate and QoS with which a topic passes. Allow and deny lists apply to it, too.
 
     Attributes:
         ros1, ros2: the names.
@@ -115,8 +115,9 @@ class GatewayRules:
         """Return whether a topic, service or action passes.
 
         Names that match a deny list do not pass; internal names pass only if an allow list contains them.
-        Without an allow list, all other topics of ROS 1 pass to ROS 2, but services and actions of ROS 1 are
-        not offered in ROS 2. Topics, services and actions of ROS 2 enter ROS 1 only if `is_local` is true.
+        Other names pass if they match the allow list. Without an allow list, all other topics of ROS 1 pass
+        to ROS 2, services and actions of ROS 1 are not offered in ROS 2, and topics, services and actions of
+        ROS 2 enter ROS 1 only if `is_local` is true.
 
         Args:
             is_local: whether the gateway reaches ROS 2 on this machine only.
@@ -136,7 +137,10 @@ class GatewayRules:
         # Topics enter ROS 1 in the direction to_ros1, services and actions in the direction to_ros2.
         enters_ros1 = (direction is Direction.TO_ROS1) is (kind is RuleKind.TOPIC)
         if enters_ros1 and not is_local:
-            reason = f"{kind.value} from other machines enter ROS 1 only if an allow list ({where}) matches"
+            reason = (
+                f"the gateway reaches other machines, so {kind.value} of ROS 2 enter ROS 1 only if "
+                f"an allow list ({where}) matches"
+            )
             return Verdict(False, reason)
         if direction is Direction.TO_ROS1 and kind is not RuleKind.TOPIC:
             reason = f"{kind.value} of ROS 1 enter ROS 2 only if an allow list ({where}) matches"
@@ -206,13 +210,15 @@ def _static(values: Any, where: str) -> StaticRule:
     ros1 = str(rule.get("ros1") or rule.get("ros2") or "")
     ros2 = str(rule.get("ros2") or ros1)
     if not ros1.startswith("/") or not is_legal_topic(ros1):
-        raise InvalidRules(f"{where}: ros1 must be a full topic name, got [{ros1}]")
+        raise InvalidRules(f"{where}: ros1 (default: ros2) must be a full topic name, got [{ros1}]")
     try:
         checked_name(ros2)
     except ValueError as error:
         raise InvalidRules(f"{where}: {error}") from None
     word = rule.get("direction", "both")
-    directions = frozenset(Direction) if word == "both" else frozenset((_choice(Direction, word, where),))
+    directions = (
+        frozenset(Direction) if word == "both" else frozenset((_choice(Direction, word, where, "both"),))
+    )
     rate = rule.get("rate", math.inf)
     if isinstance(rate, bool) or not isinstance(rate, int | float) or not rate > 0:
         raise InvalidRules(f"{where}: rate must be a number greater than zero, got {rate!r}")
@@ -240,11 +246,11 @@ def _override(values: Any, where: str) -> QosOverride:
     )
 
 
-def _choice(choices: type[_Choice], word: Any, where: str) -> _Choice:
+def _choice(choices: type[_Choice], word: Any, where: str, *others: str) -> _Choice:
     for each in choices:
         if each.value == word:
             return each
-    known = ", ".join(each.value for each in choices)
+    known = ", ".join((*(each.value for each in choices), *others))
     raise InvalidRules(f"{where}: expected one of {known}, got {word!r}")
 
 

@@ -111,7 +111,7 @@ class TypePairs:
             if found is not None:
                 return self._pair(plan, Definition(plan.ros1_type, found._md5sum, found._full_text))
             if plan.ros1_type not in self._definitions:
-                raise NotFound(f"the package of {plan.ros1_type} is not installed")
+                raise NotFound(f"the ROS 1 type {plan.ros1_type} is not installed")
             return self._pair(plan, self._definitions[plan.ros1_type])
 
     def of_rule(self, rule: StaticRule) -> TypePair:
@@ -120,7 +120,7 @@ class TypePairs:
             return self.of_ros2(rule.ros2_type)
         found = installed_class(rule.ros1_type)
         if found is None:
-            raise NotFound(f"the package of {rule.ros1_type} is not installed")
+            raise NotFound(f"the ROS 1 type {rule.ros1_type} is not installed")
         return self.of_ros1(Definition(rule.ros1_type, found._md5sum, found._full_text))
 
     def check_hash(self, ros2_type: str, expected: Collection[str], announced: str) -> None:

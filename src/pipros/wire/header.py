@@ -26,7 +26,7 @@ def encode_header(fields: Mapping[str, str]) -> bytes:
 
 
 def decode_header(body: bytes) -> dict[str, str]:
-    """Return the fields of a header without its total length. A value may contain `=`.
+    """Return the fields of a header, which is given without its total length. A value may contain `=`.
 
     Raises:
         ProtocolError: a field is longer than the rest of the header, has no `=`, or is not UTF-8.

@@ -73,9 +73,7 @@ class Response(NamedTuple):
 
 
 def build_request(host: str, target: str, body: bytes) -> bytes:
-    """Return a POST request with an XML-RPC document. `host` is the value of the `Host` header, such as
-    `localhost:11311`.
-    """
+    """Return a POST request with an XML-RPC document. `host` is the `Host` header, like `localhost:11311`."""
     return request_head(host, target, len(body)) + body
 
 
@@ -228,7 +226,9 @@ class _Reader:
         if length is None:
             return None
         if not (length.isdecimal() and length.isascii() and len(length) <= _LENGTH_DIGITS):
-            raise HttpError(400, f"Content-Length must be a number, got {length[:40]!r}")
+            raise HttpError(
+                400, f"Content-Length must have 1 to {_LENGTH_DIGITS} digits, got {length[:40]!r}"
+            )
         return int(length)
 
     def _keep_alive(self, start: re.Match[str], major: int, minor: int) -> bool:
@@ -293,9 +293,7 @@ class RequestReader(_Reader):
         return Request(start[1], start[2], self._headers, body, self._keep_alive(start, 3, 4))
 
     def wants_continue(self) -> bool:
-        """Return True, once per request, if the client is waiting for `100 Continue` before it sends the
-        body.
-        """
+        """Return True, once per request, if the client waits for `100 Continue` before it sends the body."""
         return self._start is not None and self._headers.pop("expect", "").lower() == "100-continue"
 
     def _parse_start_line(self, line: str) -> re.Match[str]:

@@ -64,7 +64,7 @@ class ChunkedBody:
         Return the body if it is complete, otherwise None.
 
         Raises:
-            HttpError: the bytes are not a chunk, or the body exceeds the limit.
+            HttpError: the bytes are not a chunk, or the body exceeds a limit.
         """
         while (line_end := buffer.find(b"\n", 0, _LINE_LIMIT)) >= 0:
             line = bytes(buffer[:line_end])
@@ -76,7 +76,9 @@ class ChunkedBody:
                 return None
             self._chunk_count += 1
             if self._chunk_count > CHUNKS_LIMIT:
-                raise HttpLimitExceeded(413, f"an HTTP body must have at most {CHUNKS_LIMIT} chunks")
+                raise HttpLimitExceeded(
+                    413, f"an HTTP body must have at most {CHUNKS_LIMIT} chunks and trailer lines"
+                )
         if len(buffer) >= _LINE_LIMIT:
             raise HttpError(400, "an HTTP chunk must begin with a size")
         return None

@@ -194,8 +194,9 @@ class MessageReader:
         self.is_large = len(store) > _COMFORTABLE_BYTES
 
     def _reconsider(self) -> None:
-        """Count one use of a large buffer that is now empty. After `_ROUNDS` uses, shrink the buffer if less
-        than a quarter of it was used.
+        """Count one use of a large buffer that is now empty.
+
+        After `_ROUNDS` uses, shrink the buffer if less than a quarter of it was used.
         """
         self._largest = max(self._largest, self._end)
         self._rounds += 1

@@ -70,9 +70,10 @@ def encode_call(method: str, params: tuple[Any, ...] | list[Any], *, size_limit:
 
     Raises:
         ValueTooLarge: `size_limit` is exceeded, as in `encode_response`.
-        TypeError: XML-RPC cannot represent a value (None, a set, a dictionary key that is not a string).
+        TypeError: XML-RPC cannot represent a value (None, a set, a dictionary key that is not a string), or
+            values are nested too deeply.
         OverflowError: an integer exceeds 32 bits.
-        ValueError: a string has control characters, which XML cannot represent.
+        ValueError: a string has characters that XML cannot represent, such as control characters.
     """
     parts = ["<?xml version='1.0'?>\n<methodCall><methodName>", _escape(method), "</methodName><params>"]
     budget = _Budget(size_limit)

@@ -53,7 +53,7 @@ def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple
         raise ProtocolError("the document must be an XML-RPC call: a methodCall element with a methodName")
     params = children[1] if len(children) == 2 else []
     if len(children) > 2 or not isinstance(params, list):
-        raise ProtocolError("a methodCall must have one methodName and one params element")
+        raise ProtocolError("a methodCall must have one methodName and at most one params element")
     return children[0].text, tuple(params)
 
 
@@ -67,7 +67,7 @@ def decode_response(body: bytes | bytearray, nesting_limit: int) -> tuple[Any, b
         if isinstance(content, list) and len(content) == 1:
             return content[0], False
     raise ProtocolError(
-        "the document must be an XML-RPC response: a methodResponse element with a value or fault"
+        "the document must be an XML-RPC response: a methodResponse element with one value or a fault"
     )
 
 
@@ -139,7 +139,7 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
         for fed in range(SLICE_BYTES, len(body), SLICE_BYTES):
             parser.Parse(body[fed - SLICE_BYTES : fed], False)
             if fed - parser.CurrentByteIndex > TAG_LIMIT_BYTES:
-                raise LimitExceeded(f"a tag in an XML-RPC document must have at most {TAG_LIMIT_BYTES} bytes")
+                raise LimitExceeded(f"a tag or comment in XML-RPC must have at most {TAG_LIMIT_BYTES} bytes")
         parser.Parse(body[(max(len(body), 1) - 1) // SLICE_BYTES * SLICE_BYTES :], True)
     except expat.ExpatError as error:
         raise ProtocolError(f"the XML-RPC document is not well-formed XML: {error}") from None

@@ -63,7 +63,7 @@ def test_up_to_three_bytes_of_padding_are_accepted() -> None:
 @pytest.mark.parametrize(
     ("cdr", "reason"),
     [
-        (b"", "the encoding of no bytes"),
+        (b"", "the header of no bytes"),
         (b"\0\0\0\0\0\0\0\2h\0", "big-endian CDR"),
         (b"\0\3\0\0", "PL_CDR"),
         (b"\0\7\0\0", "0007"),
@@ -265,10 +265,10 @@ def test_a_rule_with_an_unknown_field_raises(name: str) -> None:
     [
         ("int8 a", "int8 b", "only ROS 1 has a, only ROS 2 has b"),
         ("int8 a", "int16 a", "numbers of 1 and 2 bytes"),
-        ("float32 a", "int32 a", "floating-point numbers and one of integers"),
-        ("int8[3] a", "int8[4] a", "3 integers and 4 integers"),
-        ("int8[] a", "int8 a", "a sequence of integers and one of integers"),
-        ("string a", "wstring a", "strings and one of wide strings"),
+        ("float32 a", "int32 a", "one floating-point number and one integer"),
+        ("int8[3] a", "int8[4] a", "an array of 3 integers and an array of 4 integers"),
+        ("int8[] a", "int8 a", "a sequence of integers and one integer"),
+        ("string a", "wstring a", "one string and one wide string"),
     ],
 )
 def test_types_that_do_not_correspond_raise(ros1: str, ros2: str, reason: str) -> None:
@@ -380,7 +380,7 @@ def test_rules_for_services_and_packages(tmp_path: Path) -> None:
     [
         ("a: 1", "must contain a list"),
         ("- 5", "a rule must be a mapping, got int"),
-        ("- {ros1_package_name: a}", "missing required key ros2_package_name"),
+        ("- {ros1_package_name: a}", "the required key ros2_package_name must be a non-empty string"),
         ("- {ros1_package_name: a, ros2_package_name: b, x: 1}", "unknown key x"),
         (
             "- {ros1_package_name: a, ros2_package_name: b, ros1_message_name: c, ros1_service_name: d}",

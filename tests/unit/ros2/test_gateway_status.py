@@ -42,7 +42,7 @@ def test_diagnostics_warn_of_drops_and_of_names_that_are_left_out() -> None:
 
     assert (status.name, status.level) == ("/ROS 2/ros2_gateway_0", LinkLevel.WARN)
     assert status.message == (
-        "2 topics, services and actions pass, 3 messages, calls or goals failed, 1 left out"
+        "2 topics, services and actions pass, 3 messages, calls or goals dropped, 1 left out"
     )
     assert status.values == {
         "topics: to_ros2: /chatter": "4.5/s, 0 dropped",

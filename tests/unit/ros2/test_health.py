@@ -21,7 +21,7 @@ def report(passed: list[object], left_out: dict[str, str]) -> RoomReply:
     ("reply", "rules", "part"),
     [
         (report([], {}), [], ""),
-        (RoomReply(CHECK, failure="no answer"), ["ros2-gateway"], "does not answer: no answer"),
+        (RoomReply(CHECK, failure="no answer"), ["ros2-gateway"], "returned no valid status: no answer"),
         (RoomReply(CHECK, True, "{"), ["ros2-gateway"], "its status is malformed"),
         (report([DROPPED], {}), ["ros2-dropped"], "dropped messages of topics: to_ros2: /a: 7: too long"),
         (

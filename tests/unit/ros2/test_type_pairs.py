@@ -44,7 +44,7 @@ def test_types_have_the_same_pair_from_both_sides() -> None:
 
 def test_received_definitions_are_used_for_types_that_are_not_installed() -> None:
     pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, LIMITS)
-    with pytest.raises(NotFound, match="the package of no_msgs/Such is not installed"):
+    with pytest.raises(NotFound, match="the ROS 1 type no_msgs/Such is not installed"):
         pairs.of_rule(rule(ros1_type="no_msgs/Such"))
 
     pair = pairs.of_ros1(POSE)
@@ -68,7 +68,7 @@ def test_types_that_are_only_in_ros2_need_a_package_of_ros1() -> None:
     pairs = TypePairs(Distribution.JAZZY, rules, LIMITS)
     pairs.of_ros1(POSE)
 
-    with pytest.raises(NotFound, match="the package of my_msgs/Part is not installed"):
+    with pytest.raises(NotFound, match="the ROS 1 type my_msgs/Part is not installed"):
         pairs.of_ros2("std_msgs/msg/Int8")
 
 

@@ -208,7 +208,7 @@ def test_a_large_document_is_read_the_same_in_slices() -> None:
     ],
 )
 def test_an_unterminated_tag_or_comment_is_refused_early(document: bytes) -> None:
-    with pytest.raises(LimitExceeded, match="a tag in an XML-RPC document must have at most 65536 bytes"):
+    with pytest.raises(LimitExceeded, match="a tag or comment in XML-RPC must have at most 65536 bytes"):
         decode_call(document)
 
 

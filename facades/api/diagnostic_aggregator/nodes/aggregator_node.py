@@ -114,7 +114,7 @@ def main() -> int:
     rospy.init_node("diagnostic_aggregator")
     rate = rospy.get_param("~pub_rate", 1.0)
     if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0 < rate < 1e4:
-        rospy.logfatal("~pub_rate must be a number above 0, got %s", rate)
+        rospy.logfatal("~pub_rate must be a number above 0 and below 10000, got %s", rate)
         return 1
     aggregator = Aggregator()
     pause = rospy.Rate(rate)

@@ -46,14 +46,14 @@ def psutil() -> Any:
 
 
 def number(name: str, default: float) -> float:
-    """Return a parameter that must be a number > 0.
+    """Return a parameter that must be a finite number > 0.
 
     Raises:
-        SystemExit: the parameter is not a number > 0.
+        SystemExit: the parameter is not such a number.
     """
     value = rospy.get_param(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
-        raise SystemExit(f"{name} must be a number > 0, got {value!r}")
+        raise SystemExit(f"{name} must be a finite number > 0, got {value!r}")
     return value
 
 

@@ -36,10 +36,12 @@ class InvalidModuleException(Exception):
 
 
 class InvalidClassException(Exception):
-    """A package does not define a type."""
+    """A type cannot be loaded from its package."""
 
     def __init__(self, modname: str, subname: str, classname: str, original_exception: Exception) -> None:
-        super().__init__(f"[{modname}/{classname}] is not in {subname} of its package: {original_exception}")
+        super().__init__(
+            f"cannot load [{modname}/{classname}] from {modname}.{subname}: {original_exception}"
+        )
         self.original_exception = original_exception
 
 

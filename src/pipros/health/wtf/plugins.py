@@ -49,8 +49,8 @@ def load_plugins(
         ]
         if all(check is None for _, check in found):
             complain(
-                f"Cannot load plugin [{package.name}]: it defines neither roswtf_plugin_static nor "
-                "roswtf_plugin_online"
+                f"Cannot load plugin [{name}] from package [{package.name}]: it defines neither "
+                "roswtf_plugin_static nor roswtf_plugin_online"
             )
             continue
         for kind, check in found:

@@ -107,7 +107,7 @@ class McapStorageWriter:
         compression: `none`, `lz4` or `zstd`.
 
     Raises:
-        BagError: the library `mcap` is missing, or does not support the compression.
+        BagError: the library `mcap` is missing, or the compression is unknown.
     """
 
     def __init__(self, path: Path, distribution: Distribution, compression: str) -> None:

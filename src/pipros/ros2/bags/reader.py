@@ -190,7 +190,8 @@ class Ros2BagReader(BagReader):
     def _connection(self, topic: StoredTopic) -> tuple[Connection, ConversionPlan]:
         if topic.encoding != "cdr" or not is_full_name(topic.type):
             raise BagError(
-                f"the messages must be encoded as CDR, got {topic.encoding} with the type [{topic.type}]"
+                "the messages must be CDR of a type such as package/msg/Name, "
+                f"got the encoding [{topic.encoding}] and the type [{topic.type}]"
             )
         plan = self._plan(topic.type)
         plan.prepare()

@@ -31,7 +31,7 @@ def add_reading_options(parser: OptionParser) -> None:
 
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
-    """Return the folders given with `--msgs`, and those in ROS 2's environment variables."""
+    """Return the folders given with `--msgs`, and the `share` folders in `AMENT_PREFIX_PATH`."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
     return [*map(Path, given), *folders_of_environment(os.environ)]
@@ -92,7 +92,7 @@ def written(target: Path, options: Any) -> Iterator[MessageSink]:
     """Create a ROS 2 bag. On exit, print a warning for each topic that lacks messages.
 
     Raises:
-        PiprosError: an option has an invalid value, or the bag cannot be written.
+        PiprosError, OSError: an option has an invalid value, or the bag cannot be written.
     """
     from pipros.cli.rosbag.converting import compression_of
     from pipros.ros2.bags.writer import new_ros2_bag

@@ -29,8 +29,12 @@ def _serve(argv: Sequence[str]) -> int:
         "[options] | status [options]",
         "Passes topics, services and actions between the running system and ROS 2 nodes.",
     )
-    parser.add_option("--domain", metavar="N", type="int", help="the ROS 2 domain (ROS_DOMAIN_ID, or 0)")
-    parser.add_option("--distro", help="the ROS 2 distribution: humble, jazzy, kilted or lyrical (jazzy)")
+    parser.add_option(
+        "--domain", metavar="N", type="int", help="the ROS 2 domain (default: ROS_DOMAIN_ID, or 0)"
+    )
+    parser.add_option(
+        "--distro", help="the ROS 2 distribution: humble, jazzy, kilted or lyrical (default: jazzy)"
+    )
     parser.add_option(
         "--rules", metavar="FILE", help="use the allow lists, deny lists and static rules in FILE"
     )
@@ -139,7 +143,7 @@ def _statuses() -> dict[str, Mapping[str, Any]]:
                     caller = ServiceCaller(graph.master, name)
                     found[node] = json.loads(caller.call(caller.request([])).message)
                 except (GraphError, ValueError) as error:
-                    raise CommandError(f"[{node}] does not answer: {error}") from None
+                    raise CommandError(f"[{node}] returned no valid status: {error}") from None
     return found
 
 

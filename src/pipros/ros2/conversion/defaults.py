@@ -72,7 +72,7 @@ def _number(value: Value, default: Any) -> bytes:
             return struct.pack(f"<{code}", float(default))
         return struct.pack(f"<{code}", int(default) & ((1 << 8 * value.size) - 1))
     except (ValueError, TypeError, OverflowError) as error:
-        raise NotConvertible(f"the default value {default!r} is not a number") from error
+        raise NotConvertible(f"the default value {default!r} does not fit the field's type") from error
 
 
 def _parsed(value: Value) -> Any:

@@ -441,7 +441,9 @@ def _one(value: Value) -> Value:
 
 
 def _described(value: Value) -> str:
-    many = {Form.SINGLE: "one of", Form.ARRAY: f"{value.length}", Form.SEQUENCE: "a sequence of"}[value.form]
+    if value.form is Form.SINGLE:
+        return f"one {value.kind.value.removesuffix('s')}"
+    many = f"an array of {value.length}" if value.form is Form.ARRAY else "a sequence of"
     return f"{many} {value.kind.value}"
 
 

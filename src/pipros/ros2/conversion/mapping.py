@@ -237,7 +237,7 @@ def _add(
 def _text(rule: Mapping[str, Any], key: str, where: str) -> str:
     value = rule.get(key)
     if not isinstance(value, str) or not value:
-        raise InvalidRules(f"{where}: missing required key {key}")
+        raise InvalidRules(f"{where}: the required key {key} must be a non-empty string")
     return value
 
 

@@ -83,8 +83,10 @@ class ConversionPlan:
         view = memoryview(cdr).cast("B").toreadonly()
         encoding = bytes(view[:2])
         if encoding != HEADER[:2] or len(view) < len(HEADER):
-            found = _ENCODINGS.get(encoding, f"the encoding {encoding.hex() or 'of no bytes'}")
-            raise ConversionError(f"{self.ros2_type}: expected little-endian CDR (0001), got {found}")
+            found = _ENCODINGS.get(encoding, f"the header {bytes(view[:4]).hex() or 'of no bytes'}")
+            raise ConversionError(
+                f"{self.ros2_type}: expected the 4-byte header of little-endian CDR (0001…), got {found}"
+            )
         return self._run(view[len(HEADER) :], to_cdr=False)
 
     def to_ros1(self, cdr: Buffer) -> bytes:

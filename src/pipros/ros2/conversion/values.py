@@ -62,7 +62,7 @@ WHOLE_MESSAGES = {
 
 
 class Values:
-    """Converter of field types to `Value`."""
+    """Converter from field types to `Value`."""
 
     def __init__(self, lookup: Lookup, catalog: Catalog) -> None:
         self._lookup = lookup

@@ -1,5 +1,6 @@
-"""ROS 2 action definitions, and the services and messages derived from them
-(https://design.ros2.org/articles/actions.html).
+"""ROS 2 action definitions, and the services and messages derived from them.
+
+See https://design.ros2.org/articles/actions.html.
 """
 
 from __future__ import annotations

@@ -141,8 +141,8 @@ def _sections(text: str, names: Sequence[str], file: str) -> list[str]:
             parts[-1].append(line)
     if len(parts) != len(names):
         raise DefinitionError(
-            f"expected the parts {', '.join(names)}, separated by lines {SECTION_MARK}, "
-            f"got {len(parts)} parts",
+            f"expected the parts {', '.join(names)}, separated by {SECTION_MARK} lines, "
+            f"got {len(parts)} of them",
             file=file,
         )
     return ["\n".join(part) for part in parts]
@@ -171,7 +171,7 @@ def _field(declaration: str, package: str) -> Ros2Field:
         if form is not Form.SEQUENCE and not length:
             raise ValueError(f"[{type_text}]: the length must be at least 1")
     if max(length, characters) > _LENGTH_LIMIT:
-        raise ValueError(f"[{type_text}] is longer than {_LENGTH_LIMIT}")
+        raise ValueError(f"[{type_text}]: a length or bound must be at most {_LENGTH_LIMIT}")
     return Ros2Field(Ros2Type(base, form, length, characters), name, default.strip())
 
 

@@ -39,7 +39,7 @@ class Connections:
         writers: local writers by entity id, including those for discovery.
         readers: local readers by the GUID of the remote writer.
         busy: writers and readers that have a deadline.
-        events: list to which matches and mismatches are appended.
+        events: list to which matches, mismatches and `Elsewhere` events are appended.
     """
 
     def __init__(self, local_hosts: frozenset[str], events: list[Event]) -> None:

@@ -43,7 +43,7 @@ class Discovery:
 
     def __post_init__(self) -> None:
         if not 0 <= self.domain <= MAX_DOMAIN:
-            raise InvalidEnvironment(f"domain must be 0 to {MAX_DOMAIN}, got {self.domain}")
+            raise InvalidEnvironment(f"the ROS 2 domain must be from 0 to {MAX_DOMAIN}, got {self.domain}")
 
     @property
     def reaches_out(self) -> bool:
@@ -64,7 +64,9 @@ class Discovery:
         """
         domain = variables.get("ROS_DOMAIN_ID") or "0"
         if not domain.isascii() or not domain.isdigit():
-            raise InvalidEnvironment(f"ROS_DOMAIN_ID must be a number, got [{domain}]")
+            raise InvalidEnvironment(
+                f"the ROS 2 domain (ROS_DOMAIN_ID) must be a whole number >= 0, got [{domain}]"
+            )
         peers = variables.get("ROS_STATIC_PEERS", "").split(";")
         return cls(int(domain), _range_of(variables), tuple(filter(None, map(str.strip, peers))))
 

@@ -138,8 +138,8 @@ class Participant:
         """Create a reader and announce it to the peers. `topic` and `type_name` are DDS names.
 
         Args:
-            callback: called for each sample. Up to `qos.depth` samples wait for it; beyond that, the oldest
-                ones are dropped.
+            callback: called for each sample. Up to `qos.depth` samples (0: no limit) wait for it, within
+                `ros2_inbox_bytes`; beyond that, the oldest ones are dropped.
             is_direct: run the callback in the thread that reads the sockets; it must not block.
         """
         reader = TopicReader(self, callback, qos.depth, self._limits.of(Ros2Limits).ros2_inbox_bytes)

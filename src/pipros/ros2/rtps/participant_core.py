@@ -270,7 +270,7 @@ class ParticipantCore:
         """Perform due actions: announcements, heartbeats, repeated requests, bursts, and expiry of leases.
 
         Args:
-            handled_until: every datagram that arrived before this time has been passed to `receive`. Thus, a
+            handled_until: every datagram that arrived before this time has been handled. Thus, a
                 request answered in time is not repeated, and a lease renewed in time does not expire.
         """
         if self._is_closed:
@@ -453,7 +453,7 @@ class ParticipantCore:
 
 
 def _latest(submessages: Sequence[Submessage]) -> Sequence[Submessage]:
-    """Leave out heartbeats and ACKNACKs that are superseded by a later one of the same writer and reader.
+    """Leave out heartbeats and ACKNACKs that are superseded by a later one with the same writer and reader.
 
     The response to each is larger than the submessage itself, and a datagram can contain 1,800 of them.
     """

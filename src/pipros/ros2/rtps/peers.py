@@ -80,12 +80,12 @@ class Peer:
         return self.choose(endpoint.addresses or self.data.data)
 
     def choose(self, addresses: tuple[Address, ...]) -> Address | None:
-        """Return the address that has the peer's `host`, or the first one to which data may be sent; None if
-        there is none.
+        """Return the address with the peer's `host`, otherwise the first to which data may be sent, or None.
 
         An announcement is small, but data can be large: an announcement that names another machine as the
         recipient could make this machine flood the recipient. Therefore, data is sent only to the host that
-        sent the announcement, to its network (the first three bytes of the address), and to `hosts`.
+        sent the announcement, to `hosts`, and, unless that host is in `hosts`, to its network (the first
+        three bytes of the address).
         """
         same_host = next((each for each in addresses if each.host == self.host), None)
         return same_host or next((each for each in addresses if self._is_near(each.host)), None)

@@ -196,7 +196,7 @@ class Writer:
     def _drop_oldest(self) -> None:
         oldest = self._oldest()
         if self.outbox.sending is not None and self.outbox.sending[::2] == (self.entity, oldest):
-            # A sample that is being sent is completed first. Otherwise no large sample would ever arrive
+            # A sample that is being sent is completed first. Otherwise, no large sample would ever arrive
             # while samples are written faster than they can be sent.
             oldest = next((each for each in self._history if each > oldest), oldest)
         if any(reader.acked < oldest <= reader.wanted for reader in self._behind.values()):

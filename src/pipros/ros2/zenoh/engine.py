@@ -61,7 +61,7 @@ def zenoh_libraries() -> tuple[Any, Any]:
         import zenoh
         import zenoh.ext
     except ImportError:
-        raise MissingExtra(f"rmw_zenoh needs eclipse-zenoh: {install_command('zenoh')}") from None
+        raise MissingExtra(f"rmw_zenoh needs eclipse-zenoh and xxhash: {install_command('zenoh')}") from None
     return zenoh, xxhash
 
 
