@@ -60,7 +60,7 @@ def column(cloud: Any, rows: Any, name: str) -> Any:
     """Return the values of a field as an array of shape (points,). The array is writable if `rows` is.
 
     Raises:
-        InvalidCloud: the field is missing, or lies outside the point.
+        InvalidCloud: the field is missing, has an unknown type, or lies outside the point.
     """
     field = next((each for each in cloud.fields if each.name == name), None)
     if field is None:
@@ -87,7 +87,7 @@ def positions(cloud: Any, rows: Any) -> Any:
     """Return x, y and z as a new float32 array of shape (points, 3).
 
     Raises:
-        InvalidCloud: a field is missing or has another type.
+        InvalidCloud: a field is missing, is not of type FLOAT32, or lies outside the point.
     """
     for name in POSITION:
         if not has_field(cloud, name):

@@ -70,7 +70,7 @@ class BlockMatcher:
     def disparities(self, left: Any, right: Any, factor: int = 1) -> Any:
         """Return the disparities of the left image's pixels as float32.
 
-        Pixels without a match have the disparity `min_disparity` - 1, times `factor`.
+        Pixels without a match have the disparity (`min_disparity` - 1) * `factor`.
 
         Args:
             left, right: uint8 images of the same shape.

@@ -78,7 +78,7 @@ def load(
 
 
 def _wait_for_end(node: Node, log: logging.Logger, place: str, bond_id: str) -> None:
-    """Wait until the node is shut down, and unload its nodelet.
+    """Wait until the node is shut down, and unload its nodelet unless the bond is broken.
 
     If there is a bond, shut the node down when the bond is broken. `bond_id` is empty if there is no bond.
     """

@@ -95,7 +95,7 @@ def test_cells_become_the_mean_of_their_points_and_colors() -> None:
 def test_a_grid_may_have_more_cells_than_numbers() -> None:
     given = cloud((-1e30, 0, 0), (1e30, 1e30, 1e30), (1e30, 1e30, 1e30), (0, 0, 0))
     assert len(points_of(filters.voxel_grid(given, {**GRID, "leaf_size": 1e-6}))) == 3
-    with pytest.raises(InvalidCloud, match="leaf_size must be greater than 0, got 0"):
+    with pytest.raises(InvalidCloud, match="leaf sizes must be greater than 0, got 0"):
         filters.voxel_grid(given, {**GRID, "leaf_size": 0.0})
 
 
