@@ -18,7 +18,7 @@ FAILED: Final = 255
 """Exit code of failed commands."""
 
 WAIT_S: Final = 10.0
-"""Interval between warnings about a missing manager."""
+"""Interval between warnings about a missing manager, and timeout of `nodelet unload`."""
 
 _UNLOAD_S: Final = 0.4
 """How long a loader that shuts down waits for the manager to unload the nodelet."""
