@@ -1,4 +1,4 @@
-"""Convert image messages to arrays without copying, and arrays to image messages."""
+"""Convert image messages to arrays, without copying if possible, and arrays to image messages."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Selection:
         """Append a topic.
 
         Raises:
-            BadSelection: `topic` is already one of the topics, or not a valid name.
+            BadSelection: `topic` is already one of the topics, reserved, or not a valid name.
         """
         if topic.endswith(NONE):
             raise BadSelection(
