@@ -128,7 +128,7 @@ def test_the_end_of_a_loader_unloads_its_nodelet(demo: RosSystem) -> None:
     manager.wait_for("closed /polite")
     demo.wait_for_subscriber("/mgr/bond")
     killed.send_signal(signal.SIGKILL)
-    manager.wait_for("the bond of nodelet /killed is broken, so it is unloaded", timeout_s=60)
+    manager.wait_for("unloading nodelet /killed, because its bond is broken", timeout_s=60)
     manager.wait_for("closed /killed")
 
 

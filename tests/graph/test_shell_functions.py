@@ -165,7 +165,7 @@ def test_commands_that_are_not_here_are_explained(ros: RosSystem, program: str) 
     typed = ros.pipros.run(shutil.which(program) or program, options[program], "-ic", script, **clean)
     assert "gazebo: The programs of gazebo_ros are written in C++" in typed.output
     assert "On this machine, roslaunch pipros_sim sim.launch" in typed.output
-    assert "catkin: catkin does not come with pipros, but from PyPI: pip install catkin-tools" in typed.output
+    assert "catkin: catkin is not part of pipros, but is on PyPI: pip install catkin-tools" in typed.output
     assert re.search(
         "no_such_command: command not found|(not found|Unknown command): no_such_command", typed.output
     )

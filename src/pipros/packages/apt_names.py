@@ -89,6 +89,6 @@ def how_to_have(programs: Sequence[str], plugins: Sequence[str] = ()) -> str:
         names = " ".join(str(package) for _, package in known)
         return f"{here.name} has it: apt-get install {names}"
     return (
-        f"{here.name} has no package of {' or '.join(missing)}. Run it where ROS 1 Noetic is installed "
+        f"{here.name} has no package for {' or '.join(missing)}. Run it where ROS 1 Noetic is installed "
         f"(Ubuntu 20.04: apt-get install {noetic}): {graph}"
     )

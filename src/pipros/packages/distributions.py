@@ -19,10 +19,7 @@ _VERSION = re.compile(r"<version>\s*([^\s<]+)\s*</version>")
 
 
 class ShippedDistribution(Distribution):
-    """A ROS package with Python modules, as a distribution.
-
-    The name and version are taken from its manifest.
-    """
+    """A ROS package with Python modules, as a distribution. The version is taken from its manifest."""
 
     def __init__(self, name: str) -> None:
         """Store the name of a package in `SHARE`. Its manifest is read on demand."""

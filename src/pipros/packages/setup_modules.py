@@ -1,8 +1,9 @@
 """Find the Python modules that packages declare in their `setup.py`, for imports without a build.
 
-The file is parsed, not run. Only literal arguments to `setup()` or `generate_distutils_setup()` are read.
-The arguments may also be items of a dictionary, or assigned to its keys (`d["packages"] = […]`). A computed
-list of packages, such as `find_packages()`, is assumed to contain every Python package in its folder.
+The file is parsed, not run. Only literal arguments are read, in calls such as `setup()` and
+`generate_distutils_setup()`. They may also be items of a dictionary, or assigned to its keys
+(`d["packages"] = […]`). A computed list of packages, such as `find_packages()`, is assumed to contain every
+Python package in its folder.
 
 Any failed import may search all packages. Therefore, this module imports little, and parses only files that
 contain the imported name or `find_packages`.

@@ -54,7 +54,7 @@ _SOURCES = dict.fromkeys(("executive_smach", "smach", "smach_ros"), "https://git
 
 _DESKTOP = {
     "moveit_commander": "moveit_commander calls a library in C++ and plans with move_group, also in C++",
-    "smach_viewer": "smach_viewer is a window of wxPython, which pip does not install without a compiler",
+    "smach_viewer": "smach_viewer needs wxPython, which pip cannot install without a compiler",
 }
 """Packages whose Python programs need other software, and explanations for users."""
 
@@ -77,7 +77,7 @@ def why_missing(package: str) -> str | None:
 def why_no_command(name: str) -> str | None:
     """Return advice on a command that the shell did not find, or None if the command is unknown."""
     if name in _PYPI:
-        return f"{name} does not come with pipros, but from PyPI: pip install {_PYPI[name]}"
+        return f"{name} is not part of pipros, but is on PyPI: pip install {_PYPI[name]}"
     return why_missing(_PACKAGE_OF_COMMAND.get(name, ""))
 
 

@@ -25,7 +25,7 @@ class Column:
 
     Attributes:
         datatype: as in `sensor_msgs/PointField`.
-        data: little-endian values of the chosen points.
+        data: values of the chosen points, in the byte order of the cloud.
     """
 
     name: str

@@ -152,7 +152,7 @@ def _image(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[s
         grey = bytes(_byte(value, low, high) for value in values)
         return (
             Image.frombytes("L", shape, grey),
-            "The brightness shows the values between their extremes.",
+            "The minimum is black, the maximum is white.",
             {
                 **facts,
                 "darkest": low,

@@ -30,8 +30,8 @@ def encoding_of(message: Any) -> Encoding:
     row = width * found.channels * found.bits // 8
     if step < row or len(message.data) < step * height:
         raise PictureError(
-            f"{width} x {height} pixels of {message.encoding} in rows of {step} bytes need "
-            f"{max(row, step) * height} bytes, got {len(message.data)}"
+            f"{width} x {height} pixels of {message.encoding} need {height} rows of {row} bytes, got "
+            f"{len(message.data)} bytes in rows of {step}"
         )
     return found
 

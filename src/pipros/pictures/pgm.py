@@ -1,8 +1,8 @@
 """Greyscale images as PGM files, binary (P5) and plain (P2): https://netpbm.sourceforge.net/doc/pgm.html.
 
-Maps are PGM files, so `map_server` and `map_saver` do not need Pillow. Pillow (7 MB to download, 21 ms to
-import) takes 35 ms to read a map of 4,000 x 4,000 cells, while this module takes 2 ms. For plain files, both
-take about the same time.
+Most maps are PGM files. For these, `map_server` and `map_saver` do not need Pillow. Pillow (7 MB to download,
+21 ms to import) takes 35 ms to read a map of 4,000 x 4,000 cells, while this module takes 2 ms. For plain
+files, both take about the same time.
 """
 
 from __future__ import annotations

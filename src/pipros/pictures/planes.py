@@ -13,7 +13,7 @@ from pipros.pictures.errors import PictureError
 from pipros.pictures.pgm import MAX_PIXELS, is_pgm, read_pgm
 
 _FORMATS = ("BMP", "GIF", "JPEG", "PCX", "PNG", "PPM", "TGA", "TIFF", "WEBP", "XPM")
-"""Formats that Pillow decodes itself. For other formats, such as EPS, Pillow runs programs on the content."""
+"""Formats that Pillow decodes itself. For some others, such as EPS, it runs programs on the content."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 The key of an entry is a digest of the file's path and contents, the interpreter that ran the file, and
 pipros's code for such files. The entry is valid as long as the modules that the file imported are unchanged.
-Modules of pipros and modules installed in the interpreter's environment are not checked. Neither are other
+pipros's modules and modules installed in the interpreter's environment are not checked. Neither are other
 inputs, such as environment variables and other files.
 """
 
@@ -30,7 +30,7 @@ _CODE = ("cache.py", "cfg_file.py", "generator.py")
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
     """Return the path, size and modification time of each module's file.
 
-    Modules of pipros and modules installed in the interpreter's environment are omitted.
+    pipros's modules and modules installed in the interpreter's environment are omitted.
     """
     source_folder = str(Path(__file__).resolve().parents[2])
     fixed = tuple(

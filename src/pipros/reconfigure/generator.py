@@ -134,6 +134,7 @@ class ParameterGenerator:
         """Declare a constant, and return it for use in `enum`.
 
         Raises:
+            KeyError: the type is unknown.
             TypeError: the value does not have the given type.
             ValueError: the description contains quotes.
         """
@@ -146,10 +147,10 @@ class ParameterGenerator:
     def enum(self, constants: list[dict[str, Any]], description: str) -> str:
         """Return the edit method for a parameter whose value must be one of the constants.
 
-        All constants must have the same type.
+        Raises ValueError if there are no constants, their types differ, or `description` contains quotes.
         """
         if len({constant["type"] for constant in constants}) != 1:
-            raise ValueError("the constants of an enum must all have the same type")
+            raise ValueError("an enum must have at least one constant, and all of the same type")
         return repr({"enum": constants, "enum_description": _without_quotes(description)})
 
     def generate(self, pkgname: str, nodename: str, name: str) -> int:  # noqa: ARG002

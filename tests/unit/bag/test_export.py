@@ -87,8 +87,8 @@ def test_samples_are_in_the_order_of_png() -> None:
     ("wrong", "words"),
     [
         (image("yuv422"), r"got \[yuv422\]"),
-        (image("rgb8", b"x"), "in rows of 6 bytes need 12 bytes, got 1"),
-        (image("rgba8"), "need 16 bytes"),
+        (image("rgb8", b"x"), "need 2 rows of 6 bytes, got 1 bytes in rows of 6"),
+        (image("rgba8"), "need 2 rows of 8 bytes"),
     ],
 )
 def test_images_that_cannot_be_written_are_refused(wrong: Image, words: str) -> None:

@@ -26,7 +26,7 @@ def on_debian(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_program_in_c_plus_plus_names_its_package() -> None:
     assert why_not_here("hector_mapping") == (
         "The programs of hector_mapping are written in C++, and are not part of pipros, which is pure "
-        "Python. Debian has no package of hector_mapping. Run it where ROS 1 Noetic is installed (Ubuntu "
+        "Python. Debian has no package for hector_mapping. Run it where ROS 1 Noetic is installed (Ubuntu "
         "20.04: apt-get install ros-noetic-hector-mapping): with this machine's ROS_MASTER_URI, it joins the "
         "same graph. On this machine, rosrun gmapping slam_gmapping builds maps, also with the simulator: "
         "roslaunch pipros_sim sim.launch."
@@ -46,7 +46,7 @@ def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
     ("name", "says"),
     [
         ("gazebo", "On this machine, roslaunch pipros_sim sim.launch simulates robots"),
-        ("catkin", "catkin does not come with pipros, but from PyPI: pip install catkin-tools"),
+        ("catkin", "catkin is not part of pipros, but is on PyPI: pip install catkin-tools"),
     ],
 )
 def test_commands_that_are_not_here_name_a_substitute(name: str, says: str) -> None:
@@ -73,7 +73,7 @@ def test_a_nodelet_names_its_plugin() -> None:
         "it: apt-get install libnodeletlib-tools libpcl-ros-dev"
     )
     advice = why_no_nodelet("velodyne_pointcloud/CloudNodelet")
-    assert "Debian has no package of velodyne_pointcloud." in advice
+    assert "Debian has no package for velodyne_pointcloud." in advice
 
 
 @pytest.mark.parametrize(
@@ -88,8 +88,8 @@ def test_a_nodelet_names_its_plugin() -> None:
             "ID=ubuntu\nVERSION_CODENAME=focal\n",
             "Install it (apt-get install ros-noetic-image-proc)",
         ),
-        ("ID=fedora\nNAME=Fedora\n", "Fedora has no package of image_proc. Run it where ROS 1 Noetic is "),
-        (None, "This system has no package of image_proc. "),
+        ("ID=fedora\nNAME=Fedora\n", "Fedora has no package for image_proc. Run it where ROS 1 Noetic is "),
+        (None, "This system has no package for image_proc. "),
     ],
 )
 def test_advice_names_the_package_of_the_running_distribution(

@@ -126,8 +126,8 @@ def test_an_image_without_pixels_is_shown_as_such(height: int, step: int) -> Non
 @pytest.mark.parametrize(
     ("message", "words"),
     [
-        (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1 bytes"),
-        (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 18 bytes, got 4"),
+        (Image(width=2, height=2, step=1, encoding="mono8", data=b"1234"), "in rows of 1"),
+        (Image(width=2, height=9, step=2, encoding="mono8", data=b"1234"), "need 9 rows of 2 bytes, got 4"),
         (Image(width=1, height=1, step=1, encoding="<b>", data=b"1"), "encoding \\[<b>\\]"),
         (Image(width=1, height=1, step=12, encoding="32FC3", data=b"1" * 12), "encoding \\[32FC3\\]"),
         (CompressedImage(format="16UC1; compressedDepth", data=b"0" * 11), "must be 16UC1"),

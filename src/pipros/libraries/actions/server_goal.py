@@ -12,7 +12,7 @@ from pipros.libraries.actions.status import Status
 
 
 class GoalEvent(Enum):
-    """Events of a goal. The values are used in error texts: "a goal must be PENDING to be rejected"."""
+    """Events of a goal. The values are used in error texts: "a goal must be … to be rejected"."""
 
     ACCEPT = "active"
     REJECT = "rejected"

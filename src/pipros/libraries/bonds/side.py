@@ -45,7 +45,8 @@ class BondSide:
     Args:
         durations_s: length of each timeout. A change takes effect when the timeout is next started.
         send: publishes a status message; called with True if this side is alive.
-        notify: called with ALIVE when the bond is formed and with DEAD when it is broken. No lock is held.
+        notify: called with ALIVE when the bond is formed, and with DEAD when this side is dead, even if no
+            bond was formed. No lock is held.
         enter: called with each new state while the lock is held.
         ignores_silence: function that returns whether to ignore a heartbeat timeout. May block.
         is_over: function that returns whether `publish_heartbeats` and `wait` must return.
@@ -131,7 +132,7 @@ class BondSide:
         self.send(self.state in (BondState.WAITING, BondState.ALIVE))
 
     def publish_heartbeats(self, period_s: float, ending_period_s: float) -> None:
-        """Publish the status periodically, and once more when the bond is broken or `is_over` is True."""
+        """Publish the status until the state is DEAD or `is_over` returns True, and then once more."""
         while (state := self.state) is not BondState.DEAD and not self.is_over():
             self.publish()
             with self._changed:

@@ -104,7 +104,7 @@ def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
 def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
     """Return the points with these indices, in the order of the indices, or all other points if negated.
 
-    As in PCL, the cloud is returned unchanged if there are as many indices as points.
+    As in PCL, the cloud is returned unchanged if there are as many indices as points, unless negated.
 
     Raises:
         InvalidCloud: the cloud is invalid, or an index is out of range.
@@ -168,12 +168,12 @@ def statistical_outlier_removal(cloud: Any, values: Values, indices: Any = None)
 def voxel_grid(cloud: Any, values: Values) -> Any:
     """Return one point for each grid cell with at least `min_points_per_voxel` points.
 
-    Each field is the mean of the cell's points; `rgb` and `rgba` are averaged byte by byte. The result is
-    sorted by cell.
+    Points that are not finite or outside the limits are ignored. Each field is the mean of the cell's points;
+    `rgb` and `rgba` are averaged byte by byte. The result is sorted by cell.
 
     Raises:
         InvalidCloud: the cloud is invalid, a leaf size is not greater than 0, or the field
-            `filter_field_name` is missing.
+            `filter_field_name` is missing or not of type FLOAT32.
     """
     rows, name = rows_of(cloud), values["filter_field_name"]
     leaf = leaf_sizes(values)
@@ -221,7 +221,7 @@ def leaf_sizes(values: Values) -> Any:
     own = [values.get(f"leaf_size_{axis}", -1.0) for axis in POSITION]
     leaf = np.array([each if each >= 0 else general for each in own], np.float32)
     if not (leaf > 0).all():
-        raise InvalidCloud(f"leaf_size must be greater than 0, got {leaf.min():g}")
+        raise InvalidCloud(f"leaf sizes must be greater than 0, got {leaf.min():g}")
     return leaf
 
 

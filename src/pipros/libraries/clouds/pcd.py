@@ -59,7 +59,9 @@ def parse(data: bytes) -> tuple[Any, Pose]:
         rows = _from_text(body, header)
     elif header.mode == "binary":
         if len(body) < count * step:
-            raise InvalidPcd(f"a file with {count} points must have {count * step} bytes, got {len(body)}")
+            raise InvalidPcd(
+                f"a file with {count} points must have {count * step} bytes of data, got {len(body)}"
+            )
         rows = np.frombuffer(body, np.uint8, count * step).reshape(count, step)
     else:
         rows = _from_columns(_decompressed(body, count * step), header)
@@ -111,7 +113,10 @@ def _read_header(data: bytes) -> tuple[Header, memoryview]:
     if mode not in MODES:
         raise InvalidPcd(f"DATA must be one of {', '.join(MODES)}, got {mode}")
     if any(kind.str[1:] not in CODES or not 0 < count <= _COUNT for _, kind, count in fields):
-        raise InvalidPcd(f"SIZE, TYPE and COUNT must describe numbers, got {sizes}, {types}, {counts}")
+        raise InvalidPcd(
+            f"SIZE and TYPE must describe numbers, and COUNT must be 1 to {_COUNT}, "
+            f"got {sizes}, {types}, {counts}"
+        )
     if width < 0 or height < 0 or width * height > _POINTS:
         raise InvalidPcd(f"WIDTH x HEIGHT must be 0 to {_POINTS} points, got {width} x {height}")
     return Header(fields, width, height, (px, py, pz, qx, qy, qz, qw), mode), memoryview(data)[start:]

@@ -47,7 +47,7 @@ def pcd_to_pointcloud(argv: Sequence[str] | None = None) -> int:
         cloud.header.frame_id = private(node, "frame_id", "base_link")
         is_latched = private(node, "latch", False)
         output = node.advertise("cloud_pcd", type(cloud), queue_size=1, latch=is_latched)
-        log.info("%d points from %s on %s", cloud.width * cloud.height, name, output.topic)
+        log.info("publishing %d points from %s on %s", cloud.width * cloud.height, name, output.topic)
         while not (is_latched or output.connection_count):
             if node.wait_for_shutdown(_POLL_S):
                 return 0
@@ -98,7 +98,7 @@ class CloudWriter:
         except (InvalidCloud, TransformException, OSError) as error:
             self._log.error("cannot write %s: %s", name, getattr(error, "strerror", None) or error)
             return
-        self._log.info("%d points in %s", cloud.width * cloud.height, name)
+        self._log.info("wrote %d points to %s", cloud.width * cloud.height, name)
 
 
 @exits_after_ctrl_c()

@@ -30,7 +30,8 @@ def rows_of(cloud: Any) -> Any:
     """Return the bytes of the points, an array of shape (points, point_step), without copying.
 
     Raises:
-        InvalidCloud: the length of the data is not width * height * point_step, or point_step is 0.
+        InvalidCloud: the length of the data is not width * height * point_step, or point_step is 0 although
+            the cloud has points.
     """
     count, step = cloud.width * cloud.height, cloud.point_step
     data = np.frombuffer(cloud.data, np.uint8)
@@ -38,6 +39,8 @@ def rows_of(cloud: Any) -> Any:
         raise InvalidCloud(
             f"data of a cloud must have width * height * point_step = {cloud.width} * {cloud.height} * "
             f"{step} bytes, got {len(data)}"
+            if len(data) != count * step
+            else "point_step of a cloud must be > 0, got 0"
         )
     return data.reshape(count, step)
 
@@ -52,7 +55,7 @@ def indices_of(given: Any, count: int) -> Any:
         return np.arange(count)
     chosen = np.asarray(given, np.int64)
     if len(chosen) and not 0 <= chosen.min() <= chosen.max() < count:
-        raise InvalidCloud(f"indices must be 0 to {count - 1}, got {chosen.min()} to {chosen.max()}")
+        raise InvalidCloud(f"indices must be >= 0 and < {count}, got {chosen.min()} to {chosen.max()}")
     return chosen
 
 
@@ -60,7 +63,7 @@ def column(cloud: Any, rows: Any, name: str) -> Any:
     """Return the values of a field as an array of shape (points,). The array is writable if `rows` is.
 
     Raises:
-        InvalidCloud: the field is missing, or lies outside the point.
+        InvalidCloud: the field is missing, has an unknown type, or lies outside the point.
     """
     field = next((each for each in cloud.fields if each.name == name), None)
     if field is None:
@@ -68,8 +71,8 @@ def column(cloud: Any, rows: Any, name: str) -> Any:
     kind = np.dtype(TYPES.get(field.datatype, "V0")).newbyteorder(">" if cloud.is_bigendian else "<")
     if not 0 < kind.itemsize <= rows.shape[1] - field.offset:
         raise InvalidCloud(
-            f"field {name} must lie within the point, got type {field.datatype} at offset {field.offset} of "
-            f"{rows.shape[1]} bytes"
+            f"field {name} must have a known type and lie within the point, got type {field.datatype} at "
+            f"offset {field.offset} of {rows.shape[1]} bytes"
         )
     return (
         rows[:, field.offset : field.offset + kind.itemsize].view(kind)[:, 0]
@@ -87,7 +90,7 @@ def positions(cloud: Any, rows: Any) -> Any:
     """Return x, y and z as a new float32 array of shape (points, 3).
 
     Raises:
-        InvalidCloud: a field is missing or has another type.
+        InvalidCloud: a field is missing, is not of type FLOAT32, or lies outside the point.
     """
     for name in POSITION:
         if not has_field(cloud, name):

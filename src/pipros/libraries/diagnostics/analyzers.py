@@ -121,7 +121,8 @@ class Items:
     def report(self, now_s: float) -> list[ComponentStatus]:
         """Return the summary and the items.
 
-        The summary is stale if all items are stale, and an error if only some of them are.
+        The summary has the highest level of the items, but is an error if only some of them are stale, or if
+        their number differs from a positive `count`. It is stale if there are no items, unless `count` is 0.
         """
         reported, values, levels = [], [], []
         for name, item in list(self._items.items()):
@@ -317,7 +318,7 @@ def _generic(
     try:
         patterns = NamePatterns(_texts(parameters, "regex"))
     except ValueError as error:
-        raise BadAnalyzer(f"the parameter 'regex' of {path} is not a regular expression: {error}") from None
+        raise BadAnalyzer(f"the parameter 'regex' of {path} is invalid: {error}") from None
     criteria = Criteria(
         names=frozenset([*_texts(parameters, "name"), *expected]),
         starts=(*_texts(parameters, "startswith"), *removed_where_found),

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pipros.libraries.diagnostics.items import ComponentStatus
 
 NAME_LIMIT = 200
-"""Maximum length of a file name without its suffix. Limited because any peer can choose status names."""
+"""Maximum length of a file name without number and suffix. Limited because any peer can choose names."""
 
 _HEAD = ("Timestamp", "Level", "Message", "Hardware ID")
 _IN_NAMES = str.maketrans({" ": "_", "/": "__", **dict.fromkeys("()#.\0\n")})

@@ -1,4 +1,4 @@
-"""The state of links to other systems as diagnostics, for the page and rqt_robot_monitor."""
+"""The state of links to other systems as diagnostics, for the web page and rqt_robot_monitor."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.node import Node
 
 
 class LinkLevel(IntEnum):
-    """The levels of diagnostic_msgs/DiagnosticStatus."""
+    """Levels of diagnostic_msgs/DiagnosticStatus, without STALE."""
 
     OK = 0
     WARN = 1

@@ -2,7 +2,7 @@
 
 Python's `re` may need exponential time: matching 40 characters with `(a+)+$` takes days. Meanwhile, no other
 thread of the process can run. Therefore, a child process does the matching, and gives up after a tenth of a
-second of processor time. Results are cached, so each pair of a pattern and a name costs one request.
+second of processor time. Results are cached, so a pattern is rarely matched twice with the same name.
 
 The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and rejects `(left|right)*`. A
 linear-time matcher (RE2) would be a compiled dependency, and lacks look-ahead and back references.
@@ -97,8 +97,8 @@ class _Child:
     def ask(self, pattern: str, name: str) -> bool | str | None:
         """Return whether the pattern matches the whole name.
 
-        Return the error text if the pattern is invalid, or None if a match took too long, now or in an
-        earlier call.
+        Return the error text if the pattern is invalid. Return None if matching took too long, now or in an
+        earlier call, if `SLOW_LIMIT` patterns took too long, or if the child died.
         """
         with self._lock:
             if pattern in self._slow or len(self._slow) >= SLOW_LIMIT:

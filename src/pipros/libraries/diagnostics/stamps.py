@@ -23,7 +23,7 @@ class StampDelays:
     def add(self, stamp: float, now: float) -> None:
         """Add the delay of a timestamp that arrived at `now`.
 
-        A timestamp of zero is unset; it has no delay, but is reported by `judged`.
+        A timestamp of zero is unset: it has no delay, and `judged` reports it only if others have arrived.
         """
         if stamp == 0:
             self.has_zero = True

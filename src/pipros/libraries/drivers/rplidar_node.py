@@ -96,7 +96,7 @@ class RplidarNode:
         chosen = [mode for mode in modes if mode.name == (self._mode or mode.name)]
         mode = next((each for each in chosen if self._mode or each.number == typical), None)
         if mode is None or mode.sample_us <= 0:
-            raise DeviceError(f"{lidar.name} has no valid scan mode {typical}")
+            raise DeviceError(f"{lidar.name} has no valid scan mode {self._mode or typical}")
         self._driver.describe(
             f"RPLIDAR {info.model:#04x}, serial number {info.serial}, firmware {info.firmware[0]}."
             f"{info.firmware[1]:02}, hardware {info.hardware}, "

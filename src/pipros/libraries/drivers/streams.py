@@ -1,7 +1,7 @@
 """Connections to devices: serial ports, TCP and UDP. Calls block for a fraction of a second at most.
 
-Only opening a network port can take longer: a TCP connection takes up to `CONNECT_S`, and there is no limit
-for the resolution of host names.
+Only opening a network port can take longer: a TCP connection takes up to `CONNECT_S` for each address of the
+host, and there is no limit for the resolution of host names.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Stream:
                 self._handle.dtr = is_on
 
     def close(self) -> None:
-        """Close the connection. Data that has not been sent is lost."""
+        """Close the connection. On a serial port, data that has not been sent is lost."""
         if self._is_serial:
             with suppress(Exception):  # including termios.error; without the reset, close waits for output
                 self._handle.reset_output_buffer()

@@ -98,11 +98,11 @@ class UrgNode:
             settings = (
                 Setting("angle_min", -math.pi, low, high, "First angle (rad)", _RESTARTS),
                 Setting("angle_max", math.pi, low, high, "Last angle (rad)", _RESTARTS),
-                Setting("cluster", 1, 1, 99, "Steps that are merged into one", _RESTARTS),
-                Setting("skip", 0, 0, 9, "Scans that are left out after each one", _RESTARTS),
+                Setting("cluster", 1, 1, 99, "Number of steps to merge into one", _RESTARTS),
+                Setting("skip", 0, 0, 9, "Number of scans to omit after each scan", _RESTARTS),
                 Setting("frame_id", "laser", description="Frame of the scans"),
                 Setting("tf_prefix", "", description="Prefix of the frame"),
-                Setting("time_offset", 0.0, -10, 10, "Seconds that are added to timestamps"),
+                Setting("time_offset", 0.0, -10, 10, "Seconds to add to timestamps"),
             )
             self._settings = Reconfigurable(self._node, "~", settings, self._change)
 

@@ -1,4 +1,4 @@
-"""Convert image messages to arrays without copying, and arrays to image messages."""
+"""Convert image messages to arrays, without copying if possible, and arrays to image messages."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ class BadImage(PiprosError, ValueError):
 def array_of(message: Any) -> Any:
     """Return the pixels of a `sensor_msgs/Image`, of shape (height, width) or (height, width, channels).
 
-    The array is read-only and in native byte order. If possible, it shares the message's memory.
+    The array is in native byte order. Do not change it: if possible, it shares the message's memory.
 
     Raises:
-        BadImage: the encoding is unknown, the data is too short, or the image has no pixels.
+        BadImage: the encoding is unknown, the data or its step is too small, or the image has no pixels.
     """
     try:
         kind = encoding(message.encoding)
@@ -34,6 +34,8 @@ def array_of(message: Any) -> Any:
         raise BadImage(
             f"{width} x {height} pixels of {message.encoding} need {height} rows of {row} bytes, got "
             f"{len(message.data)} bytes in rows of {message.step}"
+            if height * width
+            else f"an image must have pixels, got {width} x {height}"
         )
     data = np.frombuffer(message.data, np.uint8, height * message.step).reshape(height, message.step)
     if message.step != row:

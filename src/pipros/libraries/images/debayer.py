@@ -49,7 +49,7 @@ class Debayer(LazyNode):
                 continue
             if converted is array:
                 if is_color and name.startswith("mono"):
-                    self._errors.warning("color topic has subscribers, but the raw image is grey")
+                    self._errors.warning("image_color has subscribers, but the raw image is grey")
                 output.publish(message)
             else:
                 output.publish(image_message(converted, name, message.header))

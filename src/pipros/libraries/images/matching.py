@@ -18,15 +18,15 @@ STEREO_SGBM: Final = 1
 SETTINGS: Final = (
     Setting("prefilter_size", 9, 5, 255, "window of the normalisation before block matching, pixels"),
     Setting("prefilter_cap", 31, 1, 63, "bound of normalised pixels"),
-    Setting("correlation_window_size", 15, 5, 255, "width of the windows that are compared, pixels"),
-    Setting("min_disparity", 0, -2048, 2048, "smallest disparity that is searched, pixels"),
-    Setting("disparity_range", 64, 32, 4096, "number of disparities that are searched, pixels"),
+    Setting("correlation_window_size", 15, 5, 255, "width of the windows to compare, pixels"),
+    Setting("min_disparity", 0, -2048, 2048, "smallest disparity to search, pixels"),
+    Setting("disparity_range", 64, 32, 4096, "number of disparities to search, pixels"),
     Setting("uniqueness_ratio", 15.0, 0, 100, "margin by which the best match must win, percent"),
     Setting("texture_threshold", 10, 0, 10000, "texture below which block matching finds nothing"),
     Setting("speckle_size", 100, 0, 1000, "areas below this size are dropped, pixels"),
     Setting("speckle_range", 4, 0, 31, "disparities within an area differ by at most this much"),
     Setting("fullDP", False, description="SGBM: search in all directions"),
-    Setting("P1", 200.0, 0, 4000, "SGBM: penalty for disparities that differ by 1 from those beside"),
+    Setting("P1", 200.0, 0, 4000, "SGBM: penalty for disparities that differ by 1 from adjacent ones"),
     Setting("P2", 400.0, 0, 4000, "SGBM: penalty for greater differences"),
     Setting("disp12MaxDiff", 0, 0, 128, "SGBM: maximum difference between both directions of matching"),
 )
@@ -70,7 +70,7 @@ class BlockMatcher:
     def disparities(self, left: Any, right: Any, factor: int = 1) -> Any:
         """Return the disparities of the left image's pixels as float32.
 
-        Pixels without a match have the disparity `min_disparity` - 1, times `factor`.
+        Pixels without a match have the disparity (`min_disparity` - 1) * `factor`.
 
         Args:
             left, right: uint8 images of the same shape.

@@ -25,7 +25,7 @@ class Uncalibrated(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Pinhole:
-    """A rectified camera: the point (x, y, z) appears at the pixel (fx x / z + cx, fy y / z + cy).
+    """A rectified camera: (x, y, z) appears at the pixel ((fx x + tx) / z + cx, (fy y + ty) / z + cy).
 
     All values refer to the published image, that is, after binning and cropping.
 

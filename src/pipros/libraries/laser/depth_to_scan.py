@@ -140,8 +140,8 @@ def _pixels(image: Any) -> Any:
     row = image.width * kind.itemsize
     if image.step < row or len(image.data) < image.step * image.height or not image.height:
         raise InvalidDepthImage(
-            f"an image of {image.width} x {image.height} must have {image.step} * {image.height} bytes, and "
-            f"at least {row} bytes per row, got {len(image.data)} bytes"
+            f"an image of {image.width} x {image.height} pixels must have {max(image.height, 1)} rows of "
+            f"at least {row} bytes, got {len(image.data)} bytes in rows of {image.step}"
         )
     rows = np.frombuffer(image.data, np.uint8)[: image.step * image.height].reshape(image.height, image.step)
     return rows[:, :row].copy().view(kind)

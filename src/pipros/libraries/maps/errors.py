@@ -10,7 +10,7 @@ class MapError(PiprosError, ValueError):
 
 
 class NoMapFile(MapError):
-    """A map's YAML file or image cannot be opened."""
+    """A map's YAML file or image cannot be read."""
 
 
 class BadMapImage(MapError):

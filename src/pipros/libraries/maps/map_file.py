@@ -61,7 +61,7 @@ def read_map(file: str) -> Grid:
     """Read a map from a YAML file and its image.
 
     Raises:
-        NoMapFile: the YAML file or the image cannot be opened.
+        NoMapFile: the YAML file or the image cannot be read.
         BadMapDescription: the YAML file is invalid.
         BadMapImage: the image is invalid.
     """
@@ -73,7 +73,7 @@ def read_description(file: str) -> MapDescription:
     """Read a YAML file. A relative image path is resolved against the file's folder.
 
     Raises:
-        NoMapFile: the file cannot be opened.
+        NoMapFile: the file cannot be read.
         BadMapDescription: the file is invalid.
     """
     try:

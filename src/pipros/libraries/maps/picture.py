@@ -20,8 +20,8 @@ def read_picture(file: str) -> Picture:
     As in Noetic, a picture from a TIFF file always has an alpha channel.
 
     Raises:
-        NoMapFile: the file cannot be opened.
-        BadMapImage: the file is not a picture, is too large, or needs Pillow, which is not installed.
+        NoMapFile: the file cannot be read, or is larger than `_FILE_BYTES`.
+        BadMapImage: the file is not a picture, has too many pixels, or needs Pillow, which is not installed.
     """
     try:
         content = read_file(file, _FILE_BYTES)

@@ -18,7 +18,7 @@ FAILED: Final = 255
 """Exit code of failed commands."""
 
 WAIT_S: Final = 10.0
-"""Interval between warnings about a missing manager."""
+"""Interval between warnings about a missing manager, and timeout of `nodelet unload`."""
 
 _UNLOAD_S: Final = 0.4
 """How long a loader that shuts down waits for the manager to unload the nodelet."""
@@ -78,7 +78,7 @@ def load(
 
 
 def _wait_for_end(node: Node, log: logging.Logger, place: str, bond_id: str) -> None:
-    """Wait until the node is shut down, and unload its nodelet.
+    """Wait until the node is shut down, and unload its nodelet unless the bond is broken.
 
     If there is a bond, shut the node down when the bond is broken. `bond_id` is empty if there is no bond.
     """

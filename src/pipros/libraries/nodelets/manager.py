@@ -61,7 +61,7 @@ class Manager:
             if bond is None or bond.bond_id != bond_id:
                 return  # the nodelet was unloaded, or loaded again by another loader
             del self._bonds[name]
-        self._log.info("the bond of nodelet %s is broken, so it is unloaded", name)
+        self._log.info("unloading nodelet %s, because its bond is broken", name)
         self._hosting.unload(name)
 
     def _unload(self, request: Any) -> Any:

@@ -168,7 +168,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
     if len(roots) != 1:
         found = " and ".join(roots) if roots else "none"
         raise UrdfError(f"exactly one link, the root, must have no parent, got {found}")
-    # If there is one root, and every other link has one parent, unreachable links form a cycle.
+    # If there is one root, and every other link has one parent, unreachable links are in or below a cycle.
     reached, new = {roots[0]}, [roots[0]]
     children: dict[str, list[str]] = {}
     for child, parent in parent_of.items():
@@ -178,7 +178,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
         reached.update(found_links)
         new.extend(found_links)
     if len(reached) < len(links):
-        raise UrdfError(f"links form a cycle: {', '.join(sorted(known - reached))}")
+        raise UrdfError(f"links are in or below a cycle: {', '.join(sorted(known - reached))}")
 
 
 def required(element: Element, attribute: str) -> str:

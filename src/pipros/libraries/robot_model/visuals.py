@@ -60,7 +60,8 @@ class _Material:
 def read_shapes(text: str) -> list[LinkShapes]:
     """Return the links of a URDF with their shapes, in file order.
 
-    A material name refers to the first definition with that name, anywhere in the file.
+    A material name refers to the first definition with that name outside links or, if there is none, to the
+    first in a link.
 
     Raises:
         UrdfError: the text is not XML or not a URDF, or a shape is invalid.

@@ -33,8 +33,8 @@ class Joystick:
     """State of axes and buttons. Both lists grow, up to 256 elements, as events report higher indices.
 
     Attributes:
-        deadzone: the deflection up to which an axis is read as 0, as a fraction of full deflection. The rest
-            is scaled to the full range.
+        deadzone: the deflection up to which an axis is read as 0, as a fraction of full deflection. Greater
+            deflections are scaled to the full range.
         is_sticky: whether buttons toggle when pressed.
         has_triggers: whether the axes in `TRIGGERS` are 1, instead of 0, until they are moved.
     """

@@ -31,7 +31,7 @@ With Shift, for robots that move sideways:
    M    <    >
 
 t, b    up, down
-q, z    both speeds 10 % higher, lower
+q, z    both speeds 10% higher, lower
 w, x    only the linear speed
 e, c    only the angular speed
 Any other key stops. CTRL-C to quit

@@ -64,7 +64,8 @@ def _axis_map(
 ) -> AxisMap:
     """Return the axes for the linear or the angular velocity.
 
-    The turbo scale defaults to the normal scale.
+    `usual` contains the default scale and the default turbo scale. If the latter is None, the turbo scale
+    defaults to the normal scale.
     """
 
     def read(name: str, value: Any) -> dict[str, float]:

@@ -65,7 +65,7 @@ def source(entry: Any, place: str) -> VelocitySource:
 
     timeout_s = float(value("timeout", (int, float), "a number of seconds"))
     if not math.isfinite(timeout_s):
-        raise InvalidSource(f"{place}: timeout must be a number of seconds, got {timeout_s}")
+        raise InvalidSource(f"{place}: timeout must be a finite number of seconds, got {timeout_s}")
     priority = value("priority", (int,), "an integer from 0 to 255")
     return VelocitySource(
         value("name", (str,), "a name"),

@@ -18,8 +18,8 @@ _LIMITS: Final = VelocityLimits()
 SETTINGS: Final = (
     Setting("speed_lim_v", _LIMITS.speed[0], 0, 10, "maximum forward speed, m/s"),
     Setting("accel_lim_v", _LIMITS.acceleration[0], 0, 10, "maximum forward acceleration, m/s2"),
-    Setting("speed_lim_w", _LIMITS.speed[1], 0, 10, "maximum speed of turns, rad/s"),
-    Setting("accel_lim_w", _LIMITS.acceleration[1], 0, 10, "maximum acceleration of turns, rad/s2"),
+    Setting("speed_lim_w", _LIMITS.speed[1], 0, 10, "maximum angular speed, rad/s"),
+    Setting("accel_lim_w", _LIMITS.acceleration[1], 0, 10, "maximum angular acceleration, rad/s2"),
     Setting("decel_factor", _LIMITS.deceleration, 0, 10, "deceleration as a multiple of the acceleration"),
 )
 _RATE_HZ = 20.0

@@ -76,8 +76,9 @@ class Transformation:
 class Template:
     """Field values for `relay_field`, as YAML in which strings may be expressions that use the message `m`.
 
-    A string is an expression if `m` and known functions are the only names in it. Other strings are literals.
-    For example, `m.data`, `m.x * 2` and `len(m.data)` are evaluated, but `base_link` and `map` are not.
+    A string is an expression if `m` and known functions are the only names in it. Other strings, and strings
+    in lists, are literals. For example, `m.data`, `m.x * 2` and `len(m.data)` are evaluated, but `base_link`
+    and `map` are not.
 
     >>> Template("{frame_id: map, seq: m + 1, stamp: {secs: 3}}").fields(4)
     {'frame_id': 'map', 'seq': 5, 'stamp': {'secs': 3}}

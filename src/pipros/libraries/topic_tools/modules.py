@@ -116,7 +116,7 @@ def module_for(module: str, now: Callable[[], Time]) -> ModuleNames:
     raise NotFound(
         f"an expression cannot import {module}; it can import numpy, math, "
         "rospy (only Time.now, Duration and get_rostime), tf (only transformations), "
-        "and packages whose names end in _msgs"
+        "and packages whose names end in _msgs or _tutorials"
     )
 
 

@@ -57,11 +57,11 @@ class Selection:
         """Append a topic.
 
         Raises:
-            BadSelection: `topic` is already one of the topics, or not a valid name.
+            BadSelection: `topic` is already one of the topics, reserved, or not a valid name.
         """
         if topic.endswith(NONE):
             raise BadSelection(
-                f"{NONE} cannot be a topic of the {self._owner}: it is reserved to select no topic"
+                f"{topic} cannot be a topic of the {self._owner}: {NONE} is reserved to select no topic"
             )
         if not topic.strip("/") or not is_legal(topic):
             raise BadSelection(f"{topic!r} is not a valid topic name")

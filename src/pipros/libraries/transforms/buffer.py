@@ -271,7 +271,7 @@ class TransformBuffer:
             return list(self._frames)
 
     def as_string(self) -> str:
-        """Return a string with one line per frame, naming the frame and its parent."""
+        """Return one line for each frame except roots, naming the frame and its parent."""
         with self._lock:
             return frames_as_string(self._frames)
 
@@ -281,7 +281,7 @@ class TransformBuffer:
             return frames_as_html(self._frames)
 
     def as_yaml(self) -> str:
-        """Return all frames as YAML, in the format of the service `tf2_frames`."""
+        """Return all frames with a parent as YAML, in the format of the service `tf2_frames`."""
         with self._lock:
             return frames_as_yaml(self._frames)
 

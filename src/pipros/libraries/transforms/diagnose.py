@@ -1,6 +1,6 @@
 """Check recorded transforms: timestamps, rotations, parents, publishers and loops.
 
-This module performs no I/O. Each check returns one line of text per problem.
+This module performs no I/O. Each check returns one text per problem.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def received_in(message: Any, now: Any) -> list[ReceivedTransform]:
 def of_other_times(received: Iterable[ReceivedTransform]) -> list[str]:
     """Report each node with timestamps that differ from the arrival times by more than `TIME_TOLERANCE_S`.
 
-    The line states the node's largest difference.
+    The text states the node's largest difference.
     """
     furthest: dict[str, float] = {}
     for each in received:

@@ -1,6 +1,6 @@
-"""Format the frame tree as text, YAML or Graphviz DOT, and poses as text.
+"""Format the frame tree as text, YAML, Graphviz DOT or HTML, and poses as text.
 
-The formats are the same as in tf2, because tools parse them.
+Except for HTML, the formats are the same as in tf2, because tools parse them.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class FrameHistory(Protocol):
         """Return the oldest timestamp, or 0 if empty."""
 
     def clear(self) -> None:
-        """Remove all poses."""
+        """Remove all poses of a moving frame."""
 
     def drop_oldest(self) -> None:
         """Remove the older half of the poses. The latest pose is kept."""

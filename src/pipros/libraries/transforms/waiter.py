@@ -15,7 +15,7 @@ _SLICE_S = 0.1
 """Maximum interval between checks for Ctrl-C, shutdown and simulated time while waiting."""
 
 _JUMP_NS = 3 * NS_PER_S
-"""Backward jump of the clock above which a wait ends, because a bag was probably restarted."""
+"""A wait ends if the clock jumps back to more than this before its start: a bag was probably restarted."""
 
 
 class WaitingClock(Protocol):

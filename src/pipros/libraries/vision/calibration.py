@@ -122,7 +122,7 @@ class _Reading:
         if isinstance(value, str) and value.isascii() and value.isdigit():
             value = int(value[:20])
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**32:
-            raise self._error(place + name, "an integer below 2**32", value)
+            raise self._error(place + name, "an integer from 0 to 2**32 - 1", value)
         return value
 
     def matrix(self, name: str, shape: tuple[int, int] | None = None) -> tuple[float, ...]:

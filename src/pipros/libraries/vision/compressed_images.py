@@ -145,6 +145,7 @@ def compressed_depth(
     for 16 bits (by default, below about 0.15 m).
 
     Raises:
+        UnknownEncoding: the encoding is unknown.
         CompressionError: the encoding does not have a single channel of 16-bit integers or 32-bit floats.
     """
     kind = encoding(encoding_name)

@@ -72,7 +72,7 @@ def test_only_chosen_points_are_compared_with_a_box() -> None:
     assert points_of(filters.crop_box(given, BOX, [2, 1, 0])) == [(0.5, 0, 0), (0, 0, 0)]
     organized = filters.crop_box(given, {**BOX, "keep_organized": True}, [0, 1])
     assert [each[0] for each in points_of(organized)] == pytest.approx([0, NAN, 0.5, 9], nan_ok=True)
-    with pytest.raises(InvalidCloud, match="indices must be 0 to 3, got 0 to 4"):
+    with pytest.raises(InvalidCloud, match="indices must be >= 0 and < 4, got 0 to 4"):
         filters.crop_box(given, BOX, [0, 4])
 
 
@@ -95,7 +95,7 @@ def test_cells_become_the_mean_of_their_points_and_colors() -> None:
 def test_a_grid_may_have_more_cells_than_numbers() -> None:
     given = cloud((-1e30, 0, 0), (1e30, 1e30, 1e30), (1e30, 1e30, 1e30), (0, 0, 0))
     assert len(points_of(filters.voxel_grid(given, {**GRID, "leaf_size": 1e-6}))) == 3
-    with pytest.raises(InvalidCloud, match="leaf_size must be greater than 0, got 0"):
+    with pytest.raises(InvalidCloud, match="leaf sizes must be greater than 0, got 0"):
         filters.voxel_grid(given, {**GRID, "leaf_size": 0.0})
 
 
@@ -103,7 +103,7 @@ def test_indices_choose_points_in_their_order() -> None:
     given = cloud((0, 0, 0), (1, 0, 0), (2, 0, 0))
     assert [x for x, _, _ in points_of(filters.extract_indices(given, [2, 0], {"negative": False}))] == [2, 0]
     assert [x for x, _, _ in points_of(filters.extract_indices(given, [2, 0], {"negative": True}))] == [1]
-    with pytest.raises(InvalidCloud, match="indices must be 0 to 2, got -1 to 3"):
+    with pytest.raises(InvalidCloud, match="indices must be >= 0 and < 3, got -1 to 3"):
         filters.extract_indices(given, [3, -1], {"negative": False})
 
 
@@ -172,7 +172,7 @@ def test_equal_points_are_one_place_in_a_cluster() -> None:
 def test_points_without_bytes_are_refused() -> None:
     cloud: Any = load_message_class("sensor_msgs/PointCloud2")(width=2**32 - 1, height=2**32 - 1)
 
-    with pytest.raises(InvalidCloud, match=r"4294967295 \* 4294967295 \* 0"):
+    with pytest.raises(InvalidCloud, match="point_step of a cloud must be > 0, got 0"):
         rows_of(cloud)
 
 

@@ -39,7 +39,7 @@ def test_arrays_share_the_memory_of_messages_and_skip_padding() -> None:
         ({"encoding": "rainbow"}, r"unknown encoding \[rainbow\]"),
         ({"height": 3}, "2 x 3 pixels of mono8 need 3 rows of 2 bytes, got 4 bytes in rows of 2"),
         ({"step": 1}, "in rows of 1"),
-        ({"width": 0}, "0 x 2 pixels"),
+        ({"width": 0}, "must have pixels, got 0 x 2"),
     ],
 )
 def test_images_with_missing_pixels_are_refused(fields: dict[str, Any], reason: str) -> None:

@@ -74,7 +74,7 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
                 + joint("b", "c", "j")
                 + joint("c", "b", "k")
             ),
-            "links form a cycle: b, c",
+            "links are in or below a cycle: b, c",
         ),
         (robot(LINKS + joint(more='<axis xyz="0 0 0"/>')), "axis of joint j must not be zero"),
         (robot(LINKS + joint(more='<axis xyz="0 1"/>')), "xyz of <axis> must be 3 finite numbers, got '0 1'"),

@@ -77,7 +77,7 @@ def test_sources_are_read_from_parameters() -> None:
         ("name", 3, r"~topics\[0\]: name must be a name, got 3"),
         ("topic", "", "topic must be the name of a topic"),
         ("timeout", "soon", "timeout must be a number of seconds, got 'soon'"),
-        ("timeout", float("nan"), "timeout must be a number of seconds, got nan"),
+        ("timeout", float("nan"), "timeout must be a finite number of seconds, got nan"),
         ("priority", 1.5, "priority must be an integer from 0 to 255, got 1.5"),
         ("priority", None, "got None"),
     )

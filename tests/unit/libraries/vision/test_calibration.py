@@ -61,8 +61,8 @@ def test_handwritten_yaml_is_read() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "error"),
     [
-        ("image_width: 640", "", "image_width must be an integer below 2**32, got nothing"),
-        ("640", "640.5", "image_width must be an integer below 2**32, got 640.5"),
+        ("image_width: 640", "", "image_width must be an integer from 0 to 2**32 - 1, got nothing"),
+        ("640", "640.5", "image_width must be an integer from 0 to 2**32 - 1, got 640.5"),
         ("640", "9" * 5000, "<string>"),
         ("cols: 4", "cols: 3", "projection_matrix must be a matrix of 3 rows and 4 columns, got (3, 3)"),
         ("cols: 5", "cols: 6", "distortion_coefficients: data must be a list of 6 numbers, got [0.5"),

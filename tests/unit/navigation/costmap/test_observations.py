@@ -62,7 +62,7 @@ def test_points_of_clouds_are_read_wherever_their_fields_are() -> None:
     [
         ({"width": 2**32 - 1, "height": 2**32 - 1}, r"4294967295 \* 14 bytes, got 28"),
         ({"width": 3}, r"width \* height \* point_step = 3 \* 1 \* 14 bytes, got 28"),
-        ({"point_step": 7, "width": 4}, "field x must lie within the point, got type 7 at offset"),
+        ({"point_step": 7, "width": 4}, "field x must .* lie within the point, got type 7 at offset"),
         ({"point_step": 0}, "bytes, got 28"),
         ({"fields": []}, "field x of a cloud must exist and be of type FLOAT32"),
     ],

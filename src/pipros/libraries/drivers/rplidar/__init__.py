@@ -1,1 +1,1 @@
-"""The protocol of SLAMTEC's RPLIDARs: requests, samples, and scans, each of which covers a full turn."""
+"""The protocol of SLAMTEC's RPLIDARs: requests, samples, and scans of full turns."""

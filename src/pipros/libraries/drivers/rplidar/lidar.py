@@ -97,8 +97,8 @@ class Lidar:
 
         Args:
             name: name of the device for error messages.
-            is_ending: function that returns True when the node is shutting down. All waits then end with
-                DeviceError.
+            is_ending: function that returns True when the node is shutting down. Waits for responses
+                then end with DeviceError.
 
         Raises:
             DeviceError: the device does not respond like an RPLIDAR. All methods can raise it.

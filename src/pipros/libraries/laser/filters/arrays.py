@@ -71,7 +71,8 @@ class ArrayChain:
             package, _, kind = str(each.get("type") if isinstance(each, dict) else "").partition("/")
             if package not in ("filters", "laser_filters") or kind not in _FUNCTIONS:
                 raise InvalidFilter(
-                    f"filter {owner}: type must be filters/ and one of {', '.join(_FUNCTIONS)}, got {each!r}"
+                    f"filter {owner}: type must be filters/ followed by {' or '.join(_FUNCTIONS)}, "
+                    f"got {each!r}"
                 )
             params = each.get("params")
             count = params.get("number_of_observations") if isinstance(params, dict) else None

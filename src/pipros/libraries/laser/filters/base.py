@@ -67,8 +67,9 @@ class ScanFilter:
         }
         for each in self.required:
             if not is_given(params, each, self._default(each)):
+                kind = type(self._default(each)).__name__
                 raise InvalidFilter(
-                    f"filter {name}: parameter {each} must be given, got {params.get(each)!r}"
+                    f"filter {name}: parameter {each} must be of type {kind}, got {params.get(each)!r}"
                 )
         self.read(params)
 

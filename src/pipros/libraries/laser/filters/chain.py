@@ -73,7 +73,7 @@ def chain_of(description: Any, place: FilterHost, what: str = "scan_filter_chain
         if package != "laser_filters" or kind not in TYPES:
             known = ", ".join(sorted(TYPES))
             raise InvalidFilter(
-                f"{spot}: type must be laser_filters/ and one of {known}, got {entry['type']}"
+                f"{spot}: type must be laser_filters/ followed by one of {known}, got {entry['type']}"
             )
         if any(name == each.name for each in filters):
             raise InvalidFilter(f"{spot}: names must be unique, got {name} twice")

@@ -142,7 +142,8 @@ def vertices(value: Any, name: str) -> Any:
     is_list = isinstance(value, Sequence) and not isinstance(value, str) and len(value) <= VERTICES_LIMIT
     if not is_list or len(value) in (1, 2) or not all(_is_pair(each) for each in value):
         raise InvalidFilter(
-            f"filter {name}: polygon must be a list of at least three [x, y], or empty, got {str(value)[:99]}"
+            f"filter {name}: polygon must be empty or a list of 3 to {VERTICES_LIMIT} [x, y], "
+            f"got {str(value)[:99]}"
         )
     return np.array(value, np.float32).reshape(-1, 2)
 
