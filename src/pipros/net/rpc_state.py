@@ -10,7 +10,7 @@ busy: further requests wait in the reader, and the socket is not read.
 Data is written only in turns and at the end of a task, so a connection that is QUEUED or ANSWERING cannot
 become STALLED. Three states are final, in this order:
 
-    DRAINING   a request was refused: further bytes are discarded, up to a limit, until the peer sends no more
+    DRAINING   a request was refused: further bytes are discarded, up to a limit, until the peer stops sending
     CLOSING    everything has been written; the transport closes once the data has been sent
     CLOSED     aborted or lost
 
