@@ -112,7 +112,7 @@ def test_a_node_that_never_answers_does_not_delay_the_page(ros: RosSystem, open_
         expect(nodes.locator("tr", has_text="/stuck")).to_contain_text("does not answer")
         expect(nodes.locator("tr", has_text="/talker")).to_contain_text("answers")
         topic = open_tab(page, "topics/%2Fsilent")
-        expect(topic.locator("aside .message")).to_contain_text("none came yet")
+        expect(topic.locator("aside .message")).to_contain_text("none received yet")
         service = open_tab(page, "services/%2Fstuck%2Fcall")
         expect(service.locator("aside .error")).not_to_be_empty()
         other = open_tab(page, "topics/%2Flevel")

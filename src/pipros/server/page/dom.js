@@ -24,7 +24,7 @@ export function replace(element, ...children) {
   element.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }
 
-// Makes an element equal to a fresh one, and leaves equal parts unchanged, so that a selected text, the focus and open
+// Makes an element equal to a fresh one, and leaves equal parts unchanged, so that selected text, the focus and open
 // details survive. Only for content without its own listeners. Children with the same `data-key` are the same, wherever
 // they are; others are compared in their order.
 export function morph(old, fresh) {
@@ -67,7 +67,7 @@ function morphChildren(old, after) {
   }
 }
 
-// Returns the children by their keys, and removes those whose keys are not in `kept`.
+// Returns the children by their keys, and removes those whose keys are not in `kept` or occur again.
 function keyedChildren(element, kept) {
   const known = new Map();
   for (const child of [...element.childNodes]) {

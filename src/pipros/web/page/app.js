@@ -155,8 +155,8 @@ function showState() {
   if (!live.isRefused) replace(locked);
   else if (!locked.childElementCount || locked.firstChild.textContent !== title)
     replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")), tokenForm(),
-    h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you " +
-      "open yourself needs the whole address, too; a reload does not."));
+    h("p", { class: "pale" }, "Each start of the command makes a new token, so the address of an earlier start does not work. A tab that " +
+      "you open yourself needs the whole address, too; a reload does not."));
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
   else if (about) replace(system, masterState(), h("span", { class: about.may.length ? "permit control" : "permit" }, permit()));

@@ -1,10 +1,10 @@
-// Reads PNG files with 16-bit grey values, of which browsers keep only the 8 more significant bits.
+// Reads PNG files with 16-bit grey values, of which browsers keep only the 8 most significant bits.
 
 const SIGNATURE_BYTES = 8;
 const MAX_PIXELS = 2 ** 24;
 const BYTES = 2; // number of bytes per pixel
 
-// Returns {width, height, values}. With `quantised`, the quotient and offset of inverse depths, values are metres and NaN.
+// Returns {width, height, values}. With `quantised`, the quotient and offset of inverse depths, values are metres or NaN.
 export async function depthOf(png, quantised) {
   const { width, height, data } = partsOf(png);
   const row = width * BYTES + 1;
@@ -31,8 +31,8 @@ function partsOf(png) {
     if (name === "IHDR") {
       [width, height] = [view.getUint32(at + 8), view.getUint32(at + 12)];
       const [bits, colour, , , interlace] = png.subarray(at + 16, at + 21);
-      if (bits !== 16 || colour !== 0 || interlace !== 0) throw new Error("a depth image must have 16-bit grey values, not interlaced");
-      if (width * height > MAX_PIXELS) throw new Error(`${width} × ${height} pixels, the limit is ${MAX_PIXELS}`);
+      if (bits !== 16 || colour !== 0 || interlace !== 0) throw new Error("a depth image must have non-interlaced 16-bit grey values");
+      if (width * height > MAX_PIXELS) throw new Error(`the PNG has ${width} × ${height} pixels; the limit is ${MAX_PIXELS} in all`);
     } else if (name === "IDAT") data.push(png.slice(at + 8, at + 8 + view.getUint32(at)));
   }
   if (!width || !height) throw new Error("the PNG has no size");

@@ -45,7 +45,7 @@ export function topicPanel(side, name, context, onClose) {
     type = topic.type;
     define();
     if (!("message" in topic)) {
-      const text = topic.count ? "cannot be decoded" : "none came yet";
+      const text = topic.count ? "cannot be decoded" : "none received yet";
       if (!topic.count || topic.error) morph(message.firstChild, h("div", {}, h("span", { class: "key" }, text)));
       return;
     }

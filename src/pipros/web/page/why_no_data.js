@@ -24,7 +24,7 @@ export function whyNoData(context) {
   async function ask() {
     const asked = topic;
     button.disabled = true;
-    replace(answer, h("p", { class: "pale" }, `Examining ${asked} for some seconds …`));
+    replace(answer, h("p", { class: "pale" }, `Examining ${asked} for a few seconds …`));
     try {
       const check = await context.act("why_no_data", { name: asked });
       if (topic === asked) replace(answer, answerOf(check));

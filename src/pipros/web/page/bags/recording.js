@@ -25,7 +25,7 @@ export function recordingPanel(context, open) {
   const form = h("details", {}, h("summary", {}, "Record"),
     h("div", { class: "form" }, control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to record."),
       h("label", {}, "Name", name), h("label", {}, "At most (MB)", megabytes), h("label", {}, "At most (s)", seconds),
-      h("div", { class: "bar" }, h("label", {}, all, "All topics, also later ones"), filter), list, error,
+      h("div", { class: "bar" }, h("label", {}, all, "All topics, including later ones"), filter), list, error,
         h("div", { class: "bar" }, start, free)));
   const element = h("div", { class: "recorder", hidden: true }, state, form);
   const chosen = new Set();
@@ -55,7 +55,7 @@ export function recordingPanel(context, open) {
   }
 
   async function record() {
-    if (!all.checked && !chosen.size) { replace(error, "Choose topics, or all."); return; }
+    if (!all.checked && !chosen.size) { replace(error, "Choose topics, or check All topics."); return; }
     const limits = { size: Number(megabytes.value) * 1e6, seconds: Number(seconds.value) };
     if (!await act("record", { name: name.value.trim(), topics: all.checked ? [] : [...chosen], ...limits })) return;
     name.value = "";

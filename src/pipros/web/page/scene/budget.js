@@ -8,12 +8,12 @@ const CHOICES = [20000, 50000, 100000, 200000, 500000, 1000000, 2000000];
 
 const thousands = (number) => number.toLocaleString("en-GB");
 
-// Returns the element. `signal` ends it.
+// Returns the element, which is updated until `signal` is aborted.
 export function budgetLine(scene, signal) {
   const rates = h("span", {});
   const slow = h("span", { class: "scene-slow" });
   const points = h("span", {});
-  const most = h("select", { "aria-label": "Points of all clouds", title: "Points of all clouds together, which this browser gets",
+  const most = h("select", { "aria-label": "Points of all clouds", title: "Points that this browser gets, of all clouds together",
     onchange: () => {
     scene.mostPoints = Number(most.value);
     scene.hasNewClouds = true;

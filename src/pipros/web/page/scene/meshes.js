@@ -42,7 +42,7 @@ export class Meshes {
   async load(uri) {
     const bytes = await this.fetchBytes(uri);
     this.bytes += bytes.byteLength;
-    if (this.bytes > MAX_BYTES) throw new Error(`the meshes are larger than ${MAX_BYTES / 1e6} MB together`);
+    if (this.bytes > MAX_BYTES) throw new Error(`the meshes together are larger than ${MAX_BYTES / 1e6} MB`);
     const group = new THREE.Group();
     const extension = uri.split(".").at(-1).toLowerCase();
     if (extension === "stl") group.add(new THREE.Mesh(stlGeometry(bytes), plain()));

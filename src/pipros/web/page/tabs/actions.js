@@ -30,7 +30,7 @@ export function open(view, argument, context) {
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];
   let selected = "";
-  let shownType = null; // of the selected action; null until its server is known
+  let shownType = null; // of the selected action; empty until its server is known
   let closePanel = () => {};
 
   function draw() {
@@ -118,4 +118,4 @@ const goalEntry = (goal, control) => h("li", { "data-key": goal.id },
 const content = (found) => (found
   ? h("div", {}, found.goal ? h("p", { class: "key" }, `${found.goal.status}: ${found.goal.id} ${found.goal.text}`) : "",
     tree(found.message))
-  : h("span", { class: "key" }, "none came yet"));
+  : h("span", { class: "key" }, "none received yet"));

@@ -34,7 +34,7 @@ export function open(view, _argument, context) {
       }
     };
     const rows = { Tool: act.tool, Name: act.name, Values: act.values, Rule: act.rule,
-      Master: act.here ? act.master : `${act.master}, another one than this page's` };
+      Master: act.here ? act.master : `${act.master}, not this page's master` };
     const element = h("section", { class: "note", role: "listitem", "aria-label": `${act.tool} ${act.name}` },
       h("dl", {}, Object.entries(rows).map(([key, value]) => [h("dt", {}, key), h("dd", {}, h("pre", { class: "mono whole" }, value))]),
         h("dt", {}, "Time left"), left),

@@ -71,7 +71,7 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), node, text,
-      place, h("label", { title: "Equal entries that follow one another as one row" }, fold, "Fold"),
+      place, h("label", { title: "Show consecutive equal entries as one row" }, fold, "Fold"),
         h("button", { title: "Go to the next error (e)", onclick: () => toNextError() }, "Next error"),
           h("span", { class: "spring" }), count, pause,
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"),
@@ -157,7 +157,7 @@ export function open(view, argument, context) {
     wanted.forEach((row, index) => { if (rows.children[index] !== row) rows.insertBefore(row, rows.children[index] ?? null); });
   }
 
-  // Reuses the row of a group, so that a selected text stays selected.
+  // Reuses the row of a group, so that selected text stays selected.
   function rowOf(group) {
     const { entry, count: times } = group;
     const known = drawn.get(group);

@@ -80,7 +80,7 @@ export function open(view, argument, context) {
     });
     replace(error, data.error);
     hint.hidden = components.length > 0;
-    replace(hint, `Nothing came yet on ${data.topics.join(" or ")}.`);
+    replace(hint, `No message received yet on ${data.topics.join(" or ")}.`);
     draw();
   }, (problem) => replace(error, problem), { always: true });
   return { go };

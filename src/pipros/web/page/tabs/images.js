@@ -117,7 +117,7 @@ export function open(view, argument, context) {
 }
 
 const unmatchedText = ({ counts, within }) =>
-  `No pair yet: ${counts[0]} and ${counts[1]} images came, none of which are within ${within} s.`;
+  `No pair yet: ${counts[0]} and ${counts[1]} images received, none of them within ${within} s of each other.`;
 
 function figuresOf({ full, encoding, format, frame, rate, bandwidth: size }, apart) {
   const what = `${full?.join(" × ") ?? ""} ${encoding ?? format}${frame ? `, ${frame}` : ""}`;
