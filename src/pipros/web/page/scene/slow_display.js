@@ -1,4 +1,4 @@
-// Names the display that takes more than half of a slow picture.
+// Names the display that takes more than half of the time of a slow picture.
 //
 // Pictures are slow if the browser asks for the next one late, several times in a row. Then two pictures are timed; before the second
 // one, the scene is also drawn without the display that draws most. The page's thread does not wait for them.
