@@ -52,7 +52,7 @@ export function imageStage(label = "Image") {
   }
 
   // Draws shapes over the image: a list of {stamp, shapes}, see image_overlay.js. Those with the stamp of the
-  // image are drawn; if there are none, the newest whose stamps are at most 0.5 s apart from it.
+  // image are drawn; if there are none, the newest within 0.5 s of it, or without a stamp.
   function over(next) {
     shapes = [...shapes, ...next].slice(-KEPT);
     drawOver();

@@ -45,7 +45,7 @@ export function sceneState(topics, frames, hasRobot) {
   return { options: { "Fixed Frame": fixedFrameOf(frames) }, displays, view: { Class: "rviz/Orbit", Name: "Current View" } };
 }
 
-// Returns the curves of the first topic that tells of movement.
+// Returns the curves of the first topic that reports movement.
 function curvesOf(topics) {
   for (const { type, fields } of CURVES) {
     const [name] = namesOf(topics, type);
