@@ -141,4 +141,4 @@ def test_everything_bad_has_a_status_and_harms_no_other_display(
           return [text, display.shown.size];
         }"""
     )
-    assert full == ["More than 20000 markers are not shown.", 0]
+    assert full == ["At most 20000 markers are shown.", 0]

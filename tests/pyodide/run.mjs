@@ -1,4 +1,4 @@
-// Runs each program of a JSON file in Pyodide, in a folder of its own, and prints the errors by name, as JSON:
+// Runs each program of a JSON file in Pyodide, in a separate folder, and prints the error and output of each by name, as JSON:
 // node run.mjs FILES PROGRAMS.json
 
 import { readFile } from "node:fs/promises";

@@ -1,4 +1,4 @@
-// A client with roslib: every question that it has for a robot, and the answers as JSON. Runs in Node.js and in browsers.
+// A client with roslib: makes requests of each kind, and returns the answers. Runs in Node.js and in browsers.
 export async function ask({ Ros, Topic, Service, Param }, url) {
   const ros = new Ros({ url });
   const answer = (begin) =>

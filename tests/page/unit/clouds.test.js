@@ -19,7 +19,7 @@ test("points that are not finite are left out of all columns", () => {
   assert.deepEqual([...made.columns.get("intensity")], [10, 30]);
 });
 
-test("colours by an axis are of the fixed frame", () => {
+test("colours by an axis use the coordinates in the fixed frame", () => {
   const half = Math.SQRT1_2; // a turn of 90 degrees about x: y becomes z
   const bounds = { autoAxis: false, axisBounds: [0, 1] };
   const options = { ...OPTIONS, ...bounds, transformer: "AxisColor", axis: "Z", pose: [0, 0, 5, half, 0, 0, half] };
@@ -36,7 +36,7 @@ test("packed colours keep their alpha, and grey is their mean", () => {
   assert.deepEqual(colour("MONO8"), [32, 32, 32, 255]);
 });
 
-test("columns are read at any place, without copies if they are aligned", () => {
+test("columns are read at any offset, without copies if they are aligned", () => {
   const head = { columns: [["x", 7, 4], ["ring", 2, 1], ["y", 7, 4]] };
   for (const offset of [0, 3]) {
     const bytes = new Uint8Array(offset + 9);

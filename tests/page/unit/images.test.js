@@ -14,7 +14,7 @@ test("numbers have six digits, and depths their unit", () => {
   assert.deepEqual([numberText(1.23456789, true), numberText(517, false), numberText(NaN, true)], ["1.23457 m", "517", "NaN"]);
 });
 
-test("transports that are not decoded name republish", () => {
+test("the text for a transport that is not decoded names republish", () => {
   assert.equal(unsupportedTransport({ name: "/a/image", type: "sensor_msgs/Image" }), "");
   assert.match(unsupportedTransport({ name: "/a/image/theora", type: "theora_image_transport/Packet" }),
     /^The transport theora .* republish theora in:=\/a\/image raw out:=\/a\/image\/republished$/);

@@ -20,7 +20,7 @@ test("messages of every included type have the fields of the library", () => {
   }
 });
 
-test("cut messages are errors", () => {
+test("truncated messages are errors", () => {
   for (const [name, types, hex] of VECTORS.messages.filter(([, , each]) => each.length < 2000)) {
     const bytes = Uint8Array.from(Buffer.from(hex, "hex"));
     const decode = decoderOf(types, name);
@@ -29,7 +29,7 @@ test("cut messages are errors", () => {
   }
 });
 
-test("counts beyond the message are refused before memory is used", () => {
+test("counts beyond the message are refused before memory is allocated", () => {
   const types = { "a/Path": [["poses", "a/Pose", 0]], "a/Pose": [["x", "float64", -1]], "a/Empties": [["all", "a/Empty", 0]],
     "a/Empty": [] };
   const view = new DataView(Uint8Array.from([255, 255, 255, 255]).buffer);

@@ -9,14 +9,14 @@ function example() {
   return marks;
 }
 
-test("marks of all kinds are in the order of time, and have a sign and a name", () => {
+test("marks of all kinds are in chronological order, and have a sign and a name", () => {
   const marks = example();
   assert.deepEqual(marks.all.map(({ time, kind }) => [time, kind]), [[5, "error"], [10, "note"], [20, "log"]]);
   assert.ok(marks.all.every(({ kind }) => KINDS[kind].length === 2));
   assert.equal(marks.lost, 3);
 });
 
-test("the next and the previous mark are those beside the moment, also at a mark", () => {
+test("the next and the previous mark are those beside the moment, even at a mark", () => {
   const marks = example();
   const times = (moment) => [marks.next(moment, -1)?.time, marks.next(moment, 1)?.time];
   assert.deepEqual(times(0), [undefined, 5]);

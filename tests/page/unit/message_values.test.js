@@ -31,7 +31,7 @@ test("the bell counts errors first and leads to what it names", () => {
   assert.equal(placeOfNotice({ what: "error", kind: "node", name: "/arm" }), "#console/%3Blevels%3D8%2C16%3Bnode%3D/arm");
 });
 
-test("roll, pitch and yaw are those of the library, in any norm and in gimbal lock", () => {
+test("roll, pitch and yaw are those of the library, for any norm and in gimbal lock", () => {
   for (const [[x, y, z, w], degrees] of VECTORS.angles) {
     const found = anglesOf({ x, y, z, w });
     close(found, degrees, 1e-6, `${[x, y, z, w]}`);

@@ -13,7 +13,7 @@ function filled(text, samples) {
   return curve;
 }
 
-test("derivatives and crossed curves have numpy's values", () => {
+test("derivatives and x-y curves have numpy's values", () => {
   for (const { samples, others, rates, pairs: expected } of VECTORS.plots) {
     const curve = filled("/a", samples);
     assert.deepEqual(curve.values, samples.map(([, value]) => value));
@@ -27,7 +27,7 @@ test("derivatives and crossed curves have numpy's values", () => {
   }
 });
 
-test("samples from before the newest are dropped, and old ones make room", () => {
+test("samples older than the newest are dropped, and old ones make room", () => {
   const curve = filled("/a", [[1, 1], [0.5, 9], [2, 2]]);
   assert.deepEqual(curve.times, [1, 2]);
   assert.deepEqual([curve.at(1.5), curve.at(null), curve.at(0)], [1, 2, undefined]);
@@ -87,7 +87,7 @@ test("keys move and zoom the range, and follow again", () => {
   assert.deepEqual([number(undefined), number(1 / 3)], ["–", "0.3333333"]);
 });
 
-test("a table has the samples of the range, with quoted names", () => {
+test("a CSV table has the samples in the range, with quoted names", () => {
   assert.equal(csvOf([samples('/a="x",1', [1, null, 3])], [1, 2]), 'time,field,value\n1,"/a=""x"",1",\n2,"/a=""x"",1",3\n');
   assert.equal(csvOf([samples("/a", [1])], null), "time,field,value\n0,/a,1\n");
 });

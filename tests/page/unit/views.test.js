@@ -22,7 +22,7 @@ function move(view, kind, dx, dy) {
   view.update(SIZE.clientWidth, SIZE.clientHeight);
 }
 
-test("movements of the mouse lead where the formulas of an orbit lead", () => {
+test("mouse movements move the camera as the formulas of an orbit do", () => {
   for (const { start, steps, states } of VECTORS.views) {
     const view = made("Orbit", { "Field of View": Math.PI / 4, ...start });
     steps.forEach(([kind, dx, dy], index) => {
@@ -50,7 +50,7 @@ for (const kind of ["Orbit", "XYOrbit", "ThirdPersonFollower", "FPS"])
   assert.equal(view.get("Yaw"), kind === "FPS" ? 0 : 0.785398);
 });
 
-test("XYOrbit keeps its focal point at its height", () => {
+test("XYOrbit keeps its focal point at the same height", () => {
   const view = made("XYOrbit", { "Focal Point": [1, 2, 3] });
   view.pan(50, 80, SIZE.clientWidth, SIZE.clientHeight);
   view.dolly(5);

@@ -67,7 +67,7 @@ function morphChildren(old, after) {
   }
 }
 
-// Returns the children by their keys, and removes those whose keys are not in `kept`.
+// Returns the children by their keys, and removes those whose keys are not in `kept` or occur again.
 function keyedChildren(element, kept) {
   const known = new Map();
   for (const child of [...element.childNodes]) {

@@ -66,7 +66,7 @@ class Live extends EventTarget {
     for (const [id, request] of this.requests) {
       if (request.isAction) {
         this.requests.delete(id);
-        request.onError("the connection to the server is lost");
+        request.onError("the connection to the server was lost");
       }
     }
     if (!this.isRefused) this.retry = setTimeout(() => this.connect(), RETRY_MS);

@@ -13,7 +13,7 @@ export function rulesIn(text) {
   return only?.argument ?? "";
 }
 
-// Fills `side` with the saved rules. `current()` is the address of the filters; `onApply(argument)` is called with another.
+// Fills `side` with the saved rules. `current()` returns the filters as in an address; `onApply(argument)` is called with those of a rule.
 export function rulesPanel(side, context, current, onApply, onClose) {
   const error = h("p", { class: "error", role: "alert" });
   const list = h("ul", { class: "tree" });

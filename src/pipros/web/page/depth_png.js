@@ -1,10 +1,10 @@
-// Reads PNG files with 16-bit grey values, of which browsers keep only the 8 more significant bits.
+// Reads PNG files with 16-bit grey values, of which browsers keep only the 8 most significant bits.
 
 const SIGNATURE_BYTES = 8;
 const MAX_PIXELS = 2 ** 24;
 const BYTES = 2; // number of bytes per pixel
 
-// Returns {width, height, values}. With `quantised`, the quotient and offset of inverse depths, values are metres and NaN.
+// Returns {width, height, values}. With `quantised`, the quotient and offset of inverse depths, values are metres or NaN.
 export async function depthOf(png, quantised) {
   const { width, height, data } = partsOf(png);
   const row = width * BYTES + 1;

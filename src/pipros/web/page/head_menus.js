@@ -1,4 +1,4 @@
-// Menus in the head of the page: all views (if the tabs do not fit), and the running publishers.
+// Menus in the head of the page: all views (if some tabs do not fit or are hidden), and the running publishers.
 
 import { h, replace } from "./dom.js";
 import { placeOf } from "./place.js";
@@ -31,7 +31,7 @@ export function allViewsMenu(tabs, titles) {
   };
 }
 
-// The arrow keys go from entry to entry, and letters to the entry that begins with them.
+// The arrow keys move the focus from entry to entry, and letters move it to the entry that begins with them.
 function byKeys(menu) {
   let typed = "";
   const startsWith = (text) => [...menu.children].find((each) => each.textContent.toLowerCase().startsWith(text));

@@ -1,4 +1,5 @@
-// Where the page begins if its address names no view: at the last one, and the first time at the layout "Robot".
+// Where the page begins if its address names no view: at the last place; the first time, at the layout "Robot", or at the
+// graph if there are no transforms.
 
 import { h } from "./dom.js";
 import { live } from "./live.js";
@@ -6,7 +7,7 @@ import { currentPlace, placeOf } from "./place.js";
 
 const KEEP = "pipros.last";
 const TRANSFORMS = ["/tf", "/tf_static"];
-const LONGEST_MS = 10000; // maximum time for one answer, once the server is connected
+const LONGEST_MS = 10000; // maximum time for one answer, once connected to the server
 
 // Returns a promise of the first value of a view for which `isEnough` is true; after some time, of the last
 // value or null.

@@ -8,9 +8,9 @@ export function headOf(data) {
   return JSON.parse(new TextDecoder().decode(all.subarray(0, all.indexOf(10))));
 }
 
-// Draws an image that the server sent, a JSON header and pixels, and returns the header, with `valueAt(x, y)`, a text, and for
-// 16-bit and float images with `values`.
-//   boundsOf: function from values to those of black and white
+// Draws an image that the server sent (a JSON header, a line feed and the pixels). Returns a promise of the header, to which are
+// added `valueAt(x, y)`, which returns a text, and for 16-bit and float images, `values`.
+//   boundsOf: returns the values of black and white for all values of the image
 //   palette: RGB of the 256 shades; null for grey
 export async function drawImage(canvas, data, boundsOf = extremes, palette = null) {
   const head = headOf(data);
@@ -43,7 +43,7 @@ export async function drawImage(canvas, data, boundsOf = extremes, palette = nul
   return head;
 }
 
-// Draws the absolute difference of two images of one size, pixel by pixel: of numbers if both have them, otherwise of colours.
+// Draws the absolute difference of two images of the same size, pixel by pixel: of numbers if both have them, otherwise of colours.
 // Returns a header as `drawImage` does. Throws an Error if the sizes differ.
 export async function drawDifference(canvas, one, other, boundsOf = extremes, palette = null) {
   const places = [new OffscreenCanvas(2, 2), new OffscreenCanvas(2, 2)];
@@ -101,7 +101,7 @@ function numbersOf({ depth, big, width, height }, pixels) {
   return Float64Array.from({ length: width * height }, (_, i) => read(i));
 }
 
-// Returns the least and the largest finite value.
+// Returns the smallest and the largest finite value.
 /** @type {(values: Iterable<number>) => number[]} */
 export function extremes(values) {
   let low = Infinity;

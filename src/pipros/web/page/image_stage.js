@@ -7,8 +7,8 @@ import { drawShapes } from "./image_overlay.js";
 import { imageZoom } from "./image_zoom.js";
 
 const SHARP = 1200; // pixels
-const KEPT = 20; // number of times whose shapes are kept
-const APART_NS = 5e8; // how far shapes may be from the image's time
+const KEPT = 20; // number of lists of shapes that are kept
+const APART_NS = 5e8; // largest difference between the stamps of shapes and image
 
 // A picture with its controls, and the pixel under the cursor.
 export function imageStage(label = "Image") {
@@ -51,8 +51,8 @@ export function imageStage(label = "Image") {
     tell();
   }
 
-  // Draws shapes over the image: a list of {stamp, shapes}, see image_overlay.js. Those of a stamp are drawn over the image of that
-  // stamp; if there are none, the newest ones, unless they are of another time.
+  // Draws shapes over the image: a list of {stamp, shapes}, see image_overlay.js. Those with the stamp of the
+  // image are drawn; if there are none, the newest within 0.5 s of it, or without a stamp.
   function over(next) {
     shapes = [...shapes, ...next].slice(-KEPT);
     drawOver();
@@ -63,7 +63,7 @@ export function imageStage(label = "Image") {
     if (!found?.length) { overlay.remove(); return; }
     if (!overlay.isConnected) canvas.after(overlay);
     overlay.style.transform = canvas.style.transform;
-    const times = Math.max(1, Math.ceil(SHARP / canvas.width)); // shapes are sharp also over small images
+    const times = Math.max(1, Math.ceil(SHARP / canvas.width)); // shapes are sharp over small images, too
     Object.assign(overlay, { width: canvas.width * times, height: canvas.height * times });
     drawShapes(overlay.getContext("2d"), found, overlay.width / (head.full?.[0] || canvas.width));
   }

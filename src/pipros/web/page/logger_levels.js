@@ -4,7 +4,7 @@ import { h, replace, uniqueId } from "./dom.js";
 
 const LEVELS = ["debug", "info", "warn", "error", "fatal"];
 
-// Fills `side`. `nodes` are offered; those of `ofNode` are shown at once, if it is not empty.
+// Fills `side`, and offers the names in `nodes`. If `ofNode` is not empty, its loggers are shown at once.
 export function loggerLevels(side, context, nodes, ofNode, onError, onClose) {
   const { control } = context;
   const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"),

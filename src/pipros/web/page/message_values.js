@@ -4,7 +4,7 @@ import { anglesOf, anglesText } from "./angles.js";
 import { bytes, h } from "./dom.js";
 import { placeOf } from "./place.js";
 
-const MORE = "…"; // key of the entry that says how much of a value was left out
+const MORE = "…"; // key of the entry with the full length of a shortened value
 const FLOAT32_DIGITS = 7;
 const LONG_LIST = 10; // longer lists of messages are closed at first
 const EARLIEST_WALL_S = 1e8; // smaller times are durations, or simulated
@@ -45,7 +45,7 @@ function quaternion(value, fields, path) {
 
 const COVARIANCE = /covariance$/;
 
-// Returns a short text for a covariance matrix, the deviations of its diagonal; empty if the value is none.
+// Returns a short text for a covariance matrix: the standard deviations from its diagonal; empty for other values.
 export function covarianceText(key, value) {
   const size = Array.isArray(value) ? Math.sqrt(value.length) : 0;
   if (!COVARIANCE.test(key) || size < 2 || !Number.isInteger(size) || !value.every((each) => typeof each === "number")) return "";
@@ -95,7 +95,7 @@ function entry(key, value, path) {
     h("summary", { class: "key", "aria-label": `Fields of ${key}` }, size), shown));
 }
 
-// The numbers of a message with the paths of their fields, without headers: [["linear.x", 0.5], …].
+// Returns at most `most` numbers of a message with the paths of their fields, without headers: [["linear/x", 0.5], …].
 export function numbersIn(value, most, path = "") {
   if (typeof value === "number") return [[path, value]];
   if (isLeaf(value) || isTime(value)) return [];

@@ -8,7 +8,7 @@ const SECTIONS = {
   nodes: { label: "Nodes", parts: [["nodes", "Processes"], ["launches", "Launches"]] },
 };
 
-// The tab of a section: reconfigure to params.
+// Returns the tab of a section, such as "params" for "reconfigure".
 export const tabOf = (name) => Object.keys(SECTIONS).find((tab) => SECTIONS[tab].parts.some(([part]) => part === name)) ?? name;
 
 // The sections whose names differ from their tabs': [name, title].

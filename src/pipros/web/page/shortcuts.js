@@ -1,5 +1,6 @@
 // The keys of the page. A control declares its key with aria-keyshortcuts. The key presses the first control with it that is visible
-// in the panel or the view of the focused element, or else in the head; a control that cannot be pressed gets the focus.
+// in the panel, the pop-up or the view of the focused element, or else in the head or the time bar; a control that cannot be pressed
+// gets the focus.
 //
 // Further keys lead from part to part: down to the first entry of a list, right to the controls beside it, and Escape out of a field.
 
@@ -50,7 +51,7 @@ function press(control) {
   }
 }
 
-// Returns the element that a key of these parts leads to, or null.
+// Returns the element to which an arrow key leads from part to part, or null.
 function goalOf(name, target) {
   const scopes = scopesOf(target);
   if (name === "ArrowDown" && (isNowhere(target) || target.matches("[role=tab], input[type=search]"))) return found(scopes, FIRST);

@@ -1,4 +1,4 @@
-// The state "stale": regular data have stopped. It has one word and one colour. The server decides it
+// The state "stale": regular data has stopped. It has one word and one colour. The server decides it
 // (web/stale.py); for reports between two updates and for messages that the browser receives, this module
 // decides.
 
@@ -8,7 +8,7 @@ const [LEAST_S, INTERVALS] = [3, 10]; // as in web/stale.py
 export const LEVELS = ["OK", "Warning", "Error", "Stale"]; // names of the levels of diagnostics
 const STALE_LEVEL = 3;
 
-// Returns whether data that arrived every `intervalS` have stopped. `intervalS` is null if the interval is
+// Returns whether data that arrived every `intervalS` has stopped. `intervalS` is null if the interval is
 // unknown.
 export const isStale = (ageS, intervalS) => intervalS !== null && ageS > Math.max(LEAST_S, INTERVALS * intervalS);
 

@@ -1,4 +1,4 @@
-// A table whose rows are updated in place, so that a selected text, the focus and the position survive updates.
+// A table whose rows are updated in place, so that selected text, the focus and the position survive updates.
 
 import { download, h, morph, replace } from "./dom.js";
 
@@ -11,7 +11,7 @@ export function dataTable(columns, options) {
   let sorted = { title: sortBy, isDown: false };
   let rows = [];
   let chosen = null;
-  const shown = new Map(); // key to {row, element, cells}
+  const shown = new Map(); // key to {element, cells}
   const heads = new Map(columns.map((column) => [column.title, head(column)]));
   const body = h("tbody", {});
   const keepTabStop = onChoose ? reachByKeys(body, onChoose) : () => {};
@@ -70,7 +70,7 @@ export function dataTable(columns, options) {
   }
 
   function choose(key) {
-    if (!getSelection()?.isCollapsed) return; // the user selects text
+    if (!getSelection()?.isCollapsed) return; // the user is selecting text
     onChoose(key);
   }
 
@@ -96,7 +96,7 @@ function place(body, row, index) {
   if (body.children[index] !== row) body.insertBefore(row, body.children[index] ?? null);
 }
 
-// Makes rows reachable by keys: Tab stops at the first one until a row had the focus. Returns what to call after a change.
+// Makes rows reachable by keys: Tab stops at the first one until a row has had the focus. Returns what to call after a change.
 function reachByKeys(body, onChoose) {
   let isEntered = false;
   body.addEventListener("focusin", (event) => {
@@ -125,7 +125,7 @@ function chooseByKey(event, onChoose) {
   event.preventDefault();
 }
 
-// Ctrl-C on a row without a selected text copies the row, with tabs between its cells.
+// Ctrl-C on a row without selected text copies the row, with tabs between its cells.
 function copyRow(event) {
   const row = event.target instanceof Element ? event.target.closest("tr") : null;
   if (!row || !getSelection()?.isCollapsed) return;

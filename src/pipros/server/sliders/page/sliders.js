@@ -1,4 +1,4 @@
-// Sliders and buttons of a node. A slider that the user drags is not moved; the others follow the node.
+// Sliders and buttons of a node. A slider that the user is dragging is not moved; the others follow the node.
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";

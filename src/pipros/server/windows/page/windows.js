@@ -15,7 +15,7 @@ const DOUBLE = [7, 9, 8];
 const WHEEL = 10;
 
 const element = (id) => document.getElementById(id);
-const shown = new Map(); // by name of the window: {section, image, bars, shape, watch, hasMouse}
+const shown = new Map(); // by name of the window: {section, image, title, bars, inputs, shape, hasMouse, stop}
 
 function act(action, args) {
   return live.act(action, args).catch((error) => console.warn(error.message));

@@ -1,4 +1,4 @@
-// The world of a turtlesim on a canvas: the turtles above the picture, which is drawn on a hidden canvas.
+// The world of turtlesim on a canvas: the turtles over the picture, which is drawn on a hidden canvas.
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
@@ -34,7 +34,7 @@ function ellipse(x, y, width, height, fill) {
   screen.fill();
 }
 
-// Draw a turtle that faces right, about 40 pixels long. `look` determines its colours and the pattern.
+// Draws a turtle that faces right, about 40 pixels long. `look` determines its colours and pattern.
 function drawTurtle(look) {
   const hue = (look * 360) / LOOKS;
   const skin = `hsl(${hue + 60} 45% 38%)`;

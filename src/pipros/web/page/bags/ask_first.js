@@ -17,8 +17,8 @@ const dialog = h("dialog", { class: "ask-first", "aria-label": "Act on the robot
   h("form", { method: "dialog" }, h("h2", {}, "The tabs do not show the robot as it is now"), question,
     h("div", { class: "answers" }, h("button", { value: "no", autofocus: true }, "Cancel"), act)));
 
-// Returns a promise that is rejected if the user declines; null if there is nothing to ask. `kinds` are what views and
-// actions can do, such as "send goals".
+// Returns a promise that is rejected if the user declines or another question is open; null if there is nothing to ask.
+// `kinds` are what views and actions can do, such as "send goals".
 function ask(name, kinds) {
   const kind = kinds[name];
   if (!kind || !playback.bag || UNASKED.has(name) || agreed.has(kind)) return null;
@@ -26,7 +26,7 @@ function ask(name, kinds) {
   const declined = new Error(`not done, because the tabs show ${source}`);
   if (asking) return Promise.reject(declined);
   asking = kind;
-  replace(question, `They show ${source}. Really ${kind} now? The answer holds until you go back to the running system.`);
+  replace(question, `They show ${source}. Really ${kind} now? If you agree, you are not asked about this again until you leave ${source}.`);
   dialog.returnValue = "no"; // Escape
   dialog.showModal();
   return new Promise((resolve, reject) => {

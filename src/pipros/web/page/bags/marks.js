@@ -34,7 +34,7 @@ export class Marks {
     this.all = marks.map(([time, kind, text]) => ({ time, kind, text })).sort((one, other) => one.time - other.time);
   }
 
-  // Returns the first mark after a moment, or the last one before it; undefined if there is none.
+  // Returns the first mark after a moment or, with a negative `direction`, the last one before it; undefined if there is none.
   next(moment, direction) {
     if (direction > 0) return this.all.find(({ time }) => time > moment + NEAR_S);
     return this.all.filter(({ time }) => time < moment - NEAR_S).at(-1);

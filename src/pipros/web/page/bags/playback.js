@@ -98,7 +98,7 @@ class Playback extends EventTarget {
   }
 
   // Goes to a moment inside the bag; without a bag, to one of the past. While a jump is being executed, only the newest
-  // further goal is kept, because a drag requests many. Returns a promise of the end of all jumps.
+  // further goal is kept, because a drag requests many. Returns a promise that is resolved when all jumps have ended; null without a bag.
   jump(time) {
     if (!this.bag) {
       this.rewind();

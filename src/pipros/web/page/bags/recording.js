@@ -55,7 +55,7 @@ export function recordingPanel(context, open) {
   }
 
   async function record() {
-    if (!all.checked && !chosen.size) { replace(error, "Choose topics, or all."); return; }
+    if (!all.checked && !chosen.size) { replace(error, "Choose topics, or check All topics."); return; }
     const limits = { size: Number(megabytes.value) * 1e6, seconds: Number(seconds.value) };
     if (!await act("record", { name: name.value.trim(), topics: all.checked ? [] : [...chosen], ...limits })) return;
     name.value = "";

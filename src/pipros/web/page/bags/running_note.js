@@ -3,7 +3,7 @@
 import { h, replace } from "../dom.js";
 import { playback } from "./playback.js";
 
-// Returns the note. `signal` ends it.
+// Returns the note. It is updated until `signal` is aborted.
 export function runningNote(signal) {
   const element = h("div", { class: "running-note", role: "note", hidden: true });
   const show = () => {

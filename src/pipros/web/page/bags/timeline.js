@@ -5,7 +5,7 @@ import { elapsed } from "./playback.js";
 import { lane, thumbnailsIn, trackName } from "./tracks.js";
 import { VisibleTime } from "./visible_time.js";
 
-const STEP = 0.01; // part of the visible time by which an arrow key moves the moment
+const STEP = 0.01; // fraction of the visible time by which an arrow key moves the moment
 const ZOOMS = { "+": 1 / 1.5, "=": 1 / 1.5, "-": 1.5, 0: Infinity };
 
 // `on.jump(seconds)`, `on.toggle()`, `on.select([from, to] or null)` and `on.choose()` are called for the user's actions.
@@ -109,8 +109,8 @@ function momentAfter(key, moment, bag, step) {
   return to === undefined ? null : Math.min(bag.end, Math.max(bag.begin, to));
 }
 
-// A click or a drag moves the moment; with the shift key, it selects a part. The wheel moves or zooms.
-// `on.time` is the visible time, null without a bag; `on` has also `draw(isChanged)`, `select(range)` and `jump(seconds)`.
+// A click or a drag moves the moment; with the shift key, a drag selects a part. The wheel moves or zooms.
+// `on.time` is the visible time, null without a bag; `on` also has `draw(isChanged)`, `select(range)` and `jump(seconds)`.
 function listenToPointer(area, lanes, on) {
   let from = null;
 

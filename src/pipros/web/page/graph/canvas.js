@@ -76,7 +76,7 @@ export function graphCanvas(label, onSelect) {
     }
   }
 
-  // Marks the vertices of things whose data have ended.
+  // Marks the vertices with these keys as stale, and no others.
   function markStale(keys) {
     for (const [key, { group }] of vertices) group.classList.toggle("stale", keys.includes(key));
   }

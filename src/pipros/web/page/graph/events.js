@@ -8,7 +8,7 @@ const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-dig
 // Fills `side`; returns a function that stops the updates.
 export function eventPanel(side, context, onClose) {
   const body = h("div", {}, h("div", {}));
-  side.append(panelHead("Events", onClose), h("p", { class: "key" }, "Nodes and topics of the last ten minutes"), body);
+  side.append(panelHead("Events", onClose), h("p", { class: "key" }, "Nodes and topics added or removed in the last ten minutes"), body);
   return context.watch("events", {}, ({ events }) => morph(body.firstChild, h("div", {}, contents(events))));
 }
 

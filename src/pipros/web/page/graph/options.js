@@ -36,7 +36,7 @@ export function graphText(selected, options) {
   return [selected, ...changed.map(([name]) => `${name}=${options[name]}`)].join(";");
 }
 
-// Returns the selection and the options of an address; null if it has no options.
+// Returns [selection, options] of an address; the options are null if it has none.
 export function parsedGraph(text) {
   const [selected, ...parts] = text.split(";");
   const options = { ...INITIAL };

@@ -1,8 +1,8 @@
 // Moving a panel by dragging its grip: the place to which it would go is marked in the panel under the pointer.
 
-const CENTRE = 0.28; // part of a panel's size; a panel dropped nearer than this to an edge is placed at that edge
+const CENTRE = 0.28; // part of a panel's size; a panel dropped farther than this from the centre is placed at the nearest edge
 
-// Calls `onDrop` with the other panel and the side of it: left, right, above, below or centre.
+// Calls `onDrop` with the other panel and its side: left, right, above, below or centre.
 export function makeDraggable(element, grip, onDrop) {
   let drop = null; // {target, side}
 

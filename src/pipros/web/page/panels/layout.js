@@ -82,7 +82,7 @@ function tidy(layout) {
   return { direction: layout.direction, parts, sizes: sizes.map((size) => (size / sum) * 100) };
 }
 
-// Replaces each leaf by what `change` returns: another layout, or null to leave it out.
+// Replaces each leaf with what `change` returns: another layout, or null to leave it out.
 function changed(layout, change) {
   if (!layout) return null;
   if (!layout.parts) return change(layout);
@@ -100,7 +100,7 @@ export function beside(layout, id, side, added) {
     ? { direction, parts: isFirst ? [added, each] : [each, added], sizes: [50, 50] } : each)));
 }
 
-// Adds a layout at the right of the largest leaf, or below it if that is taller than wide. `shape` is width by height of the whole.
+// Adds a layout to the right of the largest leaf, or below it if it is taller than wide. `shape` is the whole width / height.
 export function appended(layout, added, shape) {
   if (!layout) return added;
   const area = ({ box }) => box.w * box.h;
@@ -131,8 +131,9 @@ export function resized(layout, path, index, percent) {
   return { ...layout, sizes };
 }
 
-// Where panels and borders are, in percent of the whole: {panels: [{leaf, box}], borders: [{path, index, direction, box, share}]}.
-// The box of a border has no width or height; `share` is the length of its split in percent of the whole.
+// Where panels and borders are, in percent of the whole: {panels: [{leaf, box}], borders: [{path, index, direction, box, share,
+// size}]}. The box of a border has no width or height; `share` is the length of its split in percent of the whole, and `size` that
+// of the part before it in percent of the split.
 export function placesOf(layout, box = { x: 0, y: 0, w: 100, h: 100 }, path = []) {
   if (!layout) return { panels: [], borders: [] };
   if (!layout.parts) return { panels: [{ leaf: layout, box }], borders: [] };

@@ -24,7 +24,7 @@ class PanelContext extends TabContext {
 }
 
 // `tabs` are names and titles. `board` has functions for the whole layout: `change(leaf, options)`, `split(id, side)`, `close(id)`,
-// `enlarge(id)`, `move(id, target, side)`, `step(id, side)`, `follow(tab, argument)`, `mayControl(tab)` and `times`.
+// `enlarge(id)`, `move(id, target, side)`, `step(id, side)`, `follow(leaf, tab, argument)` and `mayControl(tab)`; and `times`, a TimeLink.
 export function panel(first, tabs, board) {
   let leaf = first;
   let tab = ""; // of the open view

@@ -13,13 +13,13 @@ const CURVES = [
 const CAMERAS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 const WORLD = ["map", "odom", "world"];
 
-// Returns the names of the published topics of a type, the shortest first.
+// Returns the names of at most two published topics of a type, the shortest first.
 function namesOf(topics, type) {
   const names = topics.filter((each) => each.type === type && each.publishers.length).map(({ name }) => name);
   return names.sort((one, other) => one.length - other.length || (one < other ? -1 : 1)).slice(0, MOST);
 }
 
-// Returns the frame to fix: the usual one, or the root of most frames. `frames` has {frame, parent}.
+// Returns the fixed frame: the usual one, or the root of most frames. `frames` has {frame, parent}.
 export function fixedFrameOf(frames) {
   const parents = new Map(frames.map(({ frame, parent }) => [frame, parent]));
   const usual = WORLD.find((name) => parents.has(name) || frames.some(({ parent }) => parent === name));
@@ -45,7 +45,7 @@ export function sceneState(topics, frames, hasRobot) {
   return { options: { "Fixed Frame": fixedFrameOf(frames) }, displays, view: { Class: "rviz/Orbit", Name: "Current View" } };
 }
 
-// Returns the curves of the first topic whose movement can be shown.
+// Returns the curves of the first topic that reports movement.
 function curvesOf(topics) {
   for (const { type, fields } of CURVES) {
     const [name] = namesOf(topics, type);

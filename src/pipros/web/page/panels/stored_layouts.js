@@ -41,7 +41,7 @@ export function storedLayouts(context, current, onOpen, onError) {
   async function load() {
     const [chosen] = file.files;
     file.value = "";
-    if (chosen.size > LARGEST_FILE) throw new Error(`${chosen.name} is too large for a layout`);
+    if (chosen.size > LARGEST_FILE) throw new Error(`${chosen.name} has ${chosen.size} bytes; the limit for a layout is ${LARGEST_FILE}`);
     const content = JSON.parse(await chosen.text());
     if (content?.pipros_layout !== VERSION || typeof content.panels !== "string")
       throw new Error(`${chosen.name} is not a layout file: pipros_layout must be ${VERSION}, and panels a string`);

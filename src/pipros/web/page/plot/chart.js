@@ -115,7 +115,7 @@ const snap = (curves) => (own, left, top) => {
   return [time === null ? left : own.valToPos(time, "x"), top];
 };
 
-// Returns the time of the sample next to a place in pixels; null if none is near.
+// Returns the time of the sample nearest to a place in pixels; null if none is near.
 export function sampleTimeAt(own, curves, left) {
   const [time, end] = [left, left + SNAP_PX].map((at) => own.posToVal(at, "x"));
   return nearestTime(curves, time, end - time);
@@ -180,7 +180,7 @@ function drawMarks(own, { marks, moment }) {
   });
 }
 
-// Horizontal lines of reference with their values.
+// Horizontal reference lines with their values.
 function drawLines(own, values, scale) {
   if (!values.length) return;
   clipped(own, (drawing) => {
@@ -203,7 +203,7 @@ function drawLines(own, values, scale) {
 
 const NAMES = { 4: "Warn", 8: "Error", 16: "Fatal" };
 
-// Returns what is at the cursor, `left` pixels from the left; null if it is elsewhere.
+// Describes what is at the cursor, `left` pixels from the left edge; empty if `left` is null, or nothing is there.
 export function cursorText(own, settings, { left, time, isSample }) {
   if (left === null) return "";
   if (settings.isXy) {

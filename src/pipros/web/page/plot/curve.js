@@ -52,7 +52,7 @@ export class Curve {
     }
   }
 
-  // The derivative since the last sample: null beside a gap, undefined if no time has passed.
+  // The derivative since the last sample: null beside a gap, undefined for the first sample or if no time has passed.
   rate(time, number) {
     const { last } = this;
     if (last && time <= last.time) return undefined;
@@ -67,7 +67,7 @@ export class Curve {
   }
 }
 
-// The topic of a field that is not published: the field is usually one level below.
+// Guesses the topic of a field while the server does not know it: the field is usually one level below.
 const guessedTopic = (field) => (/[={]/.test(field) ? topicBefore(field) : field.replace(/(?<=.)\/[^/]*$/, ""));
 
 // The index of the newest sample at or before a time.

@@ -4,7 +4,7 @@
 //   /a/pose/x:y                                  two fields
 //   /cmd_vel=hypot(m.linear.x, m.linear.y)       an expression over the message m
 //   /odom/twist/twist/linear/x;d;r               the derivative, on the right axis
-//   /tf{m.child_frame_id == "base"}/pose/x       only of the messages for which the expression is true
+//   /tf{m.child_frame_id == "base"}/pose/x       only messages for which the expression is true
 //
 // In addresses, `line:2.5` is a line at a value, and `at:12.5` a moment that is shown.
 

@@ -1,4 +1,4 @@
-// Buttons for the numbers in a topic, or in a part of a message, that was given instead of a number.
+// Buttons for the numbers in a topic or field that the user gave instead of a number.
 
 import { h, replace } from "../dom.js";
 

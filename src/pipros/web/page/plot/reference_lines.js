@@ -1,4 +1,4 @@
-// Horizontal lines of reference, at values that the user types.
+// Horizontal reference lines at values that the user types.
 
 import { h } from "../dom.js";
 

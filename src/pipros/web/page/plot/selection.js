@@ -1,11 +1,10 @@
-// Reading curves: the sample next to the cursor, statistics and a table of the shown part, and lines of
-// reference.
+// Reading curves: moving by keys, the sample next to the cursor, and statistics and a table of the shown part.
 
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5] }; // shift, factor
 
 export const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(7))));
 
-// Returns the range that a key shows after another; null for following the newest samples, undefined for another key.
+// Returns the range that a key shows after another; null for following the newest samples, undefined for other keys.
 export function rangeAfter(key, { min, max }) {
   if (key === "0") return null;
   if (!(key in STEPS)) return undefined;

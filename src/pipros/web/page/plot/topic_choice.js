@@ -6,7 +6,7 @@ const MAX_OFFERED = 60;
 const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String",
   "tf2_msgs/TFMessage"]); // without numbers that are worth a curve
 
-// `onChoose(topic)` is called for a button. Returns {names, buttons}.
+// `onChoose(topic)` is called when a button is pressed. Returns {names, buttons}.
 export function topicChoice(context, onChoose) {
   const names = h("datalist", { id: uniqueId("plot-topics") });
   const buttons = h("div", { class: "choice", role: "group", "aria-label": "Topics" });

@@ -2,8 +2,8 @@
 //
 // The places, sizes and colours of the shapes are in a texture, from which the vertex shader reads them. There is an object
 // for each level of detail: its geometry has copies of the level's shape, and a second texture has the numbers of the shapes
-// that are drawn with this detail. The smallest ones are points (small_solids.js). InstancedMesh would need no copies, but drawing
-// in software, each of its instances takes as long as 200 triangles.
+// that are drawn with this detail. The smallest ones are points (small_solids.js). InstancedMesh would need no copies, but
+// in software rendering, each of its instances takes as long as 200 triangles.
 
 import * as THREE from "three";
 import { NUMBER_TINT, blended } from "./shapes.js";
@@ -29,7 +29,7 @@ void readShape(int shape, out mat3 turned, out vec3 place, out vec4 tint) {
   place = vec3(x.w, y.w, z.w);
 }`;
 
-// The light comes from the viewer (headlight.js), so a surface is as bright as it faces the viewer.
+// The light comes from the viewer (headlight.js), so a surface is the brighter, the more directly it faces the viewer.
 const VERTEX = `
 ${READ}
 uniform float number;
@@ -84,7 +84,7 @@ export class BatchOfSolids {
     this.texture.needsUpdate = true;
   }
 
-  // Returns the number of a new shape, which is not seen before `set`.
+  // Returns the number of a new shape, which is invisible until `set` is called.
   add() {
     const index = this.free.pop();
     if (index !== undefined) return index;
@@ -126,7 +126,7 @@ export class BatchOfSolids {
     return new THREE.Box3(new THREE.Vector3(-0.5, -0.5, -0.5), new THREE.Vector3(0.5, 0.5, 0.5)).applyMatrix4(matrix);
   }
 
-  // Called before each picture: gives each shape the detail that its size on the screen needs, or all the finest.
+  // Called before each picture: gives each shape the detail that its size on the screen needs, or with `isFinest` the finest.
   //   height: of the picture, in pixels; lamp: the brightness of the light, from 0 to 1
   arrange(camera, height, lamp, isFinest) {
     this.uniforms.lamp.value = lamp;

@@ -8,7 +8,7 @@ const CHOICES = [20000, 50000, 100000, 200000, 500000, 1000000, 2000000];
 
 const thousands = (number) => number.toLocaleString("en-GB");
 
-// Returns the element. `signal` ends it.
+// Returns the element, which is updated until `signal` is aborted.
 export function budgetLine(scene, signal) {
   const rates = h("span", {});
   const slow = h("span", { class: "scene-slow" });

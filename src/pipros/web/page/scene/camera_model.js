@@ -13,7 +13,7 @@ export class CameraModel {
     this.cx = p[2];
     this.fy = p[5];
     this.cy = p[6];
-    this.shift = [-p[3] / p[0], -p[7] / p[5]]; // of a pair's second camera, in metres along x and y
+    this.shift = [-p[3] / p[0], -p[7] / p[5]]; // of a stereo pair's second camera, in metres along x and y
     const isValid = p.every(Number.isFinite);
     this.problem = !isValid ? "Contains invalid floating point values (nans or infs)" : p[0] === 0 || p[5] === 0
       ? "Invalid CameraInfo: fx and fy must not be 0" : "";

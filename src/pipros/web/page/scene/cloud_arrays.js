@@ -24,7 +24,7 @@ export function cloudArrays(columns, options) {
   return { count, columns: finite, positions, tints, transformer, hasAlpha: finite.has("rgba") && transformer === "RGB8" };
 }
 
-// Returns the coordinates along an axis, of the fixed frame or of the cloud's.
+// Returns the coordinates along an axis of the fixed frame or of the cloud's frame.
 function heightsOf(positions, { axis, isFixed, pose }) {
   const number = { X: 0, Y: 1, Z: 2 }[axis] ?? 2;
   const out = new Float32Array(positions.length / 3);

@@ -105,7 +105,7 @@ function bounds(values) {
 export function finiteOnly(columns) {
   const [xs, ys, zs] = ["x", "y", "z"].map((name) => columns.get(name));
   const isFinite = (i) => Number.isFinite(xs[i]) && Number.isFinite(ys[i]) && Number.isFinite(zs[i]);
-  let first = 0; // point that is not finite
+  let first = 0; // the first point that is not finite
   while (first < xs.length && isFinite(first)) first += 1;
   if (first === xs.length) return columns;
   const keep = Array.from({ length: first }, (_, i) => i);

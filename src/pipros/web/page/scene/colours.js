@@ -1,6 +1,6 @@
 // rviz's colours: of texts in files, of numbers (rainbow), of cells in maps. Channels are 0 to 255.
 
-// Returns `[r, g, b]` of "r; g; b" or "#rrggbb"; the default if the text is neither.
+// Returns `[r, g, b]` of "r; g; b" or "#rrggbb"; `fallback` if the text is neither.
 export function parsedColour(text, fallback = [255, 255, 255]) {
   const hex = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})$/i.exec(text.trim());
   if (hex) return hex.slice(1).map((part) => parseInt(part, 16));

@@ -1,4 +1,4 @@
-// The shapes that rviz gives to controls which have none: arrows, discs, and the button of a menu.
+// The shapes that rviz gives to controls that have none: arrows, discs, and the button of a menu.
 
 const [MENU, MOVE_AXIS, MOVE_PLANE, ROTATE_AXIS, MOVE_ROTATE] = [1, 3, 4, 5, 6];
 const [ARROW, TEXT, TRIANGLE_LIST] = [0, 9, 11];
@@ -33,7 +33,7 @@ export const titleOf = (text, scale) =>
   ({ header: { frame_id: "", stamp: 0n }, type: TEXT, pose: { position: { x: 0, y: 0, z: 1.4 * scale }, orientation: UPRIGHT },
     scale: { x: 0, y: 0, z: 0.15 * scale }, color: { r: 1, g: 1, b: 1, a: 1 }, points: [], colors: [], text });
 
-// Returns the quaternion with norm 1; without any rotation if it is 0.
+// Returns the normalized quaternion; the identity if its norm is 0 or not finite.
 export function unit({ x, y, z, w }) {
   const norm = Math.hypot(x, y, z, w);
   return norm > 0 && Number.isFinite(norm) ? { x: x / norm, y: y / norm, z: z / norm, w: w / norm } : UPRIGHT;

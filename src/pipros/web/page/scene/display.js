@@ -95,7 +95,7 @@ export class Display {
     this.turnOn();
   }
 
-  // Removes everything that was drawn from messages: time jumped back, or the fixed frame changed.
+  // Removes everything that was drawn from messages, because time jumped back or the fixed frame changed.
   reset() {
     clear(this.root);
     this.waiting = [];
@@ -129,14 +129,13 @@ export class Display {
     else all[name] = { ...(typeof all[name] === "object" ? all[name] : {}), Value: String(isShown) };
   }
 
-  // Returns what the tool Select finds: {label, object, describe(index)}, where `describe` returns names and texts. An
-  // object that draws `count` points of a `radius` has each of them selected by its index.
+  // Returns what the tool Select finds: {label, object, describe(index)}, where `describe` returns names and texts. If an
+  // object draws `count` points of a `radius`, each is selected by its index.
   selectables() {
     return [];
   }
 
-  // Returns a line for each thing that is still missing. A picture is complete when
-  // no display lacks anything.
+  // Returns a line for each thing that is still missing. A picture is complete when no display lacks anything.
   missing() {
     const topic = topicOf(this);
     if (topic && !this.received) return [`no message on [${topic}]`];
@@ -169,7 +168,7 @@ export class Display {
 
   // -- messages ---------------------------------------------------------------------------------------------------------
 
-  // Subscribes to the topic in a property. `take(message, arrival)` is called with each decoded message. The status Topic has
+  // Subscribes to the topic in a property. `take(message, arrival)` is called with each decoded message. The status Topic shows
   // their number, unless `isCounted` is false.
   subscribe(property, take, { queue = 0, name = null, isCounted = true } = {}) {
     const topic = this.scene.topicName(name ?? this.get(property));

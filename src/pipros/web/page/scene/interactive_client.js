@@ -10,7 +10,8 @@ const KEEP_ALIVE = 0;
 const RECEIVING = "Receiving updates.";
 
 export class InteractiveClient {
-  // `sink` has add(server, marker), move(server, pose), erase(server, name), clear(server), and say(level, text, server).
+  // `sink` has add(server, marker), move(server, pose), erase(server, name), clear(server), say(level, text, server)
+  // and resubscribe().
   constructor(sink) {
     this.sink = sink;
     this.servers = new Map(); // id to {seq, isReady, queue, seenAt, isSilent}

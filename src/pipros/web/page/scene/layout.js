@@ -43,7 +43,7 @@ class Reader {
   }
 }
 
-// Returns a function from a DataView of a message of the type to an object.
+// Returns a function that decodes a message of the type, in a DataView, to an object.
 export function decoderOf(types, name) {
   const read = compose(types, name).read;
   return (view) => read(new Reader(view));

@@ -58,7 +58,7 @@ export function loadedFile(scene, link, context, on) {
   }, on.problem, { always: true });
 
   return {
-    // Saves the scene on the server, and returns the path.
+    // Saves the scene on the server. Returns a promise of the path.
     async save() {
       const saved = structuredClone(scene.file);
       const path = await context.act("scene_save", { config: saved });

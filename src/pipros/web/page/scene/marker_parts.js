@@ -1,4 +1,4 @@
-// What draws a marker: an object of its own, or one of the shapes in a batch.
+// What draws a marker: a separate object, or one of the shapes in a batch.
 
 import * as THREE from "three";
 import { BatchOfSolids } from "./batches_of_solids.js";
@@ -7,7 +7,7 @@ import { DETAILS } from "./solid_details.js";
 
 const SMALLEST = 1e-9; // metres: a size of 0 would make the matrix singular
 
-// An object of its own, below `root`.
+// A separate object, below `root`.
 export class OwnObject {
   constructor(root, object) {
     this.root = root;
@@ -86,7 +86,7 @@ function matrixOf(pose) {
   return last.matrix;
 }
 
-// The batches of a display, below `root`: one for each type and namespace.
+// The batches of a display, below `root`: one for each type, namespace and transparency.
 export class Batches {
   constructor(root) {
     this.root = root;

@@ -1,4 +1,4 @@
-// The shapes of markers, except of those with meshes.
+// The shapes of markers, except for those with meshes.
 
 import * as THREE from "three";
 import { points } from "./points.js";

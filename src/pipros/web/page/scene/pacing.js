@@ -1,7 +1,7 @@
 // Decides when the next picture may begin, so that the page's thread has time for messages.
 
-const SLOW_MS = 100; // duration of a picture from which on time is reserved for the page's thread
-const FREE = 0.3; // the part of the time that is reserved
+const SLOW_MS = 100; // longer pictures are slow: after two of them, time is reserved for the page's thread
+const FREE = 0.3; // reserved time, as a part of the duration of the last picture
 
 export class Pacing {
   constructor(gl) {
@@ -20,8 +20,8 @@ export class Pacing {
   }
 
   // Called in each animation frame. Without a graphics card, the browser stops the page's thread until a picture is finished. After
-  // two slow ones, some time is left for messages: a large one arrives in hundreds of parts, and one picture after the other would let
-  // a single part through.
+  // two slow ones, some time is left for messages: a large one arrives in hundreds of parts, and drawing one picture right after another
+  // would let only one part through.
   note(time) {
     if (this.drawnAt === null) return;
     const took = time - this.drawnAt;

@@ -1,4 +1,4 @@
-// Many points in one object: discs, squares and boxes with a colour each.
+// Many points in one object: discs, squares, spheres and boxes with a colour each.
 
 import * as THREE from "three";
 import { NUMBER_TINT, OPAQUE, drawnFromTexture } from "./shapes.js";
@@ -96,7 +96,7 @@ void main() {
   gl_FragColor = vec4(rgb, colour.a * alpha);
 }`;
 
-// Returns points of a style of rviz.
+// Returns points in one of rviz's styles.
 //   positions: x, y, z of each point (Float32Array)
 //   tints: r, g, b, a of each point (Uint8Array)
 //   size: metres, or pixels for the style Points; for Boxes a number or [x, y, z]
@@ -108,7 +108,7 @@ export function points(style, positions, tints, size, alpha = 1, hasAlpha = fals
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
   geometry.setAttribute("tint", new THREE.BufferAttribute(tints, 4, true));
-  if (!isTransparent) geometry.boundingSphere = new THREE.Sphere(); // not computed from all points to sort the objects by their distance
+  if (!isTransparent) geometry.boundingSphere = new THREE.Sphere(); // otherwise it is computed from all points, to sort the objects
   const uniforms = { size: { value: size }, perDepth: { value: perDepth }, metric: { value: style === "Points" ? 0 : 1 },
     height: { value: 1 }, style: { value: STYLES[style] ?? 1 }, alpha: { value: alpha }, number: { value: 0 } };
   const material = new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, ...blending });
@@ -124,7 +124,7 @@ export function points(style, positions, tints, size, alpha = 1, hasAlpha = fals
   return made;
 }
 
-// Returns points with the look and the buffers of others, which are no longer drawn, and as many positions.
+// Returns points that reuse the look and the buffers of `object`, which must have as many points, and is no longer drawn.
 export function refilled(object, positions, tints) {
   const { geometry, material } = object;
   for (const [name, array] of [["position", positions], ["tint", tints]]) {
@@ -150,7 +150,7 @@ function boxes(positions, tints, size, alpha, blending, perDepth) {
   });
   const inverse = new THREE.Matrix4();
   mesh.onBeforeRender = (_renderer, _scene, camera) => {
-    // Of an orthographic camera, the third column is the direction to the viewer.
+    // For an orthographic camera, the third column is the direction to the viewer.
     eye.fromArray(camera.matrixWorld.elements, camera.isOrthographicCamera ? 8 : 12).applyMatrix4(inverse.copy(mesh.matrixWorld).invert());
     mesh.material.uniformsNeedUpdate = true;
   };

@@ -49,7 +49,7 @@ export function interpolated(older, newer, ratio) {
   return [...place, ...from.map((value, i) => value * first + to[i] * second)];
 }
 
-// Returns the pose in a geometry_msgs/Pose or Transform, and whether its quaternion can be used.
+// Returns the pose in a geometry_msgs/Pose or Transform.
 export function poseOf({ position, translation, orientation, rotation }) {
   const p = position ?? translation;
   const q = orientation ?? rotation;

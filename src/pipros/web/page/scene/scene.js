@@ -1,4 +1,5 @@
-// The scene: transforms, displays and the picture. It draws when something has changed, at most at the file's frame rate.
+// The scene: transforms, displays and the picture. It draws when something has changed, and every 0.5 s, at most
+// at the file's frame rate.
 
 import * as THREE from "three";
 import { playback } from "../bags/playback.js";
@@ -21,7 +22,7 @@ THREE.ColorManagement.enabled = false;
 
 const TF_QUEUE = 1000;
 const SETTLING_MS = 5000; // how long late messages are recognised after time has jumped back
-const AHEAD_NS = 1000000000n; // how far a late message is at least ahead of simulated time
+const AHEAD_NS = 1000000000n; // a late message is more than this ahead of simulated time
 
 export class Scene {
   // `context` is the tab's; `onStatus()` is called when a status has changed.
@@ -179,7 +180,7 @@ export class Scene {
     for (const { header, child_frame_id: child, transform } of transforms) {
       const pose = poseOf(transform);
       const problem = this.frames.problemOf(header.frame_id, child, header.stamp, pose);
-      if (problem) this.frameProblem = `The transform from [${child}] to [${header.frame_id}] of [${sender}] is ignored: ${problem}`;
+      if (problem) this.frameProblem = `The transform from [${child}] to [${header.frame_id}] sent by [${sender}] is ignored: ${problem}`;
       else this.frames.insert(header.frame_id, child, header.stamp, pose, sender, isStatic);
     }
   }
@@ -212,7 +213,7 @@ export class Scene {
     return !text || text.startsWith("/") ? text : `/${text}`;
   }
 
-  // Calls `take(message, arrival, sender)` with each message of a topic, decoded. Returns a function that ends it.
+  // Calls `take(message, arrival, sender)` with each message of a topic, decoded. Returns a function that unsubscribes.
   // `onLost(count)` gets the number of messages dropped because this browser was too slow.
   subscribe(name, queue, take, onError = (_text) => {}, onLost = (_count) => {}) {
     return new Subscription(this, take, onError, onLost).begin(name, queue);

@@ -13,7 +13,7 @@ const EDGES = [[0, 1], [1, 3], [3, 2], [2, 0], [4, 5], [5, 7], [7, 6], [6, 4], [
 const POINT_RADIUS = 0.03; // radius in metres of points whose size is in pixels
 
 export class Selection {
-  // `signal` ends it.
+  // The selection is refreshed until `signal` is aborted.
   constructor(scene, signal) {
     this.scene = scene;
     this.selected = new Map(); // key to {display, unit, index}; a unit is one of `display.selectables()`
@@ -32,7 +32,7 @@ export class Selection {
     this.refresh();
   }
 
-  // Selects the objects visible in a rectangle of pixels. With `change` "add" or "remove", changes the selection by them.
+  // Selects the objects visible in a rectangle of pixels. With `change` "add" or "remove", adds them to or removes them from the selection.
   pick([left, top, width, height], change = "") {
     if (!change) this.selected.clear();
     for (const found of this.visible(left, top, width, height)) {
@@ -154,7 +154,7 @@ function number({ object, count }, first, undo, hide) {
   });
 }
 
-// The same for a part of an object that has a key, such as a marker in a batch.
+// Does the same as `renewed` for a part of an object that has a key, such as a marker in a batch.
 function renewedPart(each) {
   const { display, unit, index } = each;
   each.key ??= unit.keyOf(index);

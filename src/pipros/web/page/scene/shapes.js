@@ -28,7 +28,7 @@ export const CYLINDER = new THREE.CylinderGeometry(0.5, 0.5, 1, 32).rotateX(Math
 export const CONE = new THREE.ConeGeometry(0.5, 1, 32).rotateX(Math.PI / 2);
 const ROD = CYLINDER.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2); // from the origin along +x
 const TIP = CONE.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2);
-// The same with fewer sides, for axes and the arrows of frames: there are many, and drawing takes as long as there are triangles.
+// The same with fewer sides, for axes and the arrows of frames: there are many, and each triangle takes time to draw.
 const THIN_ROD = new THREE.CylinderGeometry(0.5, 0.5, 1, 8).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
 const THIN_TIP = new THREE.ConeGeometry(0.5, 1, 8).translate(0, 0.5, 0).rotateZ(-Math.PI / 2);
 const SHARED = new Set([BOX, SPHERE, CYLINDER, CONE, ROD, TIP]);
@@ -122,7 +122,7 @@ export function thinLines(points, rgb, alpha = 1, { isStrip = false, colours = n
 }
 
 // Places and colours in a texture, from which a shader reads them by number. A geometry with instances would take less
-// memory; but drawing in software, each instance takes as long as 200 triangles.
+// memory; but in software rendering, each instance takes as long as 200 triangles.
 const READ_PLACE = `
 uniform highp usampler2D places;
 vec3 placeOf(int number, out vec4 colour) {
@@ -197,7 +197,7 @@ void main() {
 // colour replaces the object's: a positive number is the first point's; a negative number stands for the whole object.
 export const NUMBER_TINT = "vec4 tintOf(float value) { return vec4(mod(floor(value / vec3(65536.0, 256.0, 1.0)), 256.0) / 255.0, 1.0); }";
 
-// Of lines with one colour, it is uniform: in software, interpolating it takes a third of the time.
+// For lines of one colour, `tint` is a uniform: in software, interpolating it takes a third of the drawing time.
 const TINT_FRAGMENT = `
 uniform float number;
 #ifdef ONE_COLOUR

@@ -1,9 +1,9 @@
-// Names the display that takes more than half of a slow picture.
+// Names the display that takes more than half of the time of a slow picture.
 //
-// Pictures are slow if the browser asks for the next one late, several times in a row. Then two pictures are timed, before one of
-// which the scene is drawn once more without the display that draws most. The page's thread does not wait for them.
+// Pictures are slow if the browser asks for the next one late, several times in a row. Then two pictures are timed; before the second
+// one, the scene is also drawn without the display that draws most. The page's thread does not wait for them.
 
-const SLOW_MS = 100; // time from one picture to the next from which on pictures are slow
+const SLOW_MS = 100; // if the time from one picture to the next is longer, the picture is slow
 const ROW = 4; // number of slow pictures in a row after which the display is searched for
 const PAUSE_MS = 30000; // time until the next search
 const POLL_MS = 4;

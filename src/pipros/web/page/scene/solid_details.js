@@ -1,4 +1,4 @@
-// The geometries of cubes, spheres and cylinders of size 1, by the size on the screen: drawing takes as long as there are triangles.
+// The geometries of cubes, spheres and cylinders of size 1, by the size on the screen, because each triangle takes time to draw.
 
 import * as THREE from "three";
 import { BOX, CYLINDER, SPHERE } from "./shapes.js";

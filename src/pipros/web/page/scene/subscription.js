@@ -19,9 +19,9 @@ export class Subscription {
     this.isOver = false;
   }
 
-  // Subscribes to a topic. Returns a function that ends it.
+  // Subscribes to a topic. Returns a function that unsubscribes.
   begin(name, queue) {
-    // Batches are processed in turn, because decompression takes time, in which the next batch may arrive.
+    // Batches are processed in turn, because the next batch may arrive during decompression.
     let turn = Promise.resolve();
     const receive = (data) => {
       const { frames } = this.scene;

@@ -94,7 +94,7 @@ function savePicture(scene, canvas) {
   canvas.toBlob((blob) => download("scene.png", blob));
 }
 
-// Draws the scene only while its canvas can be seen, and until the signal.
+// Draws the scene only while its canvas can be seen, and until `signal` is aborted.
 function drawWhileVisible(scene, canvas, signal) {
   signal.addEventListener("abort", () => {
     scene.hide();

@@ -58,7 +58,7 @@ export class Tools {
 
   choose(kind) {
     if (TOOLS[kind].type && !this.context.control) {
-      this.say(`${TOOLS[kind].title} publishes; start the command with --control`);
+      this.say(`${TOOLS[kind].title} publishes messages; start the command with --control`);
       return;
     }
     this.current = kind;
@@ -109,7 +109,7 @@ export class Tools {
     const found = this.controlAt(pixel);
     if (!found) return false;
     if (!this.context.control) {
-      this.say("Moving markers publishes; start the command with --control");
+      this.say("Moving markers publishes messages; start the command with --control");
       return false;
     }
     this.grabbed = found.display;
@@ -241,7 +241,7 @@ export class Tools {
     event.preventDefault();
   }
 
-  // Returns the distance of two fingers.
+  // Returns the distance between two fingers.
   spread() {
     const [a, b] = [...this.fingers.values()];
     return a && b ? Math.hypot(a.x - b.x, a.y - b.y) : 0;

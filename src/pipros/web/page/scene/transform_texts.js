@@ -51,7 +51,7 @@ function rootOf(frames, name) {
   }
 }
 
-// Returns the frames that would show something as the fixed frame, the largest tree first: roots of trees without it.
+// Returns the roots of the trees without the fixed frame, the largest tree first: fixed frames that would show something.
 export function otherRoots(frames, fixedFrame) {
   const sizes = new Map();
   for (const name of frames.names()) {

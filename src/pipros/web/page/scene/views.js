@@ -18,7 +18,7 @@ export function viewOf(config, scene) {
   return new Kind(new Properties(VIEWS[kind] ?? VIEWS["rviz/Orbit"], config), scene);
 }
 
-// Moves the camera of a view as rviz does for these buttons of the mouse.
+// Moves the camera of a view as rviz does for these mouse buttons.
 export function moveByMouse(view, { clientWidth: width, clientHeight: height }, { buttons, shiftKey }, dx, dy) {
   if (buttons & 4 || (buttons & 1 && shiftKey)) view.pan(dx, dy, width, height);
   else if (buttons & 1) view.rotate(dx, dy);
@@ -131,7 +131,7 @@ class Orbit extends View {
     this.shift(new THREE.Vector3(-dx * metres, dy * metres, 0).applyQuaternion(this.camera.quaternion));
   }
 
-  // Moves the focal point by a vector of the fixed frame.
+  // Moves the focal point by a vector in the fixed frame.
   shift(vector) {
     vector.applyAxisAngle(new THREE.Vector3(0, 0, 1), -this.turn);
     const [x, y, z] = this.get("Focal Point");

@@ -30,7 +30,7 @@ export function open(view, argument, context) {
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];
   let selected = "";
-  let shownType = null; // of the selected action; null until its server is known
+  let shownType = null; // of the selected action; empty until its server is known
   let closePanel = () => {};
 
   function draw() {

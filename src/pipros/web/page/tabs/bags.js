@@ -175,7 +175,7 @@ export function open(view, argument, context) {
     noting = setTimeout(() => context.remember(noted, { isReplacing: true }), ADDRESS_MS); // browsers limit the number of changes
   }
 
-  let wanted = null; // the last moment that was asked for, in seconds from the beginning, until the bag is there
+  let wanted = null; // the last requested moment, in seconds from the beginning, until the bag is open
 
   function forgetAddress() {
     clearTimeout(noting);

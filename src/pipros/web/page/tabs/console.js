@@ -157,7 +157,7 @@ export function open(view, argument, context) {
     wanted.forEach((row, index) => { if (rows.children[index] !== row) rows.insertBefore(row, rows.children[index] ?? null); });
   }
 
-  // Reuses the row of a group, so that a selected text stays selected.
+  // Reuses the row of a group, so that selected text stays selected.
   function rowOf(group) {
     const { entry, count: times } = group;
     const known = drawn.get(group);

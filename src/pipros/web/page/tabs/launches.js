@@ -1,4 +1,4 @@
-// The nodes of running launches: their states, exit codes and output; with control they are stopped and restarted.
+// The nodes of running launches: their states, exit codes and output; with control, they can be stopped and restarted.
 
 import { h, morph, panelHead, replace } from "../dom.js";
 import { sections } from "../sections.js";

@@ -17,10 +17,10 @@ const SHORTEST = 1; // seconds of the time axis
 const AROUND = 5; // seconds that are shown before and after a moment
 const SPANS = [10, 30, 60, 300, 1800];
 const HINT = "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, "
-  + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double click to follow again; or use +, -, the arrow " +
+  + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double-click to follow again; or use +, -, the arrow " +
     "keys and 0.";
 
-// The moment of the past that all tabs show; null for the running system, a bag, and other axes.
+// The moment of the past that all tabs show; null for the running system, a bag, and the axes stamp and xy.
 const rewoundTo = (set) => (playback.isRewind && !set.isXy && set.axis !== "stamp" ? playback.moment ?? null : null);
 
 export function open(view, argument, context) {
@@ -68,7 +68,7 @@ export function open(view, argument, context) {
   let isPaused = false;
   let isZoomed = false;
   let needsDraw = false;
-  let isRebuilt = false; // drawn also while it is paused
+  let isRebuilt = false; // then drawn even while paused
   let pausedAt = null; // the newest time when it was paused
   let moment = null; // the moment that an address names
 

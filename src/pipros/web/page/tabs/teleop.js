@@ -88,7 +88,7 @@ export function open(view, argument, context) {
   } };
 }
 
-// Returns the velocity topic to offer: the present one, or the first that has a subscriber if that one has none.
+// Returns the velocity topic to offer: the first that has a subscriber, or the present one if it has one or none has.
 function steerable(topics, present) {
   const heard = topics.filter((each) => each.type === TYPE && each.subscribers.length).map((each) => each.name);
   return heard.includes(present) ? present : heard[0] ?? present;

@@ -57,7 +57,7 @@ export class Camera extends Image {
     this.scene.invalidate();
   }
 
-  // Draws the image and the scene, not more often than needed, because the scene is drawn a second time.
+  // Draws the image and the scene, at most once per INTERVAL_MS, because the scene is drawn a second time for it.
   frame() {
     const now = performance.now();
     if (!this.still || !this.model || now - this.drawnAt < INTERVAL_MS) return;

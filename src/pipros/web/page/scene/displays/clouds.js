@@ -14,7 +14,7 @@ const TEXT = new TextDecoder();
 
 export class Cloud extends Display {
   begin() {
-    this.kept = []; // {object, arrival (ns), count, columns, pose}
+    this.kept = []; // {object, arrival (ns), count, columns, pose, look}
   }
 
   reset() {
@@ -64,8 +64,8 @@ export class Cloud extends Display {
     this.scene.invalidate();
   }
 
-  // Returns an object with the buffers of the last cloud, filled with another cloud of the same size, which saves memory on the
-  // graphics card from being allocated again; null if that is not possible.
+  // Returns an object with the buffers of the last cloud, filled with another cloud of the same size, so that no memory on the
+  // graphics card is allocated again; null if that is not possible.
   redrawn(positions, tints, look) {
     const last = this.kept.length === 1 ? this.kept[0] : null;
     if (!last?.object.isPoints || last.look !== look || last.count !== positions.length / 3) return null;
@@ -164,7 +164,7 @@ export class PointCloud2 extends Cloud {
     }
     this.dropStatus("Message");
     this.points = { shown: Math.ceil(head.count / head.step), total: head.count };
-    this.setStatus("Points", "ok", head.step > 1 ? `Showing 1 of ${head.step} of ${head.count} points` : `Showing ${head.count} points`);
+    this.setStatus("Points", "ok", head.step > 1 ? `Showing 1 in ${head.step} of ${head.count} points` : `Showing ${head.count} points`);
     const columns = all.subarray(end + 1);
     const header = { frame_id: head.frame, stamp: BigInt(head.stamp[0]) * 1000000000n + BigInt(head.stamp[1]) };
     if (!this.scene.isLate({ header })) this.whenPlaced({ header }, (_, pose) => this.decode(head, columns, pose));

@@ -70,7 +70,7 @@ function depthColumns(image, model, colours) {
   const isMillimetres = encoding === "16UC1" || encoding === "mono16";
   if (!isMillimetres && encoding !== "32FC1") throw new Error(`The depth map has the encoding [${encoding}], not 16UC1 or 32FC1`);
   const size = isMillimetres ? 2 : 4;
-  if (step < width * size || image.data.length < step * height) throw new Error("The depth map has fewer bytes than its size says");
+  if (step < width * size || image.data.length < step * height) throw new Error("The depth map has fewer bytes than its size requires");
   const paint = colourReader(colours, width, height);
   const depthAt = depthReader(image, isMillimetres);
   let every = 1;
@@ -105,7 +105,8 @@ function depthReader(image, isMillimetres) {
 
 const CHANNELS = { rgb8: [0, 1, 2, 3], bgr8: [2, 1, 0, 3], rgba8: [0, 1, 2, 4], bgra8: [2, 1, 0, 4], mono8: [0, 0, 0, 1] };
 
-// Returns a function from row and column to the packed colour there, or null without a colour image of that size.
+// Returns a function from row and column to the packed colour there, or null without a colour image. Throws an Error if the
+// colour image has another size, an unsupported encoding or too few bytes.
 function colourReader(image, width, height) {
   if (!image) return null;
   const channels = CHANNELS[image.encoding];
@@ -113,7 +114,7 @@ function colourReader(image, width, height) {
   if (image.width !== width || image.height !== height) throw new Error("The depth map and the color image differ in size");
   const [r, g, b, size] = channels;
   if (image.step < width * size || image.data.length < image.step * height)
-    throw new Error("The color image has fewer bytes than its size says");
+    throw new Error("The color image has fewer bytes than its size requires");
   return (row, column) => {
     const at = row * image.step + column * size;
     return (image.data[at + r] << 16) | (image.data[at + g] << 8) | image.data[at + b];

@@ -26,7 +26,7 @@ export class InteractiveMarkers extends Markers {
   begin() {
     super.begin();
     this.entries = new Map(); // "server/name" to the shown marker
-    this.held = null; // {entry, control, drag} while a button is down
+    this.held = null; // {entry, control, drag, point, pixel, sentAt} while a button is down
     const topic = this.scene.topicName(this.get("Update Topic"));
     if (!topic || !UPDATE.test(topic)) {
       this.setStatus("Topic", "error", topic ? `Invalid topic name: ${topic}` : "Error subscribing: Empty topic name");
@@ -92,7 +92,7 @@ export class InteractiveMarkers extends Markers {
       return;
     }
     if (this.entries.size >= MOST) {
-      this.setStatus("Markers", "error", `More than ${MOST} interactive markers are not shown.`);
+      this.setStatus("Markers", "error", `At most ${MOST} interactive markers are shown.`);
       return;
     }
     this.dropStatus(message.name);

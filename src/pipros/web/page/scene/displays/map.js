@@ -46,7 +46,7 @@ export class MapDisplay extends Display {
       `Data size doesn't match width*height: width = ${width}, height = ${height}, data size = ${message.data.length}`);
     const most = this.scene.renderer.capabilities.maxTextureSize;
     if (width > most || height > most) return this.setStatus("Map", "error",
-      `The map is larger than ${most} cells, the limit of this browser's graphics card`);
+      `The map has ${width}x${height} cells; this browser's graphics card allows at most ${most} per side`);
     if (![...poseOf(origin), resolution].every(Number.isFinite))
       return this.setStatus("Map", "error", "Message contained invalid floating point values (nans or infs)");
     this.setStatus("Message", "ok", "Map received");

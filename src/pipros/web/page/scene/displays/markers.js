@@ -16,9 +16,9 @@ const FEW = 100; // markers; beyond them, small shapes have fewer triangles, and
 
 export class Markers extends Display {
   begin() {
-    this.shown = new Map(); // "namespace/id" to {part, message, until, isPlaced}
+    this.shown = new Map(); // "namespace/id" to {part, sender, message, until, isPlaced, isLost}
     this.batches = new Batches(this.root);
-    this.namespaces = new Map(); // name to number of markers
+    this.namespaces = new Map(); // its keys are the known namespaces
   }
 
   reset() {
@@ -52,7 +52,7 @@ export class Markers extends Display {
     if (before && this.sender && before !== this.sender) this.setStatus("Id clash", "warning",
       `[${key}] is sent by [${before}] and by [${this.sender}], which overwrite each other.`);
     if (!this.shown.has(key) && this.shown.size >= MAX_MARKERS) {
-      this.setStatus("Markers", "error", `More than ${MAX_MARKERS} markers are not shown.`);
+      this.setStatus("Markers", "error", `At most ${MAX_MARKERS} markers are shown.`);
       return;
     }
     if (this.update(key, marker)) return;
@@ -63,8 +63,8 @@ export class Markers extends Display {
     this.locate(key, entry);
   }
 
-  // Draws a cube, sphere or cylinder as a part of a batch, which has all those of its type and namespace. Transparent ones are
-  // objects of their own if there are few, because they are sorted by their distance. Returns null for others.
+  // Draws a cube, sphere or cylinder as a part of a batch, which has those of the same type, namespace and transparency.
+  // Transparent ones are separate objects if there are few, because they are sorted by their distance. Returns null for others.
   inBatch(marker) {
     const isTransparent = marker.color.a < OPAQUE;
     if (!isSolid(marker.type) || (isTransparent && this.shown.size < FEW)) return null;
@@ -129,7 +129,7 @@ export class Markers extends Display {
       ({ label: `Marker ${key}`, object: part.object, describe: () => describe(message) })), ...batches];
   }
 
-  // The markers of a hidden namespace are removed. Later messages show them again.
+  // The markers of a hidden namespace are removed. After it is shown again, later messages add them.
   switchPart(name, isShown) {
     super.switchPart(name, isShown);
     if (isShown) return;

@@ -15,7 +15,7 @@ export class Placed extends Display {
     this.subscribe("Topic", (message) => this.whenPlaced(message, (each, pose) => this.take(each, pose)));
   }
 
-  // Number of messages that are shown; 0 means all.
+  // Number of messages that are shown; 0 means MAX_POSES.
   get most() {
     return 1;
   }

@@ -21,7 +21,7 @@ export class RobotModel extends Display {
     this.waiting = [];
   }
 
-  // The description is that of the running system, also while a bag is shown.
+  // The description is that of the running system, even while a bag is shown.
   restart() {}
 
   end() {

@@ -9,7 +9,7 @@ const MAX_DRAWN = 1000;
 
 export class Tf extends Display {
   begin() {
-    this.drawn = new Map(); // name to {group, line, label, stamp, seen, isGrey}
+    this.drawn = new Map(); // name to {group, line, label, axes, stamp, seen, shown, length, scale}
     this.wereAll = this.get("Frames", "All Enabled");
   }
 
