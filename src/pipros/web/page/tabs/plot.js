@@ -62,7 +62,7 @@ export function open(view, argument, context) {
       h("label", {}, "y from", low), h("label", {}, "to", high),
         h("label", { title: "Show warnings and errors in the log as dashed lines" }, hasMarks, "Log entries"), whole,
       h("label", { title: "A horizontal line for reference" }, "Line", lines.input),
-        h("label", { title: "Statistics of the samples in the shown part" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
+        h("label", { title: "Statistics of the samples shown" }, hasStatistics, "Statistics"), h("span", { class: "spring" }), csv),
     error, offered.element, legend.element, table.element, hint, chart));
   let plot = null;
   let isPaused = false;
