@@ -74,7 +74,7 @@ class GoalTable(Generic[_Goal]):
         """Add a goal. Return False if the table is full and no goal has ended, or if the ID is too long."""
         if len(goal_id) > self._id_characters:
             return False
-        if len(self._goals) >= self._limit:
+        if goal_id not in self._goals and len(self._goals) >= self._limit:
             ended = next((key for key, each in self._goals.items() if self._has_ended(each)), None)
             if ended is None:
                 return False

@@ -42,6 +42,14 @@ def test_a_new_goal_replaces_the_oldest_that_has_ended(table: GoalTable[Goal]) -
     assert names(table) == "acd"
 
 
+def test_a_goal_that_is_added_again_replaces_only_itself(table: GoalTable[Goal]) -> None:
+    for goal in table:
+        goal.has_ended = True
+
+    assert table.add("b", Goal("new b "))
+    assert names(table) == "anew b c"
+
+
 def test_discarded_goals_make_room(table: GoalTable[Goal]) -> None:
     table.keep(lambda goal: goal.name == "b")
     assert table.add("d", Goal("d"))

@@ -64,7 +64,9 @@ function listRobots() {
   const names = robots.map(({ name }) => name);
   const select = element("robot");
   if (names.length === select.options.length && names.every((name, index) => select.options[index].value === name)) return;
+  const chosen = select.value;
   replace(select, names.map((name) => h("option", { value: name }, name || "the robot")));
+  if (names.includes(chosen)) select.value = chosen;
 }
 
 async function show(data) {
