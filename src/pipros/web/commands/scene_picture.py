@@ -184,8 +184,10 @@ class _Chromium:
             if not ready:
                 raise CommandError(f"the browser did not respond within {START_S:g} s")
             more = os.read(self._answers, 1_000_000)
-            if not more or len(self._rest) > LARGEST_ANSWER:
+            if not more:
                 raise CommandError("the browser exited unexpectedly")
+            if len(self._rest) > LARGEST_ANSWER:
+                raise CommandError(f"the browser's answer is larger than {LARGEST_ANSWER} bytes")
             self._rest += more
         answer, _, self._rest = self._rest.partition(b"\0")
         return answer
