@@ -79,7 +79,7 @@ class SimpleActionServer:
         self.action_server.start()
 
     def stop(self) -> None:
-        """Stop accepting goals, and end the execution thread after its current goal. Does not block."""
+        """Stop accepting goals, and end the execution thread after its current goal, without waiting."""
         with self.lock:
             self.need_to_terminate = True
             self.execute_condition.notify_all()

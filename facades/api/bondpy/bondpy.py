@@ -208,7 +208,7 @@ class Bond:
                 handle.unregister()
 
     def is_broken(self) -> bool:
-        """Return whether the bond is broken, even if it was never formed."""
+        """Return True if the bond is broken. A bond can break before it is formed."""
         return self._side.state is BondState.DEAD
 
     def wait_until_formed(self, timeout: Seconds | None = None) -> bool:

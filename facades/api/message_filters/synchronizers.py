@@ -14,8 +14,8 @@ from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, Exact
 class TimeSynchronizer(SimpleFilter):
     """Filter that outputs sets of messages with equal timestamps, one message from each input.
 
-    Callbacks run one at a time, in the thread that delivers the last message of a set. Exceptions
-    raised in a callback, and messages added by the callback, do not affect later sets.
+    Callbacks run one at a time, in the thread that delivers the last message of a set. A callback may
+    add messages. After an exception in a callback, later messages are still matched.
 
     Args:
         fs: the input filters.

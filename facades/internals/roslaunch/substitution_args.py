@@ -50,7 +50,7 @@ def resolve_args(
         filename: the file that contains the text, for `$(dirname)`.
 
     Raises:
-        SubstitutionException, ExpressionError, NotFound: the text is malformed or refers to nothing known.
+        SubstitutionException, ExpressionError, NotFound: the text is malformed, or a name in it is unknown.
     """
     _ = resolve_anon
     if not arg_str:

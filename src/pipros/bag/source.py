@@ -77,7 +77,9 @@ class Source:
         start = self._start(position)
         size = int.from_bytes(start[:4], "little")
         if len(start) < 4:
-            raise BagFormatError(f"{self.at(position)}: the file ends within the length of a record's header")
+            raise BagFormatError(
+                f"{self.at(position)}: the file ends within the length field of a record's header"
+            )
         if size > self._limits.bag_header_bytes:
             raise BagFormatError(
                 f"{self.at(position)}: a record's header must be at most {self._limits.bag_header_bytes} "

@@ -35,7 +35,7 @@ def read_keys(folder: str | Path) -> KeyFolder:
     """Return a member's name and certificate files from the member's folder.
 
     Raises:
-        BadKeys: a file is missing or unreadable.
+        BadKeys: a file is missing, or the file `name` is unreadable or invalid.
     """
     folder = Path(folder)
     for file in (AUTHORITY, CERTIFICATE, KEY, NAME):
@@ -46,5 +46,5 @@ def read_keys(folder: str | Path) -> KeyFolder:
     try:
         name = member_name(read_text(folder / NAME, 1000).strip())
     except (OSError, ValueError) as error:
-        raise BadKeys(f"cannot read {folder / NAME}: {error}") from None
+        raise BadKeys(f"{folder / NAME} is unreadable or invalid: {error}") from None
     return KeyFolder(name, Tls(str(folder / AUTHORITY), str(folder / CERTIFICATE), str(folder / KEY)))

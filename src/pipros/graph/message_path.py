@@ -22,6 +22,10 @@ class InvalidIndex(PiprosError, ValueError):
     """The text in brackets is neither a number nor a slice."""
 
 
+class NotAnArray(NotFound):
+    """A path has an index for a field that is not an array."""
+
+
 @dataclass(frozen=True, slots=True)
 class PathStep:
     """One field of a path, with an optional index.
@@ -101,7 +105,8 @@ def extract(message: Message, path: Sequence[PathStep]) -> Part:
     lacks the rest of the path.
 
     Raises:
-        NotFound: the message lacks a field, or an indexed field is not an array.
+        NotFound: the message lacks a field.
+        NotAnArray: an indexed field is not an array.
         IndexError: an index is beyond the end of an array.
     """
     return _extract(Part(message, message._type), path)
@@ -115,7 +120,7 @@ def _extract(part: Part, path: Sequence[PathStep]) -> Part:
     if step.index is None:
         return _extract(field, rest)
     if not hasattr(field.value, "__getitem__"):
-        raise NotFound(f"field [{step.name}] of type [{field.type_name}] is not an array")
+        raise NotAnArray(f"field [{step.name}] of type [{field.type_name}] is not an array")
     if isinstance(step.index, int):
         return _extract(Part(field.value[step.index], _element_type(field.type_name)), rest)
     chosen = field.value[step.index]

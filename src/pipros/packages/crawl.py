@@ -204,7 +204,7 @@ def _name_in(manifest: bytes) -> str:
 
 
 def dump(found: Crawl) -> str | None:
-    """Return a crawl as text for a cache file, or None if a path or name contains a tab or a line end."""
+    """Return a crawl as text for a cache file, or None if a path or name contains a tab or a newline."""
     texts = [found.root, *(path for path, _ in found.folders)]
     texts += [text for package in found.packages for text in (package.path, package.name)]
     if any("\t" in text or "\n" in text for text in texts):

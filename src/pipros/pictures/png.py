@@ -1,4 +1,4 @@
-"""Write complete images as PNG files.
+"""Encode complete images as PNG.
 
 Pillow is not used, because it is a 7 MB wheel, takes 21 ms to import, and does not support 16-bit colours.
 """

@@ -1,4 +1,4 @@
-"""The ROS 2 topics, services and actions that a gateway can pass."""
+"""The publishers, services and actions in a ROS 2 domain, by name."""
 
 from __future__ import annotations
 

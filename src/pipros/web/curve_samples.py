@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from pipros.bag.filter_expression import MessageExpression
-from pipros.basics.errors import NotFound
-from pipros.graph.message_path import PathStep, extract, parse_path
+from pipros.graph.message_path import NotAnArray, PathStep, extract, parse_path
 from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg.time import Time, TVal
 
@@ -169,7 +168,7 @@ def number_in(message: Any, field: CurveField) -> float | None:
             if getattr(quaternion, "_type", "") == _QUATERNION:
                 return _angle_of(quaternion, _ANGLES.index(field.path[-1].text))
         value = extract(message, field.path).value
-    except (IndexError, NotFound):  # an index is out of range, or its field is not an array
+    except (IndexError, NotAnArray):  # an index is out of range, or its field is not an array
         raise ValueError(f"the message has no element {field.text}") from None
     if isinstance(value, bool):
         return float(value)

@@ -39,7 +39,7 @@ class GraphDrawings:
         grouping: Grouping | None = None,
         removed: Collection[tuple[str, str]] = (),
     ) -> NodeGraph:
-        """Return the graph of an observation. While it is cached and unchanged, return the same object.
+        """Return the graph of an observation: the same object while the graph is cached and unchanged.
 
         Args:
             removed: kinds and names of the nodes and topics in the observation that no longer exist.

@@ -132,7 +132,7 @@ def read_keys(file: str | None) -> Mapping[str, str]:
             file.
 
     Raises:
-        BadPythonKeys: the file contains something else.
+        BadPythonKeys: the file does not contain such a mapping.
         YamlError, OSError: the file cannot be read.
     """
     if file is None:

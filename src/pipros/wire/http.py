@@ -163,7 +163,7 @@ class _Reader:
     def _read_head(self) -> bool:
         """Remove a head from the buffer; return False if it is incomplete."""
         buffer = self._buffer
-        if not self._searched:  # blank lines before a start line must be skipped (RFC 9112, 2.2)
+        if not self._searched:  # skip blank lines before a start line, as RFC 9112, 2.2 recommends
             del buffer[: len(buffer) - len(buffer.lstrip(b"\r\n"))]
             # not HTTP but, for example, TLS, so do not wait for more bytes
             if buffer and not 0x41 <= buffer[0] <= 0x5A:
@@ -312,7 +312,7 @@ class RequestReader(_Reader):
         if "origin" in self._headers:
             # Only browsers send Origin. Without this check, a web page could call servers bound to loopback.
             raise HttpError(
-                403, f"requests from web pages are not allowed, got {self._headers['origin'][:80]}"
+                403, f"requests from web pages are not allowed; Origin: {self._headers['origin'][:80]}"
             )
         length = self._declared_length()
         if length is None:

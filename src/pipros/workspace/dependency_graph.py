@@ -69,7 +69,7 @@ class DependencyGraph:
     def _collect(self, name: str, ordered: dict[str, None], path: tuple[str, ...]) -> None:
         if name in path:
             cycle = " -> ".join([*path[path.index(name) :], name])
-            raise CircularDependency(f"package '{path[0]}' depends on itself: {cycle}")
+            raise CircularDependency(f"package '{name}' depends on itself: {cycle}")
         for needed in self.direct(name):
             if needed not in ordered:
                 self._collect(needed, ordered, (*path, name))

@@ -3,7 +3,15 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import NotFound
-from pipros.graph.message_path import InvalidIndex, PathStep, describe_path, extract, has_field, parse_path
+from pipros.graph.message_path import (
+    InvalidIndex,
+    NotAnArray,
+    PathStep,
+    describe_path,
+    extract,
+    has_field,
+    parse_path,
+)
 from pipros.msg import load_message_class
 
 LaserScan = load_message_class("sensor_msgs/LaserScan")
@@ -75,7 +83,7 @@ def test_only_declared_fields_are_found(path: str) -> None:
 @pytest.mark.parametrize("path", ["/header[0]", "/range_max[0]", "/header[:]/stamp", "/header/stamp[0]"])
 def test_only_arrays_have_elements(path: str) -> None:
     assert not has_field(LaserScan, parse_path(path))
-    with pytest.raises(NotFound, match="is not an array"):
+    with pytest.raises(NotAnArray, match="is not an array"):
         extract(LaserScan(), parse_path(path))
 
 

@@ -36,9 +36,9 @@ class BadInput(PiprosError):
 
 
 def parsed_json_bytes(text: str | bytes) -> int:
-    """Return an upper bound for the memory of a JSON text and its values; 0 for a short text.
+    """Return an upper bound on the memory of a JSON text and its parsed values, or 0 for a short text.
 
-    The text is not parsed, because parsing stops all other threads, for some 10 ms per MiB of values.
+    The text is not parsed to find this out, because parsing stops all other threads for about 10 ms per MiB.
     """
     if len(text) <= _CHECKED_CHARACTERS:
         return 0

@@ -55,7 +55,7 @@ def link_of(options: Any) -> Iterator[SessionLink]:
 
 
 def caller_of(options: Any) -> str:
-    """Return the name to use in requests: the name in the certificate, or `observer` without `--keys`."""
+    """Return the name to use in requests: that of the `--keys` folder, or `observer` without `--keys`."""
     if options.keys is None:
         return OBSERVER
     from pipros.fleet.key_files import read_keys

@@ -18,7 +18,7 @@ class RateRule(Protocol):
 
     @property
     def has_gone_back(self) -> bool:
-        """Whether the last call to `passes` reported a backward clock jump. Some rules never report one."""
+        """Whether the last call to `passes` detected a backward clock jump. Some rules never detect one."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 

@@ -93,7 +93,7 @@ def frames_as_html(frames: Frames) -> str:
 
 
 def _rate_and_time(frame: FrameHistory | None, rate: float, newest: float, oldest: float) -> tuple[str, str]:
-    """Return the rate and the latest time as texts.
+    """Return the rate and the latest time as strings.
 
     The rate is empty for a static transform and for a single transform. The time of a static transform is
     `static`.

@@ -194,7 +194,7 @@ class StaticFrame:
         self.interpolated: list[tuple[int, Pose]] = []
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # valid for every time
-        """Replace the pose. It is never rejected."""
+        """Replace the pose. The new pose is never rejected."""
         self.only_parent = parent
         self.parents[:] = [parent]
         self.poses[:] = [pose]

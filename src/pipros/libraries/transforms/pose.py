@@ -81,7 +81,7 @@ def joined(up: list[Pose], down: list[Pose]) -> Pose:
 
 def inverted(pose: Pose) -> Pose:
     """Return the inverse of a pose."""
-    # The negative position, rotated by the conjugate quaternion as in `composed_up`.
+    # The negated position, rotated by the conjugate quaternion, as in `composed_up`.
     px, py, pz, qx, qy, qz, qw = pose
     ix = qy * pz - qw * px - qz * py
     iy = qz * px - qw * py - qx * pz

@@ -92,7 +92,7 @@ class ObservationSource:
         return list(self._kept)
 
     def is_current(self, now_ns: int) -> bool:
-        """Return whether an observation arrived within `expected_update_rate`; 0 disables the check."""
+        """Return False if nothing came for `expected_update_rate` seconds, unless it is 0; see `touch`."""
         limit_ns = round(self.settings.expected_update_rate * 1e9)
         return not limit_ns or self._updated_ns is None or now_ns - self._updated_ns <= limit_ns
 

@@ -197,7 +197,7 @@ class LocalPlane:
         z = self._origin[2] + clat * north + slat * up
         distance = math.hypot(x, y)
         latitude = math.atan2(z, distance * (1 - _E2))
-        for _ in range(10):  # each iteration reduces the error by a factor of 200
+        for _ in range(10):  # each iteration reduces the error by a factor of at least 149 (at the equator)
             curvature = A / math.sqrt(1 - _E2 * math.sin(latitude) ** 2)
             latitude = math.atan2(z + _E2 * curvature * math.sin(latitude), distance)
         curvature = A / math.sqrt(1 - _E2 * math.sin(latitude) ** 2)

@@ -174,9 +174,9 @@ class FaultProxy:
             await forwarder.stop()
 
     async def translate(self, value: Any) -> Any:
-        """Replace every address in a value with the address of one of the proxy's ports.
+        """Return a copy of a value in which every address is replaced with that of one of the proxy's ports.
 
-        Offers of Unix streams are removed. The value itself is not changed.
+        Offers of Unix streams are removed.
         """
         if isinstance(value, str):
             if value.startswith("http://"):

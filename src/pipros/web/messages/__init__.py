@@ -1,1 +1,1 @@
-"""Messages on the page: well-known topics, layouts of types, small pictures, and messages to publish."""
+"""Messages on the page: decoders, descriptions of message types, small pictures, and messages to publish."""
