@@ -298,16 +298,17 @@ class TopicMemory:
 
     def _watch(self) -> None:
         """Free the memory some time after the last large message, once all subscribers have returned it."""
-        left_s = self._last_use_s + self._keep_s - time.monotonic()
-        if left_s <= 0:
-            self._drop_current()
+        self._drop_current()
         with self._lock:
             self._is_watched = self._current is not None
+            left_s = self._last_use_s + self._keep_s - time.monotonic()
         if self._is_watched:
             self._loop.asyncio.call_later(left_s if left_s > 0 else self._keep_s, self._watch)
 
     def _drop_current(self) -> None:
         with self._lock:
+            if time.monotonic() < self._last_use_s + self._keep_s:
+                return
             current = self._current
             for link in self._links:
                 self._collect(link)
