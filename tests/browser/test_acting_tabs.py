@@ -244,7 +244,7 @@ def test_steering_needs_control_and_a_session(system: RosSystem, open_tab: OpenT
     with Page(system, "--control").connect() as browser:
         assert "has ended" in browser.act("steer", session="x", linear=1, angular=0)["error"]
         endless = next(browser.watch("teleop", name="/cmd_vel", session="x", linear="1", angular=0))
-        assert "linear must be a number" in endless["error"]
+        assert "linear must be a finite number" in endless["error"]
 
 
 def publish(tab: Tab, text: str) -> None:

@@ -82,7 +82,7 @@ def test_a_message_published_once_is_not_published_again_after_a_restart(
     expect(tab.get_by_role("button", name="publishing 1")).to_be_visible()
     page.process.press_ctrl_c()
     page.process.wait()
-    expect(tab.locator(".tab-publish .error")).to_contain_text("not published again")
+    expect(tab.locator(".tab-publish .error")).to_contain_text("no longer published")
     host = page.host.replace("localhost", "127.0.0.1")
     Page(system, "--control", "--token-file", file, "--bind", host)
     expect(tab.get_by_role("button", name="publishing")).to_have_count(0)

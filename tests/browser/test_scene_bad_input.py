@@ -119,7 +119,7 @@ def test_everything_bad_has_a_status_and_harms_no_other_display(
     wait_until(is_complete, 60.0, what=lambda: str(missing))
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
     level, text = tab.evaluate("document.querySelector('.tab-scene').scene.fixedFrameStatus()")
-    assert (level, text.partition(" of ")[2]) in {
+    assert (level, text.partition(" sent by ")[2]) in {
         ("warning", f"[/bad_scene_program] is ignored: {reason}")
         for reason in (
             "its quaternion does not have the length 1",

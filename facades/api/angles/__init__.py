@@ -13,7 +13,7 @@ _TURN = 2.0 * pi
 
 def normalize_angle_positive(angle: float) -> float:
     """Normalize an angle to [0, 2 pi)."""
-    return (angle % _TURN + _TURN) % _TURN  # for a tiny negative angle, the first step yields a whole turn
+    return angle % _TURN
 
 
 def normalize_angle(angle: float) -> float:
