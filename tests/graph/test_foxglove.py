@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import itertools
 import json
 import struct
 import threading
@@ -288,26 +289,16 @@ def test_changes_of_other_nodes_reach_subscribers(make_node: MakeNode) -> None:
     other.params.set("/speed", 1)
     with serving(make_node("bridge")) as address, connected(address) as client:
         client.send("subscribeParameterUpdates", parameterNames=["/speed"])
-        numbers = iter(range(100, 10_000))
+        numbers = itertools.count(100)
 
-        def changed() -> bool:
-            other.params.set("/speed", next(numbers))
+        def updates_after_a_change() -> list[Any]:
+            other.params.set("/speed", next(numbers))  # again and again: the bridge may not subscribe yet
             other.params.set("/other", next(numbers))
-            return any(isinstance(each, dict) and each["op"] == "parameterValues" for each in client.news)
+            client.send("getParameters", parameterNames=["/none"], id="x")
+            news = [each for each in client.news if isinstance(each, dict)]
+            return [each for each in news if each["op"] == "parameterValues" and "id" not in each]
 
-        client.send("getParameters", parameterNames=["/none"], id="x")
-        client.until(lambda: changed() or client.send("getParameters", parameterNames=[], id="x"))
-        client.until(
-            lambda: (
-                [
-                    each
-                    for each in client.news
-                    if isinstance(each, dict) and each["op"] == "parameterValues" and "id" not in each
-                ]
-                or client.send("getParameters", parameterNames=["/none"], id="x")
-            )
-        )
-        update = next(each for each in client.news if each["op"] == "parameterValues" and "id" not in each)
+        (update, *_) = client.until(updates_after_a_change)
         assert [each["name"] for each in update["parameters"]] == ["/speed"]
 
 
