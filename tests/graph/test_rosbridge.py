@@ -721,6 +721,14 @@ def test_wrong_parameters_of_a_server_are_errors(ros: Any, argument: str, error:
     assert error in ended.output
 
 
+@pytest.mark.parametrize("value", [".inf", ".nan", "-1", "true"])
+def test_a_wrong_buffer_of_foxglove_bridge_is_an_error(ros: Any, value: str) -> None:
+    ros.serve_master()
+    ended = ros.pipros.run("rosrun", "foxglove_bridge", "foxglove_bridge", f"_send_buffer_limit:={value}")
+    assert ended.returncode == 1
+    assert "parameter ~send_buffer_limit must be a finite number >= 0, got" in ended.output
+
+
 def test_the_command_line_sets_port_and_address(ros: Any) -> None:
     ros.serve_master()
     command = ("rosrun", "rosbridge_server", "rosbridge_websocket.py")

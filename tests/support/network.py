@@ -33,7 +33,7 @@ needs_network = pytest.mark.skipif(not is_available(), reason="needs network nam
 
 
 NOTICED_AFTER_S = 3.0
-"""A time after which Chromium has acted on a change of network interfaces: measured were 1.2 to 1.6 s."""
+"""The longest time that Chromium takes to act on a change of network interfaces, with a margin."""
 
 
 @contextlib.contextmanager

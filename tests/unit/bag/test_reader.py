@@ -18,6 +18,7 @@ from pipros.bag.connection import Connection, connection_record
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
 from pipros.bag.info import bag_info
 from pipros.bag.records import ENTRY, MAGIC, TIME, file_header, record_bytes
+from pipros.bag.source import Source
 from pipros.basics.limits import Limits
 from tests.support.bags import bag_bytes, header_of, old_bag_bytes, rows_of, some_rows, values
 from tests.support.examples import examples
@@ -223,6 +224,12 @@ def test_an_incomplete_bag_is_refused(data: bytes, error: type[Exception], words
     with pytest.raises(error) as raised:
         read(data)
     assert words in str(raised.value)
+
+
+def test_a_bag_that_ends_within_a_records_length_is_refused() -> None:
+    source = Source(io.BytesIO(b"#ROSBAG V2.0\n\x01\x00"), "cut.bag", Limits())
+    with pytest.raises(BagFormatError, match=r"^cut\.bag, byte 13: the file ends within the length field"):
+        source.header(13)
 
 
 def test_a_chunk_larger_than_the_limit_is_refused() -> None:

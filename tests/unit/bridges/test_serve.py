@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from pipros.bridges import serve
 from pipros.bridges.serve import BridgeOptions
 
 
@@ -19,3 +20,13 @@ from pipros.bridges.serve import BridgeOptions
 )
 def test_a_printed_address_is_one_that_the_server_listens_at(host: str, shown: str) -> None:
     assert BridgeOptions("bridge", 0, host=host).shown_host == shown
+
+
+@pytest.mark.parametrize(
+    ("tool", "how"), [("pipros foxglove", "--token-file"), ("foxglove_bridge", "~token_file")]
+)
+def test_an_open_server_names_the_setting_that_limits_access(
+    tool: str, how: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    serve._announce(BridgeOptions(tool, 8765, host="192.0.2.1"), 8765, None, None)
+    assert f"Everyone on this network can see the system; {how} limits access." in capsys.readouterr().err

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 
 from tf2_msgs.msg import TFMessage
@@ -10,7 +9,13 @@ from tf2_msgs.msg import TFMessage
 import rospy
 import tf2_ros
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, distance_of, frame_pairs
+from pipros.libraries.transforms.change_filter import (
+    BadFramePair,
+    FramePair,
+    distance_of,
+    frame_pairs,
+    frequency_of,
+)
 from pipros.libraries.transforms.messages import pose_of_transform
 from tf.transformer import strip_leading_slash
 
@@ -28,14 +33,6 @@ def pairs_of_parameters() -> list[FramePair]:
         for name in ("translational_update_distance", "angular_update_distance")
     ]
     return frame_pairs(rospy.get_param("~frame_pairs", _DEFAULT), *bounds)
-
-
-def polling_frequency() -> float:
-    """Read the rate from the node's parameters, in Hz; see `pairs_of_parameters` for errors."""
-    hz = rospy.get_param("~polling_frequency", 10.0)
-    if isinstance(hz, bool) or not isinstance(hz, int | float) or not 0 < hz < math.inf:
-        raise BadFramePair(f"polling_frequency must be a finite number > 0, got {hz!r}")
-    return hz
 
 
 def changes(pairs: list[FramePair], buffer: tf2_ros.Buffer) -> TFMessage:
@@ -60,7 +57,7 @@ def main() -> int:
     """Run until the node is shut down. Return the exit code."""
     rospy.init_node("change_notifier", anonymous=True)
     try:
-        hz = polling_frequency()
+        hz = frequency_of("polling_frequency", rospy.get_param("~polling_frequency", 10.0))
         pairs = pairs_of_parameters()
     except BadFramePair as error:
         print(f"tf_change_notifier: error: {error}", file=sys.stderr)

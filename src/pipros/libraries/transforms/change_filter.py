@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import acos, hypot, sqrt
+from math import acos, hypot, inf, sqrt
 from typing import Any
 
 from pipros.basics.errors import PiprosError
@@ -88,4 +88,15 @@ def distance_of(name: str, value: Any) -> float:
     """
     if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
         raise BadFramePair(f"{name} must be a number >= 0, got {value!r}")
+    return float(value)
+
+
+def frequency_of(name: str, value: Any) -> float:
+    """Parse a frequency in Hz.
+
+    Raises:
+        BadFramePair: the value is not a finite number > 0.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < inf:
+        raise BadFramePair(f"{name} must be a finite number > 0, got {value!r}")
     return float(value)

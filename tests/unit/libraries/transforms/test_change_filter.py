@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs
+from pipros.libraries.transforms.change_filter import BadFramePair, FramePair, frame_pairs, frequency_of
 
 
 def test_the_first_pose_and_each_distant_one_are_reported() -> None:
@@ -46,3 +46,9 @@ def test_pairs_have_their_own_distances_or_those_of_the_node() -> None:
 def test_invalid_pairs_are_named(value: Any, words: str) -> None:
     with pytest.raises(BadFramePair, match=words):
         frame_pairs(value, 0.1, 0.1)
+
+
+@pytest.mark.parametrize("value", [0, -1, float("inf"), float("nan"), True, "10", None])
+def test_a_frequency_must_be_a_finite_positive_number(value: Any) -> None:
+    with pytest.raises(BadFramePair, match=r"^hz must be a finite number > 0, got "):
+        frequency_of("hz", value)
