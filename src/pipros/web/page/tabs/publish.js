@@ -21,7 +21,7 @@ export function open(view, argument, context) {
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
     h("p", {}, h("button", { disabled: !control, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter", onclick: () => publish() },
       "Publish"), h("span", { class: "key" },
-      "  With a rate of 0, the message is published once, and sent to later subscribers until stopped. Closing the page stops publishing.")),
+      "  With a rate of 0, the message is sent once, and to later subscribers until stopped. Closing the page stops publishing.")),
     h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the " +
       "messages from 0."), list)));
   let known = [];
