@@ -85,6 +85,11 @@ def shown_number(element: Locator) -> float:
     return float(found[0]) if found else math.nan
 
 
+def entries_of(tab: Tab, number: int) -> Locator:
+    """Return the entries of a number. The text of a row ends where the time of the next one begins."""
+    return tab.locator(".rows .entry .text", has_text=re.compile(rf"^number {number}$"))
+
+
 def check_accessibility(tab: Tab) -> None:
     if not AXE.exists():
         pytest.skip(f"axe-core is not on this machine: {INSTALL}")
@@ -203,8 +208,8 @@ def test_the_last_minute_is_rewound_in_all_tabs(ros: RosSystem, open_tab: OpenTa
     expect(tab.locator(".tab-topics aside")).to_contain_text("data:")
     held = shown_number(tab.locator(".tab-topics aside"))
     show_tab(tab, "Console")
-    expect(tab.locator(".rows")).to_contain_text(f"number {int(held) - 1}")
-    expect(tab.locator(".rows")).not_to_contain_text(f"number {int(held) + 5}")
+    expect(entries_of(tab, int(held) - 1)).to_have_count(1)
+    expect(entries_of(tab, int(held) + 5)).to_have_count(0)
     keep_screenshots(tab, "rewind-console")
     tab.evaluate("location.hash = 'tf/map>base'")
     pose = tab.locator(".pair dl")
@@ -226,7 +231,7 @@ def test_the_last_minute_is_rewound_in_all_tabs(ros: RosSystem, open_tab: OpenTa
     wait_until(lambda: int(entries.inner_text().split()[-1]) > held + 10, 30, "the present entries")
     tab.locator(".entry").nth(-2).click()
     tab.get_by_role("button", name="all views", exact=True).click()
-    expect(bar).to_contain_text(re.compile(r"0:0[1-9]\.\d ago"))
+    expect(bar).to_contain_text(re.compile(r"0:(0[1-9]|[1-5]\d)\.\d ago"))
     tab.keyboard.press("r")
     expect(bar).to_be_hidden()
 
