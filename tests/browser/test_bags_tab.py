@@ -9,7 +9,7 @@ import zipfile
 from pathlib import Path
 
 from playwright.sync_api import Page as Tab
-from playwright.sync_api import expect
+from playwright.sync_api import WebSocketRoute, expect
 
 from pipros.bag import BagReader, BagWriter
 from pipros.bag.connection import Connection
@@ -250,6 +250,26 @@ def test_chosen_topics_are_recorded_and_the_bag_is_opened(
     expect(state).to_contain_text("Recorded run.bag")
     tab.get_by_role("button", name="Open", exact=True).click()
     expect(tab.locator(".timeline .name")).to_contain_text("/one")
+
+
+def test_the_form_to_record_has_its_place_before_the_system_was_observed(
+    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    def forward(socket: WebSocketRoute) -> None:
+        """Forward all requests but those of the form, as if observing the system took for ever."""
+        server = socket.connect_to_server()
+        socket.on_message(lambda text: None if '"view":"recording"' in str(text) else server.send(text))
+
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag")
+    tab = open_tab(Page(ros, "--bags", tmp_path), "topics")
+    tab.route_web_socket("**/live", forward)
+    tab.reload()
+    tab.evaluate("location.hash = 'bags'")
+    tab.get_by_role("link", name="run.bag").click()
+    expect(tab.locator(".timeline .name").first).to_be_visible()
+    expect(tab.locator(".recorder summary")).to_be_visible()
+    assert "can be recorded" not in tab.locator(".recorder").inner_text()
 
 
 def test_a_page_without_control_does_not_record(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:

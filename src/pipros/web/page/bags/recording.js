@@ -4,7 +4,7 @@ import { bytes, h, replace } from "../dom.js";
 import { textFilter } from "../text_filter.js";
 import { elapsed } from "./playback.js";
 
-// Returns an element for the tab. `open(name)` opens the finished bag.
+// Returns an element for the tab, hidden until the tab shows it. `open(name)` opens the finished bag.
 export function recordingPanel(context, open) {
   const { control } = context;
   const name = h("input", { size: 24, placeholder: "date and time", "aria-label": "Name of the recording", spellcheck: "false" });
@@ -63,7 +63,7 @@ export function recordingPanel(context, open) {
   }
 
   context.watch("recording", {}, (data) => {
-    element.hidden = data.spare === null;
+    if (data.spare === null) return; // there is no folder
     topics = data.topics;
     showTopics();
     shown = data.recording;

@@ -43,9 +43,10 @@ export function open(view, argument, context) {
   let isSure = false; // whether the user has confirmed that the whole bag is to be saved
   const closing = button("Close", "Close the bag", () => choose(""));
   controls.append(h("span", { class: "spring" }), form, exported, cancel);
+  const recorder = recordingPanel(context, (name) => choose(name));
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), closing),
-    error, recordingPanel(context, (name) => choose(name)), controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
+    error, recorder, controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
   tracks.element.hidden = true;
   let shown = null; // the bag whose tracks are shown
   let names = [];
@@ -53,6 +54,7 @@ export function open(view, argument, context) {
 
   context.watch("bags", {}, (data) => {
     folder = data.folder;
+    recorder.hidden = !folder; // later, it would move the timeline under the pointer
     if (names.join("\n") !== data.bags.map((bag) => bag.name).join("\n")) {
       names = data.bags.map((bag) => bag.name);
       replace(list, names.slice(0, MAX_LISTED).map((name) => h("a", { href: placeOf("bags", name) }, name)));
