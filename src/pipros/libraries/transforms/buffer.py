@@ -85,36 +85,38 @@ class TransformBuffer:
         if parent == child or not parent or not child or stamp < 0:
             return _rejections(parent, child, pose, authority, stamp)
         with self._lock:
-            frame = self._frames.get(child)
-            if frame is None or parent not in self._frames:
-                added = sum(_FRAME_BYTES + len(name) for name in (parent, child) if name not in self._frames)
+            frames = self._frames
+            frame = frames.get(child)
+            if frame is None or parent not in frames:
+                added = sum(_FRAME_BYTES + len(name) for name in (parent, child) if name not in frames)
                 if self._size_bytes + added > self._limit_bytes:
                     what = f"TF_NO_ROOM there are too many transforms for frame {printable(child, _SHOWN)}"
                     return [f"{what}: {limit_text('transform_bytes', self._limit_bytes)}"]
                 self._size_bytes += added
                 if frame is None:
                     frame = StaticFrame() if is_static else MovingFrame(self.length)
-                    self._frames[child] = frame
-                if parent not in self._frames:
-                    self._frames[parent] = None
-            before = frame.size_bytes
-            only_parent = frame.only_parent
-            changes_past = not frame.stamps or stamp <= frame.stamps[-1]
+                    frames[child] = frame
+                if parent not in frames:
+                    frames[parent] = None
+            before, only_parent, stamps = frame.size_bytes, frame.only_parent, frame.stamps
             refusal = frame.insert(stamp, parent, pose)
-            self._size_bytes += frame.size_bytes - before
-            if self._size_bytes > self._limit_bytes:
+            size = self._size_bytes = self._size_bytes + frame.size_bytes - before
+            if size > self._limit_bytes:
                 before = frame.size_bytes
                 frame.drop_oldest()
                 self._size_bytes += frame.size_bytes - before
-            if frame.stamps and frame.stamps[0] > self._times.kept_since:
-                self._times.kept_since = frame.stamps[0]
+            times = self._times
+            if stamps and stamps[0] > times.kept_since:
+                times.kept_since = stamps[0]
             if frame.only_parent is not only_parent:
                 self._forget_chains()
             if refusal is None:
                 frame.authority = authority
-                self._times.changes += changes_past
+                if not stamps or stamps[-1] != stamp:  # the pose replaced one, or is before another
+                    times.changes += 1
         if refusal is None:
-            self.waiter.notify()
+            if self.waiter.waiting:
+                self.waiter.notify()
             return []
         return [
             f"{refusal} for frame {child} at time {stamp / NS_PER_S:.6f} according to authority {authority}"

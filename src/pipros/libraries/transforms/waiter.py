@@ -28,17 +28,20 @@ class WaitingClock(Protocol):
 
 
 class TransformWaiter:
-    """Lets threads wait for transforms. Each new transform wakes them."""
+    """Lets threads wait for transforms. Each new transform wakes them.
+
+    Attributes:
+        waiting: the number of waiting threads.
+    """
 
     def __init__(self) -> None:
         self._changed = Condition()
-        self._count = 0
+        self.waiting = 0
 
     def notify(self) -> None:
         """Wake the waiting threads. The caller must not hold a lock that `ask` needs."""
-        if self._count:
-            with self._changed:
-                self._changed.notify_all()
+        with self._changed:
+            self._changed.notify_all()
 
     def wait(
         self,
@@ -55,7 +58,7 @@ class TransformWaiter:
         """
         end = clock().now_ns() + timeout
         with self._changed:
-            self._count += 1
+            self.waiting += 1
             try:
                 while not (answer := ask())[0]:
                     left = end - clock().now_ns()
@@ -64,5 +67,5 @@ class TransformWaiter:
                     check()
                     self._changed.wait(_SLICE_S if clock().is_simulated else min(left / NS_PER_S, _SLICE_S))
             finally:
-                self._count -= 1
+                self.waiting -= 1
         return answer
