@@ -65,7 +65,7 @@ class Discovery:
         domain = variables.get("ROS_DOMAIN_ID") or "0"
         if not domain.isascii() or not domain.isdigit():
             raise InvalidEnvironment(
-                f"the ROS 2 domain (ROS_DOMAIN_ID) must be a whole number >= 0, got [{domain}]"
+                f"the ROS 2 domain (--domain or ROS_DOMAIN_ID) must be a whole number >= 0, got [{domain}]"
             )
         peers = variables.get("ROS_STATIC_PEERS", "").split(";")
         return cls(int(domain), _range_of(variables), tuple(filter(None, map(str.strip, peers))))

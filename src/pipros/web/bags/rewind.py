@@ -21,7 +21,7 @@ from pipros.bag.records import Version
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
 
-NAME: Final = "the last minute"
+NAME: Final = "the past"
 KEPT_TOPICS: Final = frozenset({"/tf", "/tf_static", "/rosout_agg", "/diagnostics", "/clock"})
 """Topics that are recorded while a browser is connected, if they are published.
 

@@ -89,7 +89,7 @@ class CallViews:
         """
         topic, value = topic_name(arguments), yaml_in(arguments, "message")
         rate = arguments.get("rate", 1.0)
-        if not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
+        if isinstance(rate, bool) or not isinstance(rate, (int, float)) or not 0.0 <= rate <= FASTEST_HZ:
             raise RequestRefused(f"rate must be from 0 to {FASTEST_HZ:.0f} Hz, got {rate!r}")
         message_class, pattern = message_class_in(arguments), MessagePattern(value)
 

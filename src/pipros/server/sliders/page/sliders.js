@@ -44,7 +44,7 @@ function show(data) {
   element("title").textContent = data.title;
   element("node").textContent = data.node;
   document.title = `${data.title} ${data.node}`;
-  const now = JSON.stringify(data.sliders.map(([name, lowest, highest]) => [name, lowest, highest]));
+  const now = JSON.stringify(data.sliders.map(([name, lowest, highest, , unit]) => [name, lowest, highest, unit]));
   if (now !== shape) build(data);
   shape = now;
   for (const [name, , , value, unit] of data.sliders) {

@@ -1,4 +1,4 @@
-// The bag that this browser has opened, or the last minute of the running system. While it is open, all tabs show its moment
+// The bag that this browser has opened, or the recorded past of the running system. While it is open, all tabs show its moment
 // instead of the running system.
 
 import { h, replace } from "../dom.js";
@@ -9,7 +9,7 @@ class Playback extends EventTarget {
   constructor() {
     super();
     this.name = "";
-    this.isRewind = false; // whether the bag is the last minute
+    this.isRewind = false; // whether the bag is the recorded past
     this.bag = null; // {begin, end, tracks, rewind, …}, once it is open
     this.state = null; // {epoch, moment, playing, speed, loop, error}
     this.opening = null; // while a bag without an index is being read: the part that has been read, from 0 to 1
@@ -31,9 +31,9 @@ class Playback extends EventTarget {
     this.begin(name, { name });
   }
 
-  // Holds all tabs, and shows the last minute.
+  // Holds all tabs, and shows the recorded past.
   rewind() {
-    this.begin("the last minute", { rewind: true });
+    this.begin("the past", { rewind: true });
   }
 
   begin(name, args) {

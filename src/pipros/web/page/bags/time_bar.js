@@ -1,4 +1,4 @@
-// The timeline along the bottom of all tabs while they show a bag or the last minute, with marks for errors, diagnostics and
+// The timeline along the bottom of all tabs while they show a bag or the past, with marks for errors, diagnostics and
 // notes; and the button in the head that goes back.
 
 import { h, replace, uniqueId } from "../dom.js";
