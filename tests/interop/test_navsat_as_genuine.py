@@ -258,6 +258,9 @@ def test_a_datum_and_a_zone_have_the_same_effects(plain_ros: RosSystem) -> None:
         receiver.start(PLACES["Berlin"], imu_is_used=False)
         second = receiver.conversions(PLACES["Sydney"])
         both.call("setUTMZone", "robot_localization/SetUTMZone", utm_zone="55H")
+        # Both know the pose at the datum, and would use it if the next fix came before the next pose.
+        both.publish("odometry/filtered", odometry(1.0, START))
+        both.settle("toLL", "robot_localization/ToLL")
         receiver.start(PLACES["Sydney"], imu_is_used=False)
         third = receiver.conversions(PLACES["Sydney"])
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +70,14 @@ class BothNodes:
             return self.call(service, type_name, **values)
         except PiprosError:
             return None
+
+    def settle(self, service: str, type_name: str) -> None:
+        """Let both nodes handle what was published before: call a service of each, which may fail."""
+        service_class: Any = load_service_class(type_name)
+        request = service_class._request_class()
+        for side in SIDES:
+            with suppress(PiprosError):
+                self.node.client(f"/{side}/{service}", service_class).call(request, timeout_s=60.0)
 
     def parameters(self) -> list[dict[str, Any]]:
         """Return the private parameters of both nodes."""
