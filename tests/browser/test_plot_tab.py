@@ -202,13 +202,16 @@ def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open
     table = tab.get_by_role("region", name="Statistics of the shown part")
     least, most = table.locator("td.number").nth(1), table.locator("td.number").nth(2)
     wait_until(lambda: 0 < number_of(least.inner_text()) < 1 < number_of(most.inner_text()) < 3, 30, "both")
+    number = table.locator("td.number").first
+    # The part selected below is 3 s long. In four turns, which take 5 s, 63 samples meet the condition.
+    wait_until(lambda: number_of(number.inner_text()) > 60, 60, "samples of more than 3 s")
     tab.get_by_role("button", name="Pause").click()
     chart = tab.locator(".u-over").bounding_box()
     assert chart is not None
     tab.mouse.move(chart["x"] + chart["width"] * 0.99, chart["y"] + 30)
     expect(legend.locator(".at")).to_have_text(re.compile(r"^sample at \d\d:\d\d:\d\d\.\d\d$"))
     keep_screenshots(tab, "plot-statistics")
-    all_samples = int(table.locator("td.number").first.inner_text())
+    all_samples = int(number.inner_text())
     left, middle = chart["x"] + chart["width"] * 0.9, chart["y"] + chart["height"] / 2
     sample = legend.locator(".at").inner_text()
     tab.mouse.move(left, middle)
@@ -218,11 +221,11 @@ def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open
     selected = tab.locator(".u-select")
     wait_until(lambda: (selected.bounding_box() or {"width": 0})["width"] > 10, 30, "a selected part")
     tab.mouse.up()
-    wait_until(lambda: int(table.locator("td.number").first.inner_text()) < all_samples, 30, "fewer samples")
+    wait_until(lambda: int(number.inner_text()) < all_samples, 30, "fewer samples")
     with tab.expect_download() as download:
         tab.get_by_role("button", name="CSV of the shown part").click()
     lines = download.value.path().read_text().splitlines()
-    assert len(lines) - 1 == int(table.locator("td.number").first.inner_text()) > 0
+    assert len(lines) - 1 == int(number.inner_text()) > 0
     assert all(float(line.rsplit(",", 1)[1]) > 0 for line in lines[1:])
     tab.reload()
     expect(legend).to_contain_text("line 2.5")

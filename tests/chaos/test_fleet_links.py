@@ -284,6 +284,7 @@ def test_commands_overtake_images_on_a_narrow_link(claimed_port: ClaimedPort) ->
 
 
 @needs_network
+@pytest.mark.timeout(500)  # waits for browser tests
 def test_a_member_joins_over_a_slow_link_that_loses_packets(ros: RosSystem) -> None:
     """Round trips take 0.6 s, and one packet in twenty is lost."""
     with NarrowLink(kbit=1000, delay_s=0.3, loss=0.05) as narrow:

@@ -19,6 +19,8 @@ import subprocess
 import threading
 import time
 
+from tests.support.network import changing_interfaces
+
 HERE, THERE = "10.213.7.1", "10.213.7.2"
 _TUNSETIFF, _IFF_TUN, _IFF_NO_PI = 0x400454CA, 1, 0x1000
 _QUEUE_S = 0.2
@@ -46,7 +48,7 @@ class NarrowLink:
         self.lost = 0
 
     def __enter__(self) -> NarrowLink:
-        with contextlib.ExitStack() as stack:
+        with contextlib.ExitStack() as stack, changing_interfaces():
             _ip("netns", "add", self._name)
             stack.callback(_ip, "netns", "delete", self._name)
             ends = []
@@ -68,7 +70,8 @@ class NarrowLink:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._stack.close()
+        with changing_interfaces():
+            self._stack.close()
 
     def _forward(self, a: int, b: int) -> None:
         other, free_s = {a: b, b: a}, {a: 0.0, b: 0.0}
@@ -97,6 +100,9 @@ def _tun(name: str) -> int:
 
 
 def _up(device: str, address: str, peer: str, *where: str) -> None:
+    # An IPv6 address would be added a second or two later. The command fails if there is no IPv6.
+    without_ipv6 = (_IP, *where, "link", "set", device, "addrgenmode", "none")
+    subprocess.run(without_ipv6, capture_output=True, check=False)
     _ip(*where, "addr", "add", address, "peer", peer, "dev", device)
     _ip(*where, "link", "set", device, "mtu", str(_MTU), "up")
 

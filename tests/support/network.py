@@ -49,6 +49,13 @@ def steady_interfaces() -> Iterator[None]:
 
 
 @contextlib.contextmanager
+def changing_interfaces() -> Iterator[None]:
+    """Wait until no browser is being tested, for a block that adds or removes interfaces of this machine."""
+    with _interfaces_locked(fcntl.LOCK_EX):
+        yield
+
+
+@contextlib.contextmanager
 def _interfaces_locked(kind: int) -> Iterator[float]:
     """Hold a lock of a kind of `fcntl.flock`. The value is the time of the last change, as by `time.time`."""
     name = f"{tempfile.gettempdir()}/pipros-test-interfaces-{os.getuid()}"
@@ -126,7 +133,7 @@ class FarNetwork:
         _ip("netns", "add", self._name)
         try:
             plug = ("type", "veth", "peer", "name", "far0", "netns", self._name)
-            with _interfaces_locked(fcntl.LOCK_EX):
+            with changing_interfaces():
                 _ip("link", "add", self._cable, *plug)
                 without_ipv6 = ("ip", "link", "set", self._cable, "addrgenmode", "none")
                 # An IPv6 address would be added a second or two later. The command fails if there is no IPv6.
@@ -159,7 +166,7 @@ class FarNetwork:
         return address
 
     def close(self) -> None:
-        with _interfaces_locked(fcntl.LOCK_EX):
+        with changing_interfaces():
             subprocess.run(["ip", "link", "delete", self._cable], capture_output=True, check=False)
         subprocess.run(["ip", "netns", "delete", self._name], capture_output=True, check=False)
 
