@@ -303,6 +303,9 @@ def test_publishing_stops_when_the_browser_disconnects(ros: RosSystem) -> None:
     with page.connect() as browser:
         bad = browser.watch("publishing", name="/x", type="std_msgs/String", message="wrong: y", rate=0)
         assert "wrong" in next(bad)["error"]
+        for rate in (True, -1, "1"):
+            bad = browser.watch("publishing", name="/x", type="std_msgs/String", message="data: x", rate=rate)
+            assert "rate must be from 0 to" in next(bad)["error"]
     with page.connect() as browser:
         arguments = {"name": "/x", "type": "std_msgs/String", "message": "data: hello", "rate": 50}
         first(browser.watch("publishing", **arguments), lambda value: value["count"] > 1)

@@ -72,7 +72,7 @@ class BothNodes:
             return None
 
     def settle(self, service: str, type_name: str) -> None:
-        """Let both nodes handle what was published before: call a service of each, which may fail."""
+        """Call a service of each node, so that both have handled earlier messages. The calls may fail."""
         service_class: Any = load_service_class(type_name)
         request = service_class._request_class()
         for side in SIDES:
