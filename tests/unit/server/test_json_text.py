@@ -5,21 +5,91 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
-from typing import Any
+from datetime import datetime, timezone
+from enum import IntEnum
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
 
+import numpy
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from pipros.server.json_text import LARGE_CHARACTERS, LARGE_VALUES, is_large, json_text
 
 INF, NAN = float("inf"), float("nan")
 
 
+@pytest.fixture(params=["orjson", "json"], autouse=True)
+def library(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    if request.param == "json":
+        monkeypatch.setattr("pipros.server.json_text.ORJSON", None)
+    return str(request.param)
+
+
 def text(value: Any) -> str:
     return asyncio.run(json_text(value))
 
 
-def test_small_values_are_short() -> None:
-    assert text({"id": 1, "data": [1, 2.5, "ä", None, True]}) == '{"id":1,"data":[1,2.5,"\\u00e4",null,true]}'
+def test_small_values_are_short(library: str) -> None:
+    letter = {"orjson": "ä", "json": "\\u00e4"}[library]
+    assert (
+        text({"id": 1, "data": [1, 2.5, "ä", None, True]})
+        == f'{{"id":1,"data":[1,2.5,"{letter}",null,true]}}'
+    )
+
+
+class Code(IntEnum):
+    FIVE = 5
+
+
+class Pair(NamedTuple):
+    first: int
+    second: str
+
+
+KEYS = st.one_of(st.text(), st.integers(), st.floats(allow_nan=False, allow_infinity=False), st.none())
+ODD = [
+    2**53 + 1,
+    2**64 - 1,
+    -(2**63),
+    2**64,
+    -(2**70),
+    -0.0,
+    5e-324,
+    1e16,
+    1e300,
+    NAN,
+    INF,
+    "\ud800",
+    Code.FIVE,
+]
+ODD += [
+    Pair(1, "b"),
+    numpy.float64(0.1),
+    numpy.float64("nan"),
+    numpy.str_("text"),
+    Path("/x"),
+    datetime(2026, 1, 2, 3, tzinfo=timezone.utc),
+]
+VALUES = st.recursive(
+    st.one_of(
+        st.sampled_from(ODD), st.floats(), st.integers(), st.text(st.characters()), st.none(), st.booleans()
+    ),
+    lambda inner: st.one_of(st.lists(inner), st.tuples(inner, inner), st.dictionaries(KEYS, inner)),
+)
+
+
+@given(value=VALUES)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_both_libraries_give_the_same_values(value: Any) -> None:
+    with pytest.MonkeyPatch.context() as without:
+        fast = text(value)
+        without.setattr("pipros.server.json_text.ORJSON", None)
+        slow = text(value)
+    read = partial(json.loads, parse_float=lambda digits: repr(float(digits)), parse_constant=pytest.fail)
+    assert read(fast) == read(slow)
 
 
 @pytest.mark.parametrize("padding", [[], [0] * (LARGE_VALUES + 1)])

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from functools import cache
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import install_command
@@ -16,12 +17,15 @@ from pipros.bridges.outbox import WebSocketFrame, text_frame
 from pipros.bridges.rosbridge.pictures_of_text import base64_png_of
 from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
 from pipros.msg.class_finder import ClassFinder
+from pipros.msg.compile.plain import plain_reader
 from pipros.msg.time import NS_PER_S
+from pipros.server.json_text import ORJSON, json_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pipros.bridges.shared_topics import TopicMessage
+    from pipros.msg.base import Buffer, Message
 
 
 class WireEncoding(IntEnum):
@@ -102,7 +106,8 @@ def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> W
         PiprosError: BSON cannot hold a value, or `pymongo` is not installed.
     """
     if not is_bson:
-        return text_frame(_PLAIN.encode(operation))
+        data = json_bytes(operation)
+        return text_frame(_PLAIN.encode(operation)) if data is None else WebSocketFrame((data,), is_text=True)
     bson = bson_codec()
     try:
         return WebSocketFrame((bson.encode(operation),))
@@ -145,6 +150,9 @@ class Encoder:
         self._json = PlainValues(Format.BSON if is_bson else Format.JSON)
         self._nulls = PlainValues(Format.BSON if is_bson else Format.JSON_NULLS)
         self._cbor: PlainValues | None = None
+        self._readers: WeakKeyDictionary[type[Message], Callable[[Buffer], dict[str, Any]]] = (
+            WeakKeyDictionary()
+        )
         self._newest: dict[str, EncodedMessage] = {}
 
     def encoded(self, message: TopicMessage) -> EncodedMessage:
@@ -164,9 +172,28 @@ class Encoder:
         Raises:
             PiprosError: the type is unknown, or the message is malformed.
         """
+        return self._class_of(message)._from_bytes(message.body)
+
+    def _class_of(self, message: TopicMessage) -> type[Message]:
         header = message.header
         kind, definition = header.get("type", "*"), header.get("message_definition", "")
-        return self._classes.find(kind, header.get("md5sum", "*"), definition)._from_bytes(message.body)
+        return self._classes.find(kind, header.get("md5sum", "*"), definition)
+
+    def json_of(self, topic: str, message: TopicMessage) -> bytes | None:
+        """Encode a `publish` operation without creating a message.
+
+        Return None if `orjson` is not installed, or cannot encode the message.
+
+        Raises:
+            PiprosError: the type is unknown, or the message is malformed.
+        """
+        if ORJSON is None:
+            return None
+        cls = self._class_of(message)
+        read = self._readers.get(cls)
+        if read is None:
+            read = self._readers[cls] = plain_reader(cls)
+        return json_bytes({"op": "publish", "topic": topic, "msg": read(message.body)})
 
     def values_of(self, message: Any) -> dict[str, Any]:
         """Convert a message, such as a response, to values for `operation_frame`.
@@ -236,6 +263,11 @@ class EncodedMessage:
             secs, nsecs = divmod(message.received_ns, NS_PER_S)
             body = {"secs": secs, "nsecs": nsecs, "bytes": message.body}
             return WebSocketFrame((_cbor().dumps({"op": "publish", "topic": topic, "msg": body}),))
+        # Clients read pixels as characters, so PNG needs ASCII.
+        if encoding is WireEncoding.JSON and not self._encoder.is_bson:
+            data = self._encoder.json_of(topic, message)
+            if data is not None:
+                return WebSocketFrame((data,), is_text=True)
         if self._decoded is None:
             self._decoded = self._encoder.decode(message)
         return self._encoder.encode(encoding, topic, self._decoded)

@@ -79,11 +79,19 @@ def service_source(
     return _module(lines, names), names.classes
 
 
-def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool, views_octets: bool = False) -> str:
+def reader_source(
+    spec: MessageSpec,
+    lookup: Lookup,
+    *,
+    is_numpy: bool = False,
+    views_octets: bool = False,
+    is_plain: bool = False,
+) -> str:
     """Return the source of a module with a function `read(self, str, numpy)`.
 
     The function is like `deserialize`, but replaces invalid UTF-8 in strings. It reads arrays of numbers as
-    numpy arrays if `is_numpy` is true, and `uint8[]` and `char[]` fields if `views_octets` is true.
+    numpy arrays if `is_numpy` is true, and `uint8[]` and `char[]` fields if `views_octets` is true. If
+    `is_plain` is true, `self` and embedded messages are dictionaries; see `pipros.msg.compile.plain`.
     """
     names = Names()
     body = deserialize_body(
@@ -93,6 +101,7 @@ def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool, views_oc
         errors="replace",
         is_numpy=is_numpy,
         views_octets=views_octets,
+        is_plain=is_plain,
     )
     return _module(["def read(self, str, numpy):", *body], names)
 

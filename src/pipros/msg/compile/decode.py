@@ -32,6 +32,7 @@ def deserialize_body(
     errors: str = "strict",
     is_numpy: bool = False,
     views_octets: bool = False,
+    is_plain: bool = False,
 ) -> list[str]:
     """Return the statements that read `self` from `str`, which is `bytes` or a `memoryview`.
 
@@ -39,8 +40,11 @@ def deserialize_body(
         errors: error handler for bytes in strings that are not UTF-8, as in `bytes.decode`.
         is_numpy: whether to read arrays of numbers, except octets and booleans, as numpy arrays.
         views_octets: whether to read octets as numpy arrays, unless their number is fixed.
+        is_plain: whether `self` and embedded messages are dictionaries; see `reader_source`.
     """
-    decoder = _Decoder(names, indent=indent, errors=errors, is_numpy=is_numpy, views_octets=views_octets)
+    decoder = (_PlainDecoder if is_plain else _Decoder)(
+        names, indent=indent, errors=errors, is_numpy=is_numpy, views_octets=views_octets
+    )
     decoder.begin(layout)
     decoder.fields(layout, "self")
     decoder.finish(layout)
@@ -74,7 +78,17 @@ class _Decoder(Emitter):
 
     def fields(self, layout: TypeLayout, owner: str) -> None:
         for field in layout.spec.fields:
-            self._field(field.type, f"{owner}.{python_name(field.name)}", layout)
+            self._field(field.type, self._part(owner, python_name(field.name)), layout)
+
+    def _part(self, owner: str, name: str) -> str:
+        return f"{owner}.{name}"
+
+    def _made(self, cls: str) -> str:
+        """Return an expression for a new message or time, whose fields are assigned afterwards."""
+        return f"_new({cls})"
+
+    def _canonical(self, time: str) -> str:
+        return f"{time}.canon()"
 
     def finish(self, layout: TypeLayout) -> None:
         self._flush()
@@ -108,7 +122,7 @@ class _Decoder(Emitter):
         else:
             message = target if target.isidentifier() else self.local("m")
             both = target if message == target else f"{message} = {target}"
-            self.emit(f"{both} = _new({self.names.message_class(base)})")
+            self.emit(f"{both} = {self._made(self.names.message_class(base))}")
             self.fields(within.members[base], message)
 
     def _text(self, octets: str) -> str:
@@ -119,12 +133,12 @@ class _Decoder(Emitter):
 
     def _time(self, base: str, target: str) -> None:
         time = self.local("t")
-        self.emit(f"{time} = {target} = _new(_{base.title()})")
+        self.emit(f"{time} = {target} = {self._made(f'_{base.title()}')}")
         for code, part in zip(TIMES[base], ("secs", "nsecs"), strict=True):
-            self._scalar(code, f"{time}.{part}")
+            self._scalar(code, self._part(time, part))
         low = "" if base == "time" else "0 <= "
-        condition = f"{low}{time}.nsecs < {NS_PER_S}"
-        self._afterwards += [f"if not {condition}:", f"    {time}.canon()"]
+        condition = f"{low}{self._part(time, 'nsecs')} < {NS_PER_S}"
+        self._afterwards += [f"if not {condition}:", f"    {self._canonical(time)}"]
 
     def _octets(self, kind: FieldType, target: str) -> None:
         if kind.length is not None:
@@ -155,12 +169,15 @@ class _Decoder(Emitter):
         if is_numpy:
             value = f"_numpy_numbers(numpy, {code!r}, data, {self._offset()}, {count})"
         else:
-            value = f"_struct.unpack_from(f'<{{{count}}}{code}', data, {self._offset()})"
+            value = self._numbers_at(code, count)
             value = f"_list({value})" if code == "?" else value
         self.emit(f"{target} = {value}")
         size = struct.calcsize(f"<{code}")
         self._advance(count if size == 1 else f"{count} * {size}")
         self._is_end_checked = True
+
+    def _numbers_at(self, code: str, count: str) -> str:
+        return f"_struct.unpack_from(f'<{{{count}}}{code}', data, {self._offset()})"
 
     def _array(self, kind: FieldType, target: str, within: TypeLayout) -> None:
         """Emit code that reads an array of strings, times or messages."""
@@ -270,3 +287,23 @@ class _Decoder(Emitter):
     def _advance(self, size: str) -> None:
         self._base = self.assign("o", f"{self._offset()} + {size}")
         self._delta = 0
+
+
+class _PlainDecoder(_Decoder):
+    """Emits code that reads dictionaries instead of messages."""
+
+    def _part(self, owner: str, name: str) -> str:
+        return f"{owner}[{name!r}]"
+
+    def _made(self, cls: str) -> str:  # noqa: ARG002
+        return "{}"
+
+    def _canonical(self, time: str) -> str:
+        return f"_canonical({time})"
+
+    def _octets(self, kind: FieldType, target: str) -> None:
+        super()._octets(kind, target)
+        self._afterwards.append(f"{target} = _base64({target})")
+
+    def _numbers_at(self, code: str, count: str) -> str:
+        return f"_plain_numbers({code!r}, data, {self._offset()}, {count})"

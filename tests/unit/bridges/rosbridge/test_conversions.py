@@ -21,6 +21,8 @@ from pipros.bridges.rosbridge.filling import Filler, UnknownField, WrongValue
 from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
 from pipros.bridges.shared_topics import TopicMessage
 from pipros.msg import load_message_class
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.language.spec import NUMBERS
 from tests.support.random_messages import fill_at_random, serialized, shipped_types
 
 NOW_NS = 1_700_000_000_000_000_123
@@ -67,6 +69,64 @@ def test_random_messages_of_every_type_survive_each_format(type_name: str) -> No
         with suppress(NotRepresentable):  # uint64
             data = data_of(message, WireEncoding.JSON, encoder=Encoder(is_bson=True))
             assert serialized(filled(type_name, bson.decode(data)["msg"])) == serialized(message)
+
+
+def json_by_both(message: Any, monkeypatch: pytest.MonkeyPatch) -> tuple[str, str]:
+    """Return a message's JSON by orjson, and by the standard library."""
+    fast = data_of(message, WireEncoding.JSON)
+    with monkeypatch.context() as without:
+        without.setattr("pipros.bridges.rosbridge.encoding.ORJSON", None)
+        return fast.decode(), data_of(message, WireEncoding.JSON).decode()
+
+
+def equal_texts(text: str) -> Any:
+    """Return JSON as values in which numbers keep whether they are integers, and -0.0 its sign."""
+    return json.loads(text, parse_float=lambda digits: repr(float(digits)), parse_constant=pytest.fail)
+
+
+@pytest.mark.parametrize("type_name", shipped_types())
+def test_json_is_the_same_with_and_without_orjson(type_name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = random.Random(type_name)  # noqa: S311
+    for _ in range(3):
+        message = fill_at_random(load_message_class(type_name)(), rng)
+        fast, slow = json_by_both(message, monkeypatch)
+        assert equal_texts(fast) == equal_texts(slow)
+
+
+@pytest.mark.parametrize("base", [*NUMBERS, "bool"])
+@pytest.mark.parametrize("length", ["", "3", "300"])
+@pytest.mark.parametrize("numpy", [True, False])
+def test_arrays_of_numbers_are_the_same_with_and_without_orjson(
+    base: str, length: str, numpy: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not numpy:
+        monkeypatch.setattr("pipros.msg.compile.plain._numpy", lambda: None)
+    text = f"uint8 before\n{base}[{length}] values\nstring after"
+    cls = message_classes_from_text("test_msgs/Array", text)["test_msgs/Array"]
+    rng = random.Random(length)  # noqa: S311
+    for count in [int(length)] if length else [0, 31, 32, 1000]:
+        code, size = NUMBERS[base], struct.calcsize(f"<{NUMBERS[base]}")
+        body = rng.randbytes(count * size) if code != "?" else bytes(rng.choices(range(4), k=count))
+        message = cls._from_bytes(
+            b"\1" + (b"" if length else struct.pack("<I", count)) + body + struct.pack("<I2s", 2, b"\xffz")
+        )
+        fast, slow = json_by_both(message, monkeypatch)
+        assert equal_texts(fast) == equal_texts(slow)
+
+
+def test_json_of_times_beyond_a_second_and_of_bad_text_is_the_same_with_orjson(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    cls = load_message_class("std_msgs/Header")
+    header = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
+    body = struct.pack("<IIII3s", 7, 5, 2_500_000_000, 3, b"a\xffb")
+    message = TopicMessage("/topic", body, header, NOW_NS)
+    (frame,) = Encoder().encoded(message).frames(WireEncoding.JSON, "/topic")
+    monkeypatch.setattr("pipros.bridges.rosbridge.encoding.ORJSON", None)
+    (other,) = Encoder().encoded(message).frames(WireEncoding.JSON, "/topic")
+    values = json.loads(b"".join(frame.parts))
+    assert values == json.loads(b"".join(other.parts))
+    assert values["msg"] == {"seq": 7, "stamp": {"secs": 7, "nsecs": 500_000_000}, "frame_id": "a\ufffdb"}
 
 
 def test_nan_and_infinity_are_null_in_json_and_png_and_kept_in_cbor_and_bson() -> None:
