@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from pipros.basics.env import Environment
+from pipros.msg import load_message_class
+from pipros.node import Node
 from pipros.reconfigure.cfg_file import module_contents, read
+from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 
 PROGRAMS = Path(__file__).parent / "programs"
@@ -65,3 +70,35 @@ def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
         ]
         assert differing == [], pair
         assert found[1] == expected[1], pair
+
+
+def test_settings_of_a_node_in_cpp_are_read_and_changed(plain_ros: RosSystem) -> None:
+    """image_proc is a client of pipros's master and parameters, and pipros one of its settings."""
+    ros = plain_ros
+    ros.serve_master()
+    with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.params.set("/camera/debayer", {"debayer": 1})
+        nodelet = ros.genuine.start(
+            "/usr/lib/nodelet/nodelet", "standalone", "image_proc/debayer", "__name:=debayer", "__ns:=/camera"
+        )
+        ros.wait_for_publisher("/camera/debayer/parameter_descriptions")
+        description: Any = load_message_class("dynamic_reconfigure/ConfigDescription")
+        inbox = Inbox()
+        node.subscribe("/camera/debayer/parameter_descriptions", description, inbox)
+        (group,) = inbox.wait()[0].groups
+        dynparam = ["rosrun", "dynamic_reconfigure", "dynparam"]
+        first, changed, second = (
+            ros.pipros.run(*dynparam, *words)
+            for words in (
+                ("get", "/camera/debayer"),
+                ("set", "/camera/debayer", "debayer", "3"),
+                ("get", "/camera/debayer"),
+            )
+        )
+
+        assert [(each.name, each.type) for each in group.parameters] == [("debayer", "int")]
+        assert changed.returncode == 0, changed.output + nodelet.output
+        assert ["'debayer': 1" in first.output, "'debayer': 3" in second.output] == [True, True], (
+            second.output
+        )
+        assert node.params.get("/camera/debayer/debayer") == 3

@@ -1,6 +1,6 @@
-"""move_base of pipros and the genuine one, in namespaces, with the same map, transforms, scans and odometry.
+"""move_base of pipros with recorded inputs, and the recorded answers of the genuine one.
 
-The robot does not move, whatever they command: each gets what the test publishes.
+The robot does not move, whatever it commands: it gets what the test publishes.
 """
 
 from __future__ import annotations
@@ -10,22 +10,22 @@ import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pipros.basics.env import Environment
-from pipros.msg import load_message_class, load_service_class
+from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.navigation import plane
 from pipros.node import Node
-from tests.support.navigation_oracle import add_to
+from tests.support.both_navigation import BothNodes, end_node
+from tests.support.nodes import Inbox
 from tests.support.processes import Process
+from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-SIDES = ("pipros", "genuine")
 RESOLUTION, SIZE = 0.05, 120
 """Metres per cell, and cells of a side of the map, whose middle is 0, 0."""
 _LAYERS = {
@@ -88,76 +88,77 @@ def _walls() -> Any:
     return cells
 
 
-class BothBases:
-    """Both nodes, and what they publish. `velocity` (m/s, rad/s) and `pose` are what odometry reports."""
+def _map_message() -> Any:
+    message: Any = load_message_class("nav_msgs/OccupancyGrid")()
+    message.header.frame_id = "map"
+    message.info.resolution, message.info.width, message.info.height = RESOLUTION, SIZE, SIZE
+    message.info.origin.position.x = message.info.origin.position.y = -SIZE * RESOLUTION / 2
+    message.info.origin.orientation.w = 1.0
+    message.data = np.where(_walls(), 100, 0).ravel().tolist()
+    return message
 
-    def __init__(self, node: Node, processes: Mapping[str, Process]) -> None:
-        self.node, self.processes = node, processes
+
+def _seen(stamp: Any) -> Any:
+    """Return a scan that sees a post ahead, to the right, and nothing else."""
+    scan: Any = load_message_class("sensor_msgs/LaserScan")()
+    scan.header.frame_id, scan.header.stamp = "laser", stamp
+    scan.angle_min, scan.angle_increment = -math.pi, math.tau / 360
+    scan.angle_max = scan.angle_min + 359 * scan.angle_increment
+    scan.range_min, scan.range_max = 0.05, 5.0
+    scan.ranges = [5.0] * 360
+    scan.ranges[150:158] = [0.9] * 8
+    return scan
+
+
+class BothBases(BothNodes):
+    """Both nodes. `velocity` (m/s, rad/s) and `pose` are what odometry reports."""
+
+    def __init__(self, node: Node, process: Process, recording: Recording) -> None:
+        super().__init__(node, process, "move_base", recording)
+        self.services = "/pipros/move_base/"
         self.pose, self.velocity = (0.0, 0.0, 0.0), (0.2, 0.1)
-        self.results: dict[str, list[tuple[int, str]]] = {side: [] for side in SIDES}
-        self.newest: dict[tuple[str, str], Any] = {}
+        self._results: list[tuple[int, str]] = []
         self._goal_class: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")
         self._id_class: Any = load_message_class("actionlib_msgs/GoalID")
-        self._goals = {side: self._advertise(side, "goal", self._goal_class) for side in SIDES}
-        self._cancels = {side: self._advertise(side, "cancel", self._id_class) for side in SIDES}
-        stamped: Any = load_message_class("geometry_msgs/PoseStamped")
-        self._simple = {
-            side: node.advertise(f"/{side}/move_base_simple/goal", stamped, queue_size=1) for side in SIDES
-        }
+        self._goals = self._advertise("move_base/goal", self._goal_class)
+        self._cancels = self._advertise("move_base/cancel", self._id_class)
+        simple = self._advertise("move_base_simple/goal", load_message_class("geometry_msgs/PoseStamped"))
+        self.inputs = (self._goals, self._cancels, simple)
+        """The publishers to which the node subscribes when it is ready."""
         result: Any = load_message_class("move_base_msgs/MoveBaseActionResult")
-        status: Any = load_message_class("actionlib_msgs/GoalStatusArray")
-        self._statuses: dict[str, Any] = {}
-        for side in SIDES:
-            self.node.subscribe(f"/{side}/move_base/result", result, self._keeper(side))
-            self.node.subscribe(f"/{side}/move_base/status", status, self._status_keeper(side))
-        self._scan: Any = load_message_class("sensor_msgs/LaserScan")
-        self._publishers = {
+        node.subscribe("/pipros/move_base/result", result, self._on_result)
+        self._statuses = self.inboxes("move_base/status", "actionlib_msgs/GoalStatusArray")["pipros"]
+        self._publishers |= {
             name: node.advertise(name, load_message_class(kind), queue_size=10)
             for name, kind in (("/tf", "tf2_msgs/TFMessage"), ("/scan", "sensor_msgs/LaserScan"),
                                ("/odom", "nav_msgs/Odometry"))
         }  # fmt: skip
-        self._map = node.advertise("/map", load_message_class("nav_msgs/OccupancyGrid"), latch=True)
-        self._publish_map()
+        self.publish("/map", _map_message(), to="", subscribers=0)
+        recording.give("publish /scan (20 Hz, at the present time)", _seen(Time(0, 0)))
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._feed, daemon=True)
         self._thread.start()
 
-    def _advertise(self, side: str, name: str, kind: Any) -> Any:
-        return self.node.advertise(f"/{side}/move_base/{name}", kind, queue_size=10)
+    def _advertise(self, name: str, kind: Any) -> Any:
+        return self.node.advertise(f"/pipros/{name}", kind, queue_size=10)
 
-    @property
-    def inputs(self) -> list[Any]:
-        """The publishers to which both nodes subscribe when they are ready."""
-        return [*self._goals.values(), *self._cancels.values(), *self._simple.values()]
-
-    def _keeper(self, side: str) -> Any:
-        return lambda message: self.results[side].append((message.status.status, message.status.text))
-
-    def _status_keeper(self, side: str) -> Any:
-        return lambda message: self._statuses.update({side: message.status_list})
+    def _on_result(self, message: Any) -> None:
+        self._results.append((message.status.status, message.status.text))
 
     def wait_until_active(self) -> None:
-        """Wait until both have accepted their goal."""
-        wait_until(
-            lambda: all(any(each.status == 1 for each in self._statuses.get(side, ())) for side in SIDES),
-            60,
-            "active goals",
-        )
+        """Wait until the node has accepted its goal."""
+
+        def is_active() -> bool:
+            newest = self._statuses.messages[-1:]
+            return any(each.status == 1 for message in newest for each in message.status_list)
+
+        wait_until(is_active, 60, "an active goal")
 
     def stop(self) -> None:
         self._ended.set()
         self._thread.join()
 
     # -- the robot -----------------------------------------------------------------
-
-    def _publish_map(self) -> None:
-        message: Any = load_message_class("nav_msgs/OccupancyGrid")()
-        message.header.frame_id = "map"
-        message.info.resolution, message.info.width, message.info.height = RESOLUTION, SIZE, SIZE
-        message.info.origin.position.x = message.info.origin.position.y = -SIZE * RESOLUTION / 2
-        message.info.origin.orientation.w = 1.0
-        message.data = np.where(_walls(), 100, 0).ravel().tolist()
-        self._map.publish(message)
 
     def _feed(self) -> None:
         transform: Any = load_message_class("geometry_msgs/TransformStamped")
@@ -180,91 +181,52 @@ class BothBases:
             message.header.frame_id, message.header.stamp, message.child_frame_id = "odom", stamp, "base_link"
             message.twist.twist.linear.x, message.twist.twist.angular.z = self.velocity
             self._publishers["/odom"].publish(message)
-            self._publishers["/scan"].publish(self._seen(stamp))
-
-    def _seen(self, stamp: Any) -> Any:
-        """Return a scan that sees a post ahead, to the right, and nothing else."""
-        scan = self._scan()
-        scan.header.frame_id, scan.header.stamp = "laser", stamp
-        scan.angle_min, scan.angle_increment = -math.pi, math.tau / 360
-        scan.angle_max = scan.angle_min + 359 * scan.angle_increment
-        scan.range_min, scan.range_max = 0.05, 5.0
-        scan.ranges = [5.0] * 360
-        scan.ranges[150:158] = [0.9] * 8
-        return scan
+            self._publishers["/scan"].publish(_seen(stamp))
 
     # -- goals and answers ---------------------------------------------------------
 
     def send(self, x: float, y: float, yaw: float = 0.0, *, quaternion_w: float | None = None) -> None:
-        """Send a goal in the frame of the map to both."""
+        """Send a goal in the frame of the map."""
         goal = self._goal_class()
         goal.goal.target_pose = plane.stamped_pose((x, y, yaw), "map", Time(0, 0))
         if quaternion_w is not None:
             turn = goal.goal.target_pose.pose.orientation
             turn.z, turn.w = 0.0, quaternion_w
-        for publisher in self._goals.values():
-            publisher.publish(goal)
+        self.recording.give("odometry", [self.pose, self.velocity])
+        self._goals.publish(self.recording.give("publish goal", goal))
 
     def cancel(self) -> None:
-        """Cancel all goals of both."""
-        for publisher in self._cancels.values():
-            publisher.publish(self._id_class())
+        """Cancel all goals."""
+        self._cancels.publish(self._id_class())
 
-    def next_results(self, count: int = 1) -> dict[str, list[tuple[int, str]]]:
-        """Wait for so many results of both, and return and forget them: status and text of each."""
-        wait_until(
-            lambda: all(len(found) >= count for found in self.results.values()),
-            60,
-            f"{count} results: {self.results} {[each.output[-5:] for each in self.processes.values()]}",
-        )
-        found = {side: list(results) for side, results in self.results.items()}
-        for results in self.results.values():
-            results.clear()
-        return found
+    def next_results(self, count: int = 1) -> list[list[tuple[int, str]]]:
+        """Wait for so many results, and return and forget them: status and text of each, of both nodes."""
+        wait_until(lambda: len(self._results) >= count, 60, lambda: f"{count} results: {self.output[-500:]}")
+        own, self._results = self._results, []
+        return [own, [tuple(each) for each in self.recording.step("results")]]
 
-    def latest(self, side: str, topic: str, kind: str) -> Any:
-        """Return the next message of a topic below `/SIDE/`."""
-        received: list[Any] = []
-        subscriber = self.node.subscribe(f"/{side}/{topic}", load_message_class(kind), received.append)
-        wait_until(lambda: received, 30, f"{topic} of {side}")
+    def latest(self, topic: str, kind: str) -> Any:
+        """Return the next message of a topic of pipros."""
+        received = Inbox()
+        subscriber = self.node.subscribe(f"/pipros/{topic}", load_message_class(kind), received)
+        wait_until(lambda: received.messages, 30, topic)
         subscriber.unregister()
-        return received[-1]
-
-    def call(self, side: str, service: str, kind: str, *values: Any) -> Any:
-        """Call a service of a node's private namespace."""
-        service_class: Any = load_service_class(kind)
-        client = self.node.client(f"/{side}/move_base/{service}", service_class)
-        return client.call(service_class._request_class(*values), 30)
+        return received.messages[-1]
 
 
 @contextmanager
-def both_bases(ros: RosSystem, changes: Mapping[str, Any] | None = None) -> Iterator[BothBases]:
-    """Run both nodes; yield when both accept goals."""
+def both_bases(ros: RosSystem, recording: Recording) -> Iterator[BothBases]:
+    """Run the node; yield when it accepts goals."""
     ros.serve_master()
-    folder = add_to(ros.genuine)
+    recording.give("parameters", PARAMETERS)
     with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
-        for side in SIDES:
-            node.params.set(f"/{side}/move_base", {**PARAMETERS, **(changes or {})})
-        commands: dict[str, list[str | Path]] = {
-            "pipros": ["rosrun", "move_base", "move_base"],
-            "genuine": [folder / "lib/move_base/move_base"],
-        }
-        processes = {
-            side: getattr(ros, side).start(
-                *commands[side], "__name:=move_base", f"__ns:=/{side}", f"/{side}/odom:=/odom"
-            )
-            for side in SIDES
-        }
-        both = BothBases(node, processes)
+        node.params.set("/pipros/move_base", dict(PARAMETERS))
+        names = ("__name:=move_base", "__ns:=/pipros", "/pipros/odom:=/odom")
+        process = ros.pipros.start("rosrun", "move_base", "move_base", *names)
+        both = BothBases(node, process, recording)
         try:
-            wait_until(
-                lambda: all(each.connection_count for each in both.inputs),
-                60,
-                "both nodes",
-            )
+            wait_until(lambda: all(each.connection_count for each in both.inputs), 60, "the node")
             yield both
         finally:
             both.stop()
-        for process in processes.values():
-            process.press_ctrl_c()
-            process.wait()
+        end_node(process)

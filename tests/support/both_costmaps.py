@@ -1,4 +1,4 @@
-"""Run costmaps of pipros and genuine ones on the same maps, sensors and poses, and compare their cells."""
+"""Run costmaps of pipros on recorded maps, sensors and poses, and compare their cells with genuine ones."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from tests.support.both_navigation import SIDES, BothNodes, both_nodes
+from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -22,20 +23,21 @@ class Received:
 
     Attributes:
         footprint: the corners in the newest message.
+        place: size, resolution and origin.
         maps, updates: number of maps, and of parts of them, that arrived.
     """
 
     def __init__(self) -> None:
         self.cells: Any = np.zeros((0, 0), np.int8)
-        self.info: Any = None
-        self.footprint: list[tuple[float, float]] = []
+        self.place: tuple[float, ...] = ()
+        self.footprint: Any = []
         self.maps = self.updates = 0
 
     def on_map(self, message: Any) -> None:
         self.maps += 1
-        cells = np.array(message.data, np.int8)
-        self.cells = cells.reshape(message.info.height, message.info.width)
-        self.info = message.info
+        info, position = message.info, message.info.origin.position
+        self.cells = np.array(message.data, np.int8).reshape(info.height, info.width)
+        self.place = (info.width, info.height, info.resolution, position.x, position.y)
 
     def on_update(self, message: Any) -> None:
         cells = self.cells.copy()
@@ -47,13 +49,10 @@ class Received:
     def on_footprint(self, message: Any) -> None:
         self.footprint = [(point.x, point.y) for point in message.polygon.points]
 
-    @property
-    def place(self) -> tuple[float, ...]:
-        """Size, resolution and origin."""
-        if self.info is None:
-            return ()
-        position = self.info.origin.position
-        return (self.info.width, self.info.height, self.info.resolution, position.x, position.y)
+    def take(self, step: Any) -> None:
+        """Become what was recorded."""
+        self.cells, self.footprint, self.updates = step["cells"], step["footprint"], step["updates"]
+        self.place = tuple(step["place"])
 
 
 def agree(ours: Any, theirs: Any) -> bool:
@@ -70,19 +69,21 @@ def agree(ours: Any, theirs: Any) -> bool:
 
 
 class BothCostmaps:
-    """Two nodes with a costmap, with the same parameters and inputs; the outputs are in namespaces."""
+    """A node of pipros with a costmap, and what the genuine one published."""
 
     def __init__(self, both: BothNodes, *, is_rolling: bool) -> None:
         self.both, self._is_rolling = both, is_rolling
         self.received = {side: Received() for side in SIDES}
-        for side, received in self.received.items():
-            for topic, type_name, take in (
-                ("costmap", "nav_msgs/OccupancyGrid", received.on_map),
-                ("costmap_updates", "map_msgs/OccupancyGridUpdate", received.on_update),
-                ("footprint", "geometry_msgs/PolygonStamped", received.on_footprint),
-            ):
-                message_class: Any = load_message_class(type_name)
-                both.node.subscribe(f"/{side}/{both.name}/costmap/{topic}", message_class, take)
+        own = self.received["pipros"]
+        for topic, type_name, take in (
+            ("costmap", "nav_msgs/OccupancyGrid", own.on_map),
+            ("costmap_updates", "map_msgs/OccupancyGridUpdate", own.on_update),
+            ("footprint", "geometry_msgs/PolygonStamped", own.on_footprint),
+        ):
+            both.node.subscribe(f"/pipros/{both.name}/costmap/{topic}", load_message_class(type_name), take)
+
+    def _next_step(self) -> None:
+        self.received["genuine"].take(self.both.recording.step("costmap"))
 
     def place(self, *frames: tuple[str, str, float, float, float, float]) -> None:
         """Publish static transforms: parent, child, x, y, z and yaw of each."""
@@ -98,59 +99,63 @@ class BothCostmaps:
         tf_class: Any = load_message_class("tf2_msgs/TFMessage")
         self.both.publish("tf_static", tf_class(transforms))
 
+    def observe(self, topic: str) -> None:
+        """Publish the recorded scan or cloud of a topic, as of now."""
+        message = self.both.recording.take(f"publish {topic}")
+        message.header.stamp = Time(*divmod(time.time_ns(), 1_000_000_000))
+        self.both.publish(topic, message, is_input=False)
+
     def move_to(self, x: float, y: float, yaw: float) -> None:
-        """Put `base_link` at a pose in `map`, and wait until both sides publish the footprint there.
+        """Put `base_link` at a pose in `map`, and wait until pipros publishes the recorded footprint.
 
         A rolling window must have moved, too: a map that arrives later would look like the effect of the next
-        message, which one side would then transform with the pose after that.
+        message, which would then be transformed with the pose after that.
         """
-        before = {side: each.footprint for side, each in self.received.items()}
-        places = {side: each.place for side, each in self.received.items()}
+        own, genuine = (self.received[side] for side in SIDES)
+        before, place = own.footprint, own.place
         self.place(("map", "base_link", x, y, 0.0, yaw))
+        self._next_step()
 
-        def have_moved() -> bool:
-            ours, theirs = (self.received[side].footprint for side in SIDES)
-            is_new = all(self.received[side].footprint != before[side] for side in SIDES)
-            if self._is_rolling:
-                is_new = is_new and all(self.received[side].place != places[side] for side in SIDES)
-            return is_new and np.shape(ours) == np.shape(theirs) and np.allclose(ours, theirs, atol=1e-5)
+        def has_moved() -> bool:
+            is_new = own.footprint != before and (not self._is_rolling or own.place != place)
+            shapes = np.shape(own.footprint), np.shape(genuine.footprint)
+            return (
+                is_new and shapes[0] == shapes[1] and np.allclose(own.footprint, genuine.footprint, atol=1e-5)
+            )
 
-        wait_until(have_moved, 60, lambda: f"equal footprints: {self.received} {self.both.output}")
+        wait_until(
+            has_moved, 60, lambda: f"footprint {genuine.footprint}: {own.footprint} {self.both.output}"
+        )
 
     def wait_until_equal(self, change: Callable[[], object] | None = None) -> Any:
-        """Wait until both maps are equal and, if `change` is given, were changed by it. Return the cells.
+        """Wait until both maps are equal and, if `change` is given, ours was changed by it. Return the cells.
 
         Raises:
             AssertionError: they are not equal after some time; the text shows the difference.
         """
         if change is not None:
             self._settle()
-        before = {side: each.cells for side, each in self.received.items()}
+        own, genuine = (self.received[side] for side in SIDES)
+        before = own.cells
         if change is not None:
             change()
-
-        def are_equal() -> bool:
-            ours, theirs = (self.received[side] for side in SIDES)
-            return (
-                (change is None or all(self.received[side].cells is not before[side] for side in SIDES))
-                and (change is None or not np.array_equal(ours.cells, before["pipros"]))
-                and ours.place == theirs.place != ()
-                and agree(ours.cells, theirs.cells)
-            )
-
-        wait_until(are_equal, 30, self._difference)
-        return self.received["pipros"].cells
-
-    def _settle(self) -> None:
-        """Wait until both sides have published twice or stay silent: later messages show later changes."""
-        counts = {side: each.maps + each.updates for side, each in self.received.items()}
-        end_s = time.monotonic() + 0.5
+        self._next_step()
         wait_until(
             lambda: (
-                time.monotonic() > end_s
-                or all(each.maps + each.updates > counts[side] + 1 for side, each in self.received.items())
-            )
+                (change is None or not np.array_equal(own.cells, before))
+                and own.place == genuine.place
+                and agree(own.cells, genuine.cells)
+            ),
+            30,
+            self._difference,
         )
+        return own.cells
+
+    def _settle(self) -> None:
+        """Wait until pipros has published twice or stays silent: later messages show later changes."""
+        own = self.received["pipros"]
+        count, end_s = own.maps + own.updates, time.monotonic() + 0.5
+        wait_until(lambda: time.monotonic() > end_s or own.maps + own.updates > count + 1)
 
     def _difference(self) -> str:
         ours, theirs = (self.received[side] for side in SIDES)
@@ -167,6 +172,7 @@ class BothCostmaps:
 @contextmanager
 def both_costmaps(
     ros: RosSystem,
+    recording: Recording,
     parameters: Mapping[str, Any],
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
     *,
@@ -174,19 +180,19 @@ def both_costmaps(
     topics: Sequence[str] = ("map", "scan"),
     others: Mapping[str, Any] | None = None,
 ) -> Iterator[BothCostmaps]:
-    """Run both nodes with these parameters of the costmap.
+    """Run the node with these parameters of the costmap.
 
     Args:
         pose: x, y and yaw of `base_link` in `map`.
-        program: package, program and name of the nodes.
-        topics: inputs, which both sides read in the root namespace.
-        others: parameters of the nodes beside the costmap's.
+        program: package, program and name of the node.
+        topics: inputs, which the node reads in the root namespace.
+        others: parameters of the node beside the costmap's.
     """
     given = {"update_frequency": 20.0, "publish_frequency": 20.0, **parameters}
     package, executable, name = program
     remaps = [f"{topic}:=/{topic}" for topic in topics]
     with both_nodes(
-        ros, package, executable, {"costmap": given, **(others or {})}, name=name, remaps=remaps
+        ros, recording, package, executable, {"costmap": given, **(others or {})}, name=name, remaps=remaps
     ) as both:
         costmaps = BothCostmaps(both, is_rolling=bool(given.get("rolling_window")))
         costmaps.place(("map", "base_link", pose[0], pose[1], 0.0, pose[2]))

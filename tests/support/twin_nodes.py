@@ -1,4 +1,7 @@
-"""Pairs of nodes with the same inputs: one of pipros, in the test's process, and a genuine one."""
+"""Pairs of nodes with the same inputs: one of pipros, in the test's process, and a genuine one.
+
+The genuine ones run, or a recording has what they answered.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from pipros.basics.env import Environment
-from pipros.msg import load_message_class
+from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from tests.support.nodes import Inbox
+from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -23,9 +27,10 @@ SIDES = ("pipros", "genuine")
 class Twins:
     """Nodes `/pipros/NAME` and `/genuine/NAME`, whose other relative names are in these namespaces."""
 
-    def __init__(self, ros: RosSystem, node: Node) -> None:
+    def __init__(self, ros: RosSystem, node: Node, recording: Recording | None) -> None:
         self.node = node
-        self._ros = ros
+        self._ros, self._recording = ros, recording
+        self._live = SIDES[:1] if recording else SIDES
         self._nodes: list[Node] = []
         self._publishers: dict[str, Any] = {}
         self._inboxes: dict[tuple[str, str], Inbox] = {}
@@ -49,14 +54,25 @@ class Twins:
 
         Args:
             make: creates the node of pipros.
-            genuine: the command line of the genuine node.
+            genuine: the command line of the genuine node; with a recording, its package and program.
             inputs: topics of the test by names in the node.
             outputs: types by topics of the node, such as `scan` or `~output`.
             services: names in the node's namespace by names in the node.
             private: more parameters, in which SIDE becomes the name of the side.
         """
         made = None
-        for side in SIDES:
+        if self._recording is not None:
+            given = {
+                "parameters": parameters,
+                "inputs": inputs,
+                "outputs": outputs,
+                "services": services or {},
+            }
+            self._recording.give(f"node {name}", {"program": "/".join(map(str, genuine)), **given})
+            for topic, type_name in outputs.items():
+                inbox = self._inboxes["genuine", f"{name} {topic}"] = Inbox()
+                inbox.messages = self._recording.messages(f"{name} {topic}", load_message_class(type_name))
+        for side in self._live:
             remappings = [f"{old}:={new}" for old, new in inputs.items()]
             remappings += [f"{old}:=/{side}/{new}" for old, new in (services or {}).items()]
             arguments = [f"__name:={name}", f"__ns:=/{side}", *remappings]
@@ -79,21 +95,44 @@ class Twins:
             else:
                 self._ros.genuine.start(*genuine, *arguments)
         for topic in inputs.values():
-            self._readers[topic] = self._readers.get(topic, 0) + 2
+            self._readers[topic] = self._readers.get(topic, 0) + len(self._live)
         return made
 
-    def expect(self, topic: str, count: int) -> None:
-        """Make `publish` wait for this number of subscribers of a topic."""
-        self._readers[topic] = count
+    def expect(self, topic: str, pairs: int) -> None:
+        """Make `publish` wait until the nodes of this number of pairs have subscribed to a topic."""
+        self._readers[topic] = pairs * len(self._live)
+
+    def call(self, service: str, type_name: str, *values: Any) -> list[Any]:
+        """Call a service of both nodes; return the responses."""
+        service_class: Any = load_service_class(type_name)
+        request = service_class._request_class(*values)
+        found = [self.node.client(f"/{side}/{service}", service_class).call(request) for side in self._live]
+        if self._recording is not None:
+            found.append(self._recording.call(service, service_class, request))
+        return found
 
     def publish(self, topic: str, message: Any, *, latch: bool = False) -> None:
-        """Publish a message when both nodes of each pair with this input have subscribed to it."""
+        """Publish a message when the nodes of each pair with this input have subscribed to it."""
+        if self._recording is not None:
+            message = self._recording.give(f"publish {topic}", message)
+        self._send(topic, message, latch=latch)
+
+    def _send(self, topic: str, message: Any, *, latch: bool) -> None:
         if topic not in self._publishers:
             self._publishers[topic] = self.node.advertise(topic, type(message), queue_size=100, latch=latch)
         publisher, count = self._publishers[topic], self._readers.get(topic, 0)
         wait_until(lambda: publisher.connection_count >= count, 60, f"{count} subscribers of {topic}")
         wait_until(lambda: all(each.connection_count for each in self._outputs), 60, "the outputs")
         publisher.publish(message)
+
+    def publish_next(self, topic: str) -> Any:
+        """Publish the next recorded message of a topic, and return it."""
+        assert self._recording is not None
+        given = self._recording.take(f"publish {topic}")
+        if hasattr(given, "header"):
+            self.clock_ns = given.header.stamp.to_nsec()
+        self._send(topic, given, latch=topic == "/tf_static")
+        return given
 
     def transforms(self, *frames: tuple[str, str, Sequence[float], Sequence[float]]) -> None:
         """Publish static transforms: parent, child, position and quaternion of each."""
@@ -120,7 +159,7 @@ class Twins:
 
         def react() -> bool:
             publish()
-            return all(each.messages for each in self._inboxes.values())
+            return all(self._inboxes[key].messages for key in self._inboxes if key[0] in self._live)
 
         wait_until(react, 60, "an output of each node")
         self._mark_ns = self.clock_ns + 50_000_000  # clusters have later timestamps than their cloud
@@ -139,7 +178,7 @@ class Twins:
             ),
         )
         ours, genuine = map(self._since_mark, inboxes)
-        return ours, genuine
+        return ours, genuine[: len(ours)] if self._recording else genuine
 
     def settings(self, name: str) -> list[dict[str, Any]]:
         """Return the settings of dynamic_reconfigure in a namespace of both sides.
@@ -147,7 +186,7 @@ class Twins:
         The values are type, level, minimum, maximum and default, by the name of the setting.
         """
         found = []
-        for side in SIDES:
+        for side in self._live:
             inbox = Inbox()
             kind = load_message_class("dynamic_reconfigure/ConfigDescription")
             handle = self.node.subscribe(f"/{side}/{name}/parameter_descriptions", kind, inbox)
@@ -164,6 +203,9 @@ class Twins:
                     for each in group.parameters
                 }
             )
+        if self._recording is not None:
+            recorded = self._recording.value(f"settings {name}")
+            found.append({setting: tuple(values) for setting, values in recorded.items()})
         return found
 
     def close(self) -> None:
@@ -172,11 +214,11 @@ class Twins:
 
 
 @contextmanager
-def twins(ros: RosSystem) -> Iterator[Twins]:
-    """Run a master, and end all nodes afterwards."""
+def twins(ros: RosSystem, recording: Recording | None = None) -> Iterator[Twins]:
+    """Run a master, and end all nodes afterwards. With a recording, no genuine node runs."""
     ros.serve_master()
     with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
-        both = Twins(ros, node)
+        both = Twins(ros, node, recording)
         try:
             yield both
         finally:

@@ -43,6 +43,36 @@ def test_the_map_agrees_with_the_apartment() -> None:
     assert math.hypot(x + BEGIN.x - moment.truth.x, y + BEGIN.y - moment.truth.y) < 0.15
 
 
+def test_without_echoes_all_particles_follow_the_odometry() -> None:
+    """Nothing can repair a wrong motion here, as scan matching does in the apartment."""
+    settings = replace(SETTINGS, srr=0.0, srt=0.0, str=0.0, stt=0.0, linearUpdate=0.3)
+    angles = 0.3 * np.arange(40)  # a spiral, driven forwards and sideways
+    path = np.stack((angles * np.cos(angles), 1.0 - angles * np.sin(angles), 2.0 * angles), axis=1)
+    slam = GridSlam(settings, ANGLES, (0.0, 1.0, 0.0), np.random.default_rng(1))
+    for index, odometry in enumerate(path.tolist()):
+        slam.scan(tuple(odometry), np.full(9, math.inf), 0.1 * index)
+
+        apart = slam.poses - odometry
+        apart[:, 2] = np.remainder(apart[:, 2] + math.pi, math.tau) - math.pi
+        assert np.abs(apart).max() < 1e-6
+
+
+def test_the_particles_spread_as_the_noise_of_the_motion_says() -> None:
+    """Forward by 2 m and to the left by 1 m, or a turn by 1 rad."""
+    settings = replace(SETTINGS, particles=4000, srr=0.1, srt=0.02, str=0.05, stt=0.03)
+    moved, turned = (
+        GridSlam(settings, ANGLES, (0.0, 0.0, 0.0), np.random.default_rng(seed)) for seed in (1, 2)
+    )
+    moved.scan((2.0, 1.0, 0.0), np.full(9, math.inf), 0.0)
+    turned.scan((0.0, 0.0, 1.0), np.full(9, math.inf), 0.0)
+
+    assert moved.poses.mean(axis=0) == pytest.approx((2.0, 1.0, 0.0), abs=0.02)
+    deviations = (0.1 * 2.0 + 0.03 * 1.0, 0.1 * 1.0 + 0.03 * 2.0, 0.02 * math.hypot(2.0, 1.0))
+    assert moved.poses.std(axis=0) == pytest.approx(deviations, rel=0.05)
+    assert turned.poses.mean(axis=0) == pytest.approx((0.0, 0.0, 1.0), abs=0.01)
+    assert turned.poses.std(axis=0) == pytest.approx((0.05, 0.05, 0.03), rel=0.05)
+
+
 def test_scans_are_processed_after_a_motion_or_some_time() -> None:
     settings = replace(SETTINGS, linearUpdate=1.0, angularUpdate=0.5, temporalUpdate=3.0)
     slam = GridSlam(settings, ANGLES, (0.0, 0.0, 0.0), np.random.default_rng(1))
