@@ -1,7 +1,7 @@
 """Genuine ROS 2 for tests of the gateway: rclpy and Fast DDS from PyPI, in an environment per distribution.
 
-`python -m tests.support.ros2_wheels` installs them once per machine. There are wheels for CPython 3.10 to 3.14
-on x86_64, with a glibc of 2.28 or newer.
+`python -m tests.support.ros2_wheels` installs them once per machine. There are wheels for CPython 3.10 to
+3.14 on x86_64, with glibc 2.28 or newer.
 """
 
 from __future__ import annotations
