@@ -6,7 +6,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -83,7 +82,9 @@ def environment(distro: str) -> Path:
     definitions of all messages.
     """
     folder = _folder(distro)
-    os.utime(folder / ".made")  # it is in use
+    if not (folder / ".made").exists():
+        raise FileNotFoundError(f"ROS 2 {distro} is not installed: run {INSTALL}")
+    (folder / ".made").touch()  # it is in use
     return folder
 
 
