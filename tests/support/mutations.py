@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib.util
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -19,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.support.environments import REPOSITORY
+from tests.support.outcomes import read_outcomes
 from tests.support.project import load_toml
 
 TABLE = REPOSITORY / "tests" / "mutations.toml"
@@ -83,12 +83,25 @@ def run_tests(folder: Path, python: Path, tests: Sequence[str], *options: str) -
     Raises:
         MutationError: pytest could not run them.
     """
-    command = (str(python), "-m", "pytest", "-q", "--tb=no", "-p", "no:cacheprovider", *options, *tests)
-    ended = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True)
+    file = folder / "outcomes"
+    file.unlink(missing_ok=True)
+    command = (
+        str(python),
+        "-m",
+        "pytest",
+        "-q",
+        "--tb=no",
+        "-p",
+        "no:cacheprovider",
+        f"--outcomes-to={file}",
+    )
+    ended = subprocess.run(
+        [*command, *options, *tests], cwd=folder, check=False, capture_output=True, text=True
+    )
     if ended.returncode > 1:
         raise MutationError(f"pytest ended with {ended.returncode}: {ended.stdout[-500:]}{ended.stderr}")
-    summary = re.findall(r"(\d+) (passed|failed|error)", ended.stdout.splitlines()[-1])
-    return sum(int(count) for count, result in summary if result != "passed"), sum(int(c) for c, _ in summary)
+    results = [outcome.result for outcome in read_outcomes(file)]
+    return results.count("failed"), len(results)
 
 
 def judge(mutation: Mutation, folder: Path, python: Path) -> tuple[int, int]:

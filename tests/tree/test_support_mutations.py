@@ -30,7 +30,19 @@ def test_names_of_mutations_are_unique() -> None:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Create a module with a test that has the tree's options, and fails twice if `add` returns None."""
+    monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
+    (tmp_path / "conftest.py").write_text(
+        "import pytest\n"
+        "from tests.conftest import pytest_addoption, pytest_collection_modifyitems\n"
+        "from tests.support.outcomes import configure as pytest_configure\n"
+        "@pytest.fixture(autouse=True)\n"
+        "def checked():\n"
+        "    import sums\n"
+        "    yield\n"
+        "    assert sums.add(0, 0) is not None\n"
+    )
     (tmp_path / "sums.py").write_text("def add(a, b):\n    return a + b  # not a * b\n")
     (tmp_path / "test_sums.py").write_text(
         "from sums import add\n"
@@ -51,6 +63,7 @@ def test_failed_tests_are_counted_and_the_file_is_restored(folder: Path) -> None
 
     assert judge(fault("return a * b"), folder, python) == (1, 2)  # 2 * 2 is 2 + 2
     assert judge(fault("return a - b"), folder, python) == (2, 2)
+    assert judge(fault("return None"), folder, python) == (2, 2)  # each fails at its end, too
     assert judge(fault("return b + a"), folder, python) == (0, 2)
     assert (folder / "sums.py").read_text() == text
 
