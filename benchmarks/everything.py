@@ -44,7 +44,7 @@ BENCHMARKS = {
     "scale": ("--rounds {rounds} --seconds {seconds} --svg {svg}", None),
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
-NEEDS_GENUINE = ("codec", "bags", "navigation_beside_genuine")
+NEEDS_GENUINE = ("codec", "bags")
 # Benchmarks that print their own tables. `scene` and half of `page` need
 # Playwright and Chromium, `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {

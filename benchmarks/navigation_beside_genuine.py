@@ -1,180 +1,255 @@
 #!/usr/bin/env python3
-"""Processor time of pipros's navigation nodes and the genuine ones, for the same messages and requests.
+"""Processor time of pipros's navigation nodes, beside recorded times of the genuine ones for the same work.
 
     benchmarks/navigation_beside_genuine.py [localise] [keep_a_costmap] [plan] [follow_a_plan] [build_a_map]
         [filter_odometry]
 
-Both nodes run at the same time, with a pipros master. The time of their processes counts from the first
-message to the last, without the start. It needs genuine ROS 1 and the compiled nodes; see tests/interop.
+The time of the node's processes counts from the first message to the last, without the start. The other
+columns are history: on 2026-11-26, the nodes of pipros and the genuine ones (C++) ran at the same time, on
+another machine (benchmarks/recorded). On this machine, only their ratio means something.
 """
 
-import os
+import math
 import sys
-import tempfile
 import time
-from contextlib import contextmanager
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
+from contextlib import suppress
 
 import numpy as np
+from navigation_bench import MAPPING, MAPPING_START, drawn, recorded, running
 
-from tests.interop import test_amcl_as_genuine as amcl
-from tests.interop import test_gmapping_as_genuine as gmapping
-from tests.interop import test_navfn_as_genuine as navfn
-from tests.support.both_bases import both_bases
-from tests.support.both_costmaps import both_costmaps, grid_message, scan_message
-from tests.support.both_filters import both_filters, stamped
-from tests.support.both_navigation import both_nodes
-from tests.support.drives import ROUTE, drive
-from tests.support.environments import make_tool_folder
-from tests.support.ports import ClaimedPort
-from tests.support.ros import RosSystem
-from tests.support.waiting import wait_until
+from pipros.basics.errors import PiprosError
+from pipros.msg import load_message_class, load_service_class
+from pipros.msg.time import Time
+from pipros.simulation.robots.drive import Pose
+from tests.support.drives import ROUTE, START, drive, map_message, scan_message, stamp, transform_message
 
-FIXED = {"name": "fixed", "type": "costmap_2d::StaticLayer"}
-SEEN = {"name": "seen", "type": "costmap_2d::ObstacleLayer"}
-AROUND = {"name": "around", "type": "costmap_2d::InflationLayer"}
 LASER = {"topic": "/scan", "data_type": "LaserScan", "marking": True, "clearing": True}
-TICKS = os.sysconf("SC_CLK_TCK")
+STATIC = {"name": "static", "type": "costmap_2d::StaticLayer"}
+OBSTACLES = {"name": "obstacles", "type": "costmap_2d::ObstacleLayer"}
+INFLATION = {"name": "inflation", "type": "costmap_2d::InflationLayer"}
 
 
-def used_s(process):
-    """Return the processor time of a process and those that it has started, in seconds."""
-    total = 0
-    for file in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = file.read_text().rpartition(")")[2].split()
-        except OSError:  # it has ended
-            continue
-        if int(fields[3]) == process.pid:  # its session
-            total += int(fields[11]) + int(fields[12])
-    return total / TICKS
-
-
-class Meter:
-    """The processor time of both sides since the beginning of a context."""
-
-    def __init__(self, processes):
-        self._processes = list(processes)
-
-    def __enter__(self):
-        self._before = [used_s(each) for each in self._processes]
-        return self
-
-    def __exit__(self, *_):
-        after = [used_s(each) for each in self._processes]
-        self.used_s = [end - start for start, end in zip(self._before, after, strict=True)]
-
-
-def localise(ros):
-    parameters = {**amcl.PARAMETERS, "resample_interval": 1, "min_particles": 1000}
-    with both_nodes(ros, "amcl", "amcl", parameters, before=amcl.serve_map, remaps=amcl.REMAPS) as both:
-        drives, moments = amcl.Drive(both), list(drive(route=ROUTE[:8]))[::3]
-        drives.feed(moments[0])
-        with Meter(both._processes) as meter:
-            for moment in moments[1:]:
-                drives.feed(moment)
-    return f"amcl, {len(moments)} scans, 1,000 particles", meter
-
-
-def build_a_map(ros):
-    with both_nodes(ros, "gmapping", "slam_gmapping", gmapping.PARAMETERS, remaps=["scan:=/scan"]) as both:
-        with Meter(both._processes) as meter:
-            moments = list(drive(start=gmapping.BEGIN, route=ROUTE[:9], noise=0.01))[::7]
-            maps = gmapping.drawn(both, moments)
-        count = len(maps["pipros"].messages)
-    return f"slam_gmapping, {count} processed scans and maps, 15 particles", meter
-
-
-def keep_a_costmap(ros):
+def localise(bench):
+    service = load_service_class("nav_msgs/GetMap")
+    bench.node.serve("/static_map", service, lambda _: service._response_class(map_message()))
     parameters = {
-        "plugins": [FIXED, SEEN, AROUND], "update_frequency": 10.0, "publish_frequency": 2.0,
-        "transform_tolerance": 99.0, "robot_radius": 0.17, "fixed": {"map_topic": "/map"},
-        "seen": {"observation_sources": "scan", "scan": LASER},
+        "initial_pose_x": START.x, "initial_pose_y": START.y, "initial_pose_a": START.yaw,
+        "initial_cov_xx": 0.04, "initial_cov_yy": 0.04, "initial_cov_aa": 0.02, "min_particles": 1000,
+        "max_particles": 1000, "laser_max_beams": 60, "save_pose_rate": -1.0, "update_min_d": 0.15,
+        "resample_interval": 1,
     }  # fmt: skip
+    bench.start("amcl", "amcl", parameters)
+    transforms = bench.subscribe("/tf", "tf2_msgs/TFMessage")
+    bench.subscribe("/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped")
+    bench.publish("/tf_static", transform_message("base_link", "laser", Pose(0.1, 0.05, 0.0), 0.0))
+
+    def feed(moment):
+        wanted = stamp(moment.time_s + 0.1)
+        bench.publish("/tf", transform_message("odom", "base_link", moment.odometry, moment.time_s))
+        bench.publish("/scan", scan_message(moment))
+        bench.wait(
+            lambda: any(
+                each.header.frame_id == "map" and each.header.stamp >= wanted
+                for message in transforms.messages[-10:]
+                for each in message.transforms
+            ),
+            "the pose",
+        )
+
+    moments = list(drive(route=ROUTE[:8]))[::3]
+    feed(moments[0])
+    with bench.measured():
+        for moment in moments[1:]:
+            feed(moment)
+
+
+def build_a_map(bench):
+    drawn(bench, list(drive(start=MAPPING_START, route=ROUTE[:9], noise=0.01))[::7], MAPPING)
+
+
+def place(bench, x, y):
+    """Put the robot at a position in the map."""
+    bench.publish("/tf_static", transform_message("map", "base_link", Pose(x, y, 0.0), -1000.0))
+
+
+def building():
+    """Return the cells of a building of 12 by 10 metres, with a closed room and unknown parts."""
+    cells = np.zeros((200, 240), np.int8)
+    cells[[0, -1]] = cells[:, [0, -1]] = 100
+    for x in (60, 120, 180):
+        cells[0:90, x] = cells[110:200, x] = 100
+        cells[20:32, x] = cells[150:165, x] = 0
+    cells[100, 0:70] = cells[100, 90:240] = 100
+    cells[60:75, 80:100] = 100
+    cells[130:170, 130:150] = -1
+    cells[10:40, 200] = cells[10:40, 230] = cells[10, 200:231] = cells[40, 200:231] = 100
+    return cells
+
+
+def grid_message(cells, origin=0.0):
+    message = map_message(cells > 0)
+    message.info.origin.position.x = message.info.origin.position.y = origin
+    message.data = cells.ravel().tolist()
+    return message
+
+
+def round_scan(ranges, stamp_s, frame="base_link", range_max=10.0):
+    """Return a scan all around."""
+    scan = load_message_class("sensor_msgs/LaserScan")(
+        range_min=0.1, range_max=range_max, ranges=list(ranges)
+    )
+    scan.header.frame_id, scan.header.stamp = frame, ros_time(stamp_s)
+    scan.angle_min, scan.angle_increment, scan.angle_max = -math.pi, math.tau / len(scan.ranges), math.pi
+    return scan
+
+
+def ros_time(time_s):
+    return Time(*divmod(round(time_s * 1e9), 1_000_000_000))
+
+
+def keep_a_costmap(bench):
+    costmap = {
+        "plugins": [STATIC, OBSTACLES, INFLATION], "update_frequency": 10.0, "publish_frequency": 2.0,
+        "transform_tolerance": 99.0, "robot_radius": 0.17, "static": {"map_topic": "/map"},
+        "obstacles": {"observation_sources": "scan", "scan": LASER},
+    }  # fmt: skip
+    bench.start("costmap_2d", "costmap_2d_node", {"costmap": costmap})
+    maps = bench.subscribe("/tested/costmap/costmap", "nav_msgs/OccupancyGrid")
+    bench.subscribe("/tested/costmap/costmap_updates", "map_msgs/OccupancyGridUpdate")
+    bench.subscribe("/tested/costmap/footprint", "geometry_msgs/PolygonStamped")
+    place(bench, 1.0, 1.0)
+    bench.publish("/map", grid_message(building()))
+    bench.wait(lambda: maps.messages, "the costmap")
     numbers = np.random.default_rng(1)
-    with both_costmaps(ros, parameters, (1.0, 1.0, 0.0)) as costmaps:
-        costmaps.both.publish("map", grid_message(navfn.building(), 0.05, (0.0, 0.0)))
-        costmaps.wait_until_equal()
-        with Meter(costmaps.both._processes) as meter:
-            for _ in range(100):
-                ranges = numbers.uniform(0.3, 4.5, 360)
-                costmaps.both.publish("scan", scan_message(ranges, time.time()))
-                time.sleep(0.1)
-    return "costmap_2d, 240 x 200 cells, 10 s with 10 scans and 10 updates per second", meter
+    with bench.measured():
+        for _ in range(100):
+            bench.publish("/scan", round_scan(numbers.uniform(0.3, 4.5, 360), time.time()))
+            time.sleep(0.1)
 
 
-def plan(ros):
-    parameters = {"plugins": [FIXED, AROUND], "robot_radius": 0.17, "update_frequency": 1.0}
-    numbers = np.random.default_rng(2)
-    with both_costmaps(ros, parameters, (1.0, 1.0, 0.0), program=navfn.NODE) as costmaps:
-        both = costmaps.both
-        both.publish("map", grid_message(navfn.building(), 0.05, (0.0, 0.0)))
-        costmaps.wait_until_equal()
-        service = "/global_planner/make_plan"
-        wait_until(lambda: all(service in both.interface(side)["services"] for side in amcl.SIDES), 60)
-        with Meter(both._processes) as meter:
-            for _ in range(50):
-                (a, b), (c, d) = numbers.uniform((0.3, 0.3), (11.7, 9.7), (2, 2))
-                request = {"start": navfn.pose(a, b), "goal": navfn.pose(c, d)}
-                both.call("global_planner/make_plan", "navfn/MakeNavPlan", **request)
-    return "navfn, 50 plans on 240 x 200 cells", meter
-
-
-def follow_a_plan(ros):
-    with both_bases(ros, {"planner_frequency": 1.0}) as both:
-        both.send(2.4, 0.9)
-        both.wait_until_active()
-        with Meter(both.processes[side] for side in ("pipros", "genuine")) as meter:
-            time.sleep(20.0)
-    return "move_base with DWA, 20 s, 10 commands and 1 plan per second, two costmaps", meter
-
-
-def filter_odometry(ros):
-    parameters = {"frequency": 30.0, "odom0": "/odom0", "odom0_config": [True] * 12 + [False] * 3}
-    with both_filters(ros, "ekf_localization_node", parameters) as both:
-        both.feed("/odom0", odometry(0))
-        with Meter(both._processes) as meter:
-            for index in range(1, 300):
-                both.feed("/odom0", odometry(index))
-    return "ekf_localization_node, 300 odometry messages at 30 Hz", meter
-
-
-def odometry(index):
-    made = stamped("odom", 1000.0 + index / 30.0, "odom")
-    made.child_frame_id, made.pose.pose.position.x = "base_link", 0.01 * index
-    made.pose.pose.orientation.w, made.twist.twist.linear.x = 1.0, 0.3
-    made.pose.covariance = made.twist.covariance = (np.eye(6) * 0.01).ravel().tolist()
+def pose(x, y):
+    made = load_message_class("geometry_msgs/PoseStamped")()
+    made.header.frame_id = "map"
+    made.pose.position.x, made.pose.position.y, made.pose.orientation.w = x, y, 1.0
     return made
+
+
+def plan(bench):
+    costmap = {
+        "plugins": [STATIC, INFLATION], "robot_radius": 0.17, "update_frequency": 1.0,
+        "static": {"map_topic": "/map"},
+    }  # fmt: skip
+    bench.start("navfn", "navfn_node", {"costmap": costmap})
+    place(bench, 1.0, 1.0)
+    bench.publish("/map", grid_message(building()))
+    service = load_service_class("navfn/MakeNavPlan")
+    client = bench.node.client("/tested/make_plan", service)
+
+    def has_plan(start, goal):
+        request = service._request_class(start=pose(*start), goal=pose(*goal))
+        with suppress(PiprosError):  # the service is not ready
+            return client.call(request, timeout_s=60.0).plan_found
+
+    bench.wait(lambda: has_plan((1.0, 1.0), (1.5, 1.5)), "a plan")
+    numbers = np.random.default_rng(2)
+    with bench.measured():
+        for _ in range(50):
+            has_plan(*numbers.uniform((0.3, 0.3), (11.7, 9.7), (2, 2)))
+
+
+def follow_a_plan(bench):
+    layers = {
+        "robot_base_frame": "base_link",
+        "footprint": "[[0.12, 0.1], [0.12, -0.1], [-0.12, -0.1], [-0.12, 0.1]]",
+        "transform_tolerance": 2.0, "obstacles": {"observation_sources": "scan", "scan": LASER},
+        "inflation": {"inflation_radius": 0.5, "cost_scaling_factor": 4.0},
+    }  # fmt: skip
+    parameters = {
+        "base_local_planner": "dwa_local_planner/DWAPlannerROS", "base_global_planner": "navfn/NavfnROS",
+        "controller_frequency": 10.0, "planner_frequency": 1.0, "planner_patience": 0.6,
+        "controller_patience": 0.6, "recovery_behavior_enabled": False,
+        "global_costmap": layers | {
+            "global_frame": "map", "update_frequency": 5.0, "plugins": [STATIC, OBSTACLES, INFLATION],
+            "static": {"map_topic": "/map"},
+        },
+        "local_costmap": layers | {
+            "global_frame": "odom", "rolling_window": True, "width": 3, "height": 3, "resolution": 0.05,
+            "update_frequency": 10.0, "publish_frequency": 5.0, "plugins": [OBSTACLES, INFLATION],
+        },
+        "DWAPlannerROS": {
+            "max_vel_y": 0.0, "min_vel_y": 0.0, "acc_lim_y": 0.0, "vy_samples": 1, "vx_samples": 8,
+            "publish_cost_grid_pc": True, "publish_traj_pc": True,
+        },
+    }  # fmt: skip
+    bench.start("move_base", "move_base", parameters)
+    cells = np.zeros((120, 120), np.int8)
+    cells[:2] = cells[-2:] = cells[:, :2] = cells[:, -2:] = cells[66:76, 78:86] = 100
+    commands = bench.subscribe("/cmd_vel", "geometry_msgs/Twist")
+    frames = [transform_message(*each, Pose(), 0.0).transforms[0]
+              for each in (("map", "odom"), ("odom", "base_link"), ("base_link", "laser"))]  # fmt: skip
+    odometry = load_message_class("nav_msgs/Odometry")(child_frame_id="base_link")
+    odometry.header.frame_id = "odom"
+    odometry.twist.twist.linear.x, odometry.twist.twist.angular.z = 0.2, 0.1
+    ranges = [5.0] * 360
+    ranges[150:158] = [0.9] * 8  # a post
+
+    def feed():
+        now = time.time()
+        for each in (*frames, odometry):
+            each.header.stamp = ros_time(now)
+        bench.publish("/tf", load_message_class("tf2_msgs/TFMessage")(frames), waits=False)
+        bench.publish("/odom", odometry, waits=False)
+        bench.publish("/scan", round_scan(ranges, now, "laser", 5.0), waits=False)
+        time.sleep(0.05)
+
+    bench.publish("/map", grid_message(cells, -3.0), waits=False)
+    goals = bench.node.advertise("/move_base_simple/goal", load_message_class("geometry_msgs/PoseStamped"))
+    bench.wait(lambda: feed() or goals.connection_count, "the subscription to the goal")
+    goals.publish(pose(2.4, 0.9))
+    bench.wait(lambda: feed() or commands.messages, "a command")
+    with bench.measured():
+        end_s = time.monotonic() + 20.0
+        while time.monotonic() < end_s:
+            feed()
+
+
+def filter_odometry(bench):
+    parameters = {
+        "frequency": 30.0, "sensor_timeout": 1e12, "odom0": "/odom0",
+        "odom0_config": [True] * 12 + [False] * 3,
+    }  # fmt: skip
+    bench.start("robot_localization", "ekf_localization_node", parameters)
+    estimates = bench.subscribe("/odometry/filtered", "nav_msgs/Odometry")
+    made = load_message_class("nav_msgs/Odometry")(child_frame_id="base_link")
+    made.header.frame_id, made.pose.pose.orientation.w, made.twist.twist.linear.x = "odom", 1.0, 0.3
+    made.pose.covariance = made.twist.covariance = (np.eye(6) * 0.01).ravel().tolist()
+
+    def feed(index):
+        made.header.stamp, made.pose.pose.position.x = ros_time(1000.0 + index / 30.0), 0.01 * index
+        bench.publish("/odom0", made)
+        wanted = ros_time(1000.0 + index / 30.0 - 1e-5)
+        bench.wait(lambda: any(e.header.stamp >= wanted for e in estimates.messages[-3:]), "an estimate")
+
+    feed(0)
+    with bench.measured():
+        for index in range(1, 300):
+            feed(index)
 
 
 WORKS = (localise, keep_a_costmap, plan, follow_a_plan, build_a_map, filter_odometry)
 
 
-@contextmanager
-def system():
-    """Yield a ROS system with its own port and folder."""
-    with tempfile.TemporaryDirectory() as folder:
-        port, home = ClaimedPort(), Path(folder) / "home"
-        home.mkdir()
-        ros = RosSystem(port.number, home, make_tool_folder(Path(folder) / "bin"))
-        try:
-            yield ros
-        finally:
-            ros.close()
-            port.release()
-
-
 def main(*names):
-    works = [each for each in WORKS if each.__name__ in names]
-    print("| node | pipros | genuine (C++) | factor |")
-    print("| --- | ---: | ---: | ---: |")
-    for work in works or WORKS:
-        with system() as ros:
-            name, meter = work(ros)
-        ours, theirs = meter.used_s
-        print(f"| {name} | {ours:.2f} s | {theirs:.2f} s | {ours / max(theirs, 0.01):.1f} |", flush=True)
+    rows = recorded("navigation_beside_genuine")["rows"]
+    print("| node | pipros now | pipros 2026-11-26 | genuine (C++) 2026-11-26 | factor 2026-11-26 |")
+    print("| --- | ---: | ---: | ---: | ---: |")
+    for work in [each for each in WORKS if each.__name__ in names] or WORKS:
+        with running() as bench:
+            work(bench)
+        row = rows[work.__name__]
+        ours, theirs = row["pipros_s"], row["genuine_s"]
+        times = f"{bench.used_s:.2f} s | {ours:.2f} s | {theirs:.2f} s"
+        print(f"| {row['work']} | {times} | {ours / theirs:.1f} |", flush=True)
 
 
 if __name__ == "__main__":

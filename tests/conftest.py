@@ -21,7 +21,7 @@ from tests.support import (
     outcomes,
     pyright,
     quick,
-    ros2_oracles,
+    ros2_wheels,
 )
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
@@ -85,7 +85,7 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
         collection_path.is_relative_to(_DDS) and not is_required() and dds_peers.missing()
     )
     is_left_out = is_left_out or (
-        collection_path == _GENUINE_ROS2 and not is_required() and ros2_oracles.missing()
+        collection_path == _GENUINE_ROS2 and not is_required() and ros2_wheels.missing()
     )
     if absent_rooms.is_needed_by(collection_path):
         return True
@@ -145,10 +145,10 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: {' '.join(lacking)}",
             f"to have them on Debian 12, as root: {dds_peers.INSTALL}",
         ]
-    if lacking := ros2_oracles.missing():
+    if lacking := ros2_wheels.missing():
         lines += [
-            f"tests/interop: genuine ROS 2 is not tried; this machine lacks: {' '.join(lacking)}",
-            f"to have the packages on Debian 12, as root: {ros2_oracles.INSTALL}",
+            f"tests/interop: genuine ROS 2 is not tried; this machine lacks: {', '.join(lacking)}",
+            f"to have it on Linux with x86_64: {ros2_wheels.INSTALL}",
         ]
     if shutil.which("systemd-analyze") is None:
         lines += [

@@ -1,4 +1,4 @@
-"""`pipros ros2` between a genuine rclpy node and a genuine rospy node, for each of the builds of ROS 2."""
+"""`pipros ros2` between a genuine rclpy node and a genuine rospy node, for each distribution on PyPI."""
 
 from __future__ import annotations
 
@@ -16,16 +16,28 @@ from tests.support.environments import genuine_environment
 from tests.support.hunt import busy_processors
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
-from tests.support.ros2_oracles import ALL, PYTHON, Ros2
+from tests.support.ros2_wheels import DISTROS, environment
 from tests.support.waiting import wait_until
 
 pytestmark = needs_network
+PYTHON = "/usr/bin/python3"
 PROGRAMS = Path(__file__).parent / "programs"
 MASTER = "http://localhost:11311"
 RULES = """
 topics: {to_ros1: {allow: ["/r2_*"]}}
 services: {to_ros1: {allow: [/r1_switch]}, to_ros2: {allow: [/r2_switch]}}
 actions: {to_ros1: {allow: [/r1_fibonacci]}, to_ros2: {allow: [/r2_fibonacci]}}
+"""
+# test_msgs has the only actions on PyPI. The second rule offers the action of ROS 1 under another name, too.
+MAPPING = """
+- ros1_package_name: actionlib_tutorials
+  ros1_action_name: Fibonacci
+  ros2_package_name: test_msgs
+  ros2_action_name: Fibonacci
+- ros1_package_name: actionlib_tutorials
+  ros1_action_name: Fibonacci
+  ros2_package_name: example_interfaces
+  ros2_action_name: Fibonacci
 """
 BIG_BYTES = 8_000_000
 NUMBERS = ("reliable", "best_effort")
@@ -34,13 +46,16 @@ NUMBERS = ("reliable", "best_effort")
 class System:
     """A master, a gateway, and a node on each side of it, in a network of their own."""
 
-    def __init__(self, ros2: Ros2, folder: Path, network: LoneNetwork) -> None:
-        self._build = ros2
+    def __init__(self, distro: str, folder: Path, network: LoneNetwork) -> None:
+        self._distro = distro
+        self._environment = environment(distro)
         self._network = network
         self._folder = folder
         self._processes = Processes(genuine_environment(folder, MASTER), folder)
         self._rules = folder / "rules.yaml"
         self._rules.write_text(RULES)
+        self._mapping = folder / "mapping.yaml"
+        self._mapping.write_text(MAPPING)
         self._fibonacci = folder / "fibonacci"
         self._fibonacci.write_text(load_message_class("actionlib_tutorials/FibonacciAction")._full_text)
         enable_multicast(network)
@@ -51,28 +66,28 @@ class System:
 
     def _pipros(self, command: str, *words: str | Path) -> Process:
         program = Path(sys.executable).parent / command
-        reach = {} if self._build.is_found else {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
         argv = self._network.command(str(program), *map(str, words))
-        return self._processes.start(*argv, environment={"ROS_IP": "127.0.0.1", **reach})
+        return self._processes.start(*argv, environment={"ROS_IP": "127.0.0.1"})
 
     def start_gateway(self) -> Process:
-        options = ("--domain", "0", "--distro", self._build.distro, "--rules", self._rules)
-        gateway = self._pipros("pipros", "ros2", *options)
+        gateway = self._pipros(
+            *("pipros", "ros2", "--domain", "0", "--distro", self._distro, "--rules", self._rules),
+            *("--mapping", self._mapping, "--msgs", self._environment / "share"),
+        )
         gateway.wait_for("connected to domain")
         return gateway
 
     def start_ros2(self) -> Process:
         # Programs that were killed leave files in the shared memory, which all networks have in common.
         private = 'mount -t tmpfs shm /dev/shm && exec "$@"'
-        argv = ("sh", "-c", private, "sh", PYTHON, str(PROGRAMS / "genuine_ros2_node.py"))
-        return self._node(argv, self._build.environment())
+        python = str(self._environment / "bin" / "python")
+        return self._node("sh", "-c", private, "sh", python, str(PROGRAMS / "genuine_ros2_node.py"))
 
     def start_ros1(self) -> Process:
-        return self._node((PYTHON, str(PROGRAMS / "genuine_ros1_node.py"), str(self._fibonacci)), {})
+        return self._node(PYTHON, str(PROGRAMS / "genuine_ros1_node.py"), str(self._fibonacci))
 
-    def _node(self, argv: tuple[str, ...], environment: dict[str, str]) -> Process:
-        command = self._network.command(*argv)
-        node = self._processes.start(*command, stdin=-1, environment=environment)
+    def _node(self, *argv: str) -> Process:
+        node = self._processes.start(*self._network.command(*argv), stdin=-1)
         node.wait_for("^ready$")
         return node
 
@@ -96,13 +111,9 @@ class System:
 
     def check_goals(self) -> None:
         """Check that goals of each side succeed at the other, with feedback."""
-        for node, command, status in (
-            (self.ros1, "send_goal 6", 3),
-            (self.ros2, "send_goal example 6", 4),
-            (self.ros2, "send_goal tutorials 6", 4),
-        ):
+        for node, status in ((self.ros1, 3), (self.ros2, 4)):
             mark = node.mark()
-            node.write_line(command)
+            node.write_line("send_goal 6")
             node.wait_for(f"^result {status} 0 1 1 2 3 5$", since=mark)
             node.wait_for("^feedback$", since=mark)
 
@@ -111,10 +122,10 @@ class System:
 
 
 @contextmanager
-def running(ros2: Ros2, folder: Path) -> Iterator[System]:
+def running(distro: str, folder: Path) -> Iterator[System]:
     network = LoneNetwork("127.0.0.1 localhost\n")
     try:
-        system = System(ros2, folder, network)
+        system = System(distro, folder, network)
         try:
             yield system
         finally:
@@ -123,7 +134,7 @@ def running(ros2: Ros2, folder: Path) -> Iterator[System]:
         network.close()
 
 
-@pytest.fixture(scope="module", params=ALL, ids=str)
+@pytest.fixture(scope="module", params=DISTROS)
 def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
     with running(request.param, tmp_path_factory.mktemp("ros2")) as system:
         yield system
@@ -137,6 +148,12 @@ def test_late_subscribers_get_latched_messages(system: System) -> None:
     for node, text in ((system.ros1, "kept in ROS 2"), (system.ros2, "kept in ROS 1")):
         node.write_line("subscribe_late")
         node.wait_for(f"^latched {text}$")
+
+
+def test_fields_that_ros2_has_renamed_and_embedded_messages_keep_their_values(system: System) -> None:
+    for node in (system.ros1, system.ros2):
+        node.wait_for(r"^camera plumb_bob 0\.0 1\.0 2\.0 3\.0 4\.0 5\.0 6\.0 7\.0 8\.0$")
+        node.wait_for(r"^imu 1\.0 4\.0 9$")
 
 
 def test_messages_of_8_mb_pass_in_both_directions(system: System) -> None:
@@ -164,12 +181,9 @@ def test_goals_succeed_in_both_directions(system: System) -> None:
 
 def test_goals_are_cancelled_in_both_directions(system: System) -> None:
     # A genuine client of ROS 1 may miss that the goal is active, if that comes before send_goal has returned.
-    for node, command, status in (
-        (system.ros1, "send_goal 2000", 2),
-        (system.ros2, "send_goal tutorials 2000", 5),
-    ):
+    for node, status in ((system.ros1, 2), (system.ros2, 5)):
         mark = node.mark()
-        node.write_line(command)
+        node.write_line("send_goal 2000")
         node.wait_for("^feedback$", since=mark)
         if node is system.ros2:  # which may print feedback before it has the goal that it is to cancel
             node.wait_for("^accepted True$", since=mark)
@@ -177,10 +191,12 @@ def test_goals_are_cancelled_in_both_directions(system: System) -> None:
         node.wait_for(f"^result {status} 0 1 1", since=mark)
 
 
-def test_the_gateway_is_a_node_of_ros2(system: System) -> None:
+def test_the_gateway_is_a_node_of_ros2_with_actions_of_all_names(system: System) -> None:
     mark = system.ros2.mark()
     system.ros2.write_line("nodes")
     system.ros2.wait_for("^nodes .*kit ros1_gateway_", since=mark)
+    names = " ".join(f"{package}/action/Fibonacci" for package in ("example_interfaces", "test_msgs"))
+    system.ros2.wait_for(f"^action /r1_fibonacci {names}$", since=mark)
 
 
 def test_the_node_of_ros2_complains_about_nothing(system: System) -> None:

@@ -18,10 +18,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
-from typing import Any
 
 from tests.support.environments import REPOSITORY
 from tests.support.outcomes import Outcome, read_outcomes
+from tests.support.project import load_toml
 
 AGAIN_TIMES = 10
 """Repetitions of a test that failed in CI."""
@@ -50,22 +50,13 @@ def read_quarantine(file: Path = QUARANTINE) -> dict[str, Quarantined]:
     Raises:
         ValueError: the file has too many entries, or an entry lacks a cause, evidence or a date.
     """
-    entries = [Quarantined(**entry) for entry in _load_toml(file).get("test", ())]
+    entries = [Quarantined(**entry) for entry in load_toml(file).get("test", ())]
     if len(entries) > QUARANTINE_LIMIT:
         raise ValueError(f"{file}: at most {QUARANTINE_LIMIT} tests may be listed, got {len(entries)}")
     for entry in entries:
         if not (entry.cause and entry.evidence and isinstance(entry.since, date)):
             raise ValueError(f"{file}: [{entry.test}] needs a cause, evidence and a date")
     return {entry.test: entry for entry in entries}
-
-
-def _load_toml(file: Path) -> dict[str, Any]:
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        import tomli as tomllib  # pytest requires tomli for this Python version
-    with file.open("rb") as opened:
-        return tomllib.load(opened)
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Any
 
 from pipros.basics.rooms import own_rooms
@@ -13,7 +14,13 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-PROJECT: dict[str, Any] = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
+
+def load_toml(file: Path) -> dict[str, Any]:
+    """Return the content of a TOML file."""
+    return tomllib.loads(file.read_text(encoding="utf-8"))
+
+
+PROJECT = load_toml(REPOSITORY / "pyproject.toml")
 _HOOK = PROJECT["tool"]["hatch"]["metadata"]["hooks"]["custom"]
 
 PROGRAMS: dict[str, str] = _HOOK["scripts"] | {

@@ -8,6 +8,8 @@ import sys
 import threading
 from pathlib import Path
 
+from geometry_msgs.msg import Quaternion
+from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import Int32, String, UInt8MultiArray
 from std_srvs.srv import SetBool, SetBoolResponse
 
@@ -36,12 +38,20 @@ class Kit:
         ]
         self.latched = rospy.Publisher("/r1_latched", String, queue_size=1, latch=True)
         self.latched.publish("kept in ROS 1")
+        self.camera = rospy.Publisher("/r1_camera", CameraInfo, queue_size=1, latch=True)
+        self.camera.publish(CameraInfo(distortion_model="plumb_bob", K=range(9)))
+        self.imu = rospy.Publisher("/r1_imu", Imu, queue_size=1, latch=True)
+        self.imu.publish(Imu(orientation=Quaternion(1, 2, 3, 4)))
         self.big = rospy.Publisher("/r1_big", UInt8MultiArray, queue_size=4)
         self.receiving = [
             rospy.Subscriber(topic, Int32, self.on_number, topic)
             for topic in ("/r2_reliable", "/r2_best_effort")
         ]
-        self.receiving.append(rospy.Subscriber("/r2_big", UInt8MultiArray, self.on_big, buff_size=1 << 24))
+        self.receiving += [
+            rospy.Subscriber("/r2_big", UInt8MultiArray, self.on_big, buff_size=1 << 24),
+            rospy.Subscriber("/r2_camera", CameraInfo, self.on_camera),
+            rospy.Subscriber("/r2_imu", Imu, self.on_imu),
+        ]
         self.late = []
         self.timer = rospy.Timer(rospy.Duration(0.05), self.send)
         self.service = rospy.Service(
@@ -68,6 +78,12 @@ class Kit:
 
     def on_big(self, message):
         say("big", len(message.data), hashlib.sha256(message.data).hexdigest())
+
+    def on_camera(self, message):
+        say("camera", message.distortion_model, *message.K)
+
+    def on_imu(self, message):
+        say("imu", message.orientation.x, message.orientation.w, len(message.angular_velocity_covariance))
 
     def execute(self, goal):
         sequence = [0, 1]

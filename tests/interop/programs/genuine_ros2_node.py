@@ -11,23 +11,20 @@ import sys
 import threading
 import time
 
-import action_tutorials_interfaces.action
-import example_interfaces.action
 import rclpy
-from rclpy.action import ActionClient, ActionServer, CancelResponse
+from geometry_msgs.msg import Quaternion
+from rclpy.action import ActionClient, ActionServer, CancelResponse, get_action_names_and_types
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy, qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, Imu
 from std_msgs.msg import Int32, String, UInt8MultiArray
 from std_srvs.srv import SetBool
+from test_msgs.action import Fibonacci
 
 RELIABLE = QoSProfile(depth=100)
 LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 BIG = QoSProfile(depth=4, reliability=QoSReliabilityPolicy.RELIABLE)
-FIBONACCI = {
-    "tutorials": action_tutorials_interfaces.action.Fibonacci,
-    "example": example_interfaces.action.Fibonacci,
-}
 
 
 def say(*words):
@@ -47,25 +44,33 @@ class Kit:
         ]
         self.latched = node.create_publisher(String, "/r2_latched", LATCHED)
         self.latched.publish(String(data="kept in ROS 2"))
+        self.camera = node.create_publisher(CameraInfo, "/r2_camera", LATCHED)
+        self.camera.publish(CameraInfo(distortion_model="plumb_bob", k=[float(each) for each in range(9)]))
+        self.imu = node.create_publisher(Imu, "/r2_imu", LATCHED)
+        self.imu.publish(Imu(orientation=Quaternion(x=1.0, y=2.0, z=3.0, w=4.0)))
         self.big = node.create_publisher(UInt8MultiArray, "/r2_big", BIG)
         self.receiving = [
             node.create_subscription(Int32, topic, self.on_number(topic), qos, callback_group=self.group)
             for topic, qos in (("/r1_reliable", RELIABLE), ("/r1_best_effort", qos_profile_sensor_data))
         ]
-        self.receiving.append(node.create_subscription(UInt8MultiArray, "/r1_big", self.on_big, BIG))
+        self.receiving += [
+            node.create_subscription(UInt8MultiArray, "/r1_big", self.on_big, BIG),
+            node.create_subscription(CameraInfo, "/r1_camera", self.on_camera, LATCHED),
+            node.create_subscription(Imu, "/r1_imu", self.on_imu, LATCHED),
+        ]
         self.late = []
         node.create_timer(0.05, self.send)
         node.create_service(SetBool, "/r2_switch", self.on_switch, callback_group=self.group)
         self.client = node.create_client(SetBool, "/r1_switch", callback_group=self.group)
         self.server = ActionServer(
             node,
-            FIBONACCI["tutorials"],
+            Fibonacci,
             "/r2_fibonacci",
             self.execute,
             cancel_callback=lambda _: CancelResponse.ACCEPT,
             callback_group=self.group,
         )
-        self.actions = {}
+        self.actions = ActionClient(node, Fibonacci, "/r1_fibonacci", callback_group=self.group)
         self.goal = None
 
     def send(self):
@@ -89,28 +94,36 @@ class Kit:
     def on_big(self, message):
         say("big", len(message.data), hashlib.sha256(message.data).hexdigest())
 
+    def on_camera(self, message):
+        say("camera", message.distortion_model, *message.k)
+
+    def on_imu(self, message):
+        say("imu", message.orientation.x, message.orientation.w, len(message.angular_velocity_covariance))
+
     def on_switch(self, request, response):
         response.success, response.message = not request.data, "by rclpy"
         return response
 
     def execute(self, handle):
         sequence = [0, 1]
-        feedback = FIBONACCI["tutorials"].Feedback()
+        feedback = Fibonacci.Feedback()
         for _ in range(handle.request.order):
             if handle.is_cancel_requested:
                 handle.canceled()
-                return FIBONACCI["tutorials"].Result(sequence=sequence)
+                return Fibonacci.Result(sequence=sequence)
             sequence.append(sequence[-1] + sequence[-2] if len(sequence) < 20 else 0)
-            feedback.partial_sequence = sequence
+            feedback.sequence = sequence
             handle.publish_feedback(feedback)
             time.sleep(0.02)
         handle.succeed()
-        return FIBONACCI["tutorials"].Result(sequence=sequence)
+        return Fibonacci.Result(sequence=sequence)
 
     # Commands.
 
     def nodes(self):
         say("nodes", *sorted(self.node.get_node_names()))
+        for name, types in get_action_names_and_types(self.node):
+            say("action", name, *sorted(types))
 
     def subscribe_late(self):
         self.late.append(
@@ -130,21 +143,10 @@ class Kit:
         future = self.client.call_async(SetBool.Request(data=value == "1"))
         future.add_done_callback(lambda each: say("answer", each.result().success, each.result().message))
 
-    def add_client(self, kind):
-        """Create a client in a participant of its own: one of Fast DDS cannot have a topic with two types."""
-        context = rclpy.Context()
-        rclpy.init(context=context)
-        node = rclpy.create_node(f"client_of_{kind}", context=context)
-        executor = SingleThreadedExecutor(context=context)
-        executor.add_node(node)
-        self.actions[kind] = ActionClient(node, FIBONACCI[kind], "/r1_fibonacci")
-        threading.Thread(target=executor.spin, daemon=True).start()
-        return self.actions[kind]
-
-    def send_goal(self, kind, order):
+    def send_goal(self, order):
         """Send a goal, print whether it is accepted, the number of feedback messages, and the result."""
-        client, count = self.actions.get(kind) or self.add_client(kind), []
-        if not client.wait_for_server(60):
+        count = []
+        if not self.actions.wait_for_server(60):
             say("no action server")
 
         def on_accepted(future):
@@ -161,8 +163,10 @@ class Kit:
             found = future.result()
             say("result", found.status, *found.result.sequence[:6])
 
-        goal = FIBONACCI[kind].Goal(order=int(order))
-        client.send_goal_async(goal, feedback_callback=on_feedback).add_done_callback(on_accepted)
+        sending = self.actions.send_goal_async(
+            Fibonacci.Goal(order=int(order)), feedback_callback=on_feedback
+        )
+        sending.add_done_callback(on_accepted)
 
     def cancel(self):
         self.goal.cancel_goal_async().add_done_callback(
