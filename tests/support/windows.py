@@ -20,7 +20,7 @@ import sys
 import threading
 import time
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from tests.support.environments import REPOSITORY
@@ -36,6 +36,8 @@ FOLDER = Path(
 PREFIX = FOLDER / "prefix"
 DRIVE = PREFIX / "drive_c"
 PYTHON = DRIVE / "Python311"
+INSTALLED = FOLDER / "installed"
+"""Contains the state of the source files whose wheel is installed."""
 TREE = DRIVE / "pipros"
 """The copy of the project's tracked files from which `test` runs tests."""
 
@@ -159,6 +161,15 @@ def running() -> list[str]:
     return found
 
 
+@contextlib.contextmanager
+def locked() -> Iterator[None]:
+    """Have the environment alone, because `end_all` ends the programs of all who use it."""
+    FOLDER.parent.mkdir(parents=True, exist_ok=True)
+    with open(f"{FOLDER}.lock", "w", encoding="utf-8") as file:
+        lock(file.fileno(), waits=True)
+        yield
+
+
 def make() -> None:
     """Make or update the environment: Wine's folder, Python, pinned packages, and this tree's wheel."""
     if lacking := missing():
@@ -215,8 +226,7 @@ def _install_pipros() -> None:
     )
     files = [REPOSITORY / name for name in listed.stdout.decode().split("\0") if name]
     state = "".join(f"{file} {file.stat().st_mtime_ns}\n" for file in files if file.exists())
-    stamp = FOLDER / "installed"
-    if stamp.exists() and stamp.read_text() == state:
+    if INSTALLED.exists() and INSTALLED.read_text() == state:
         return
     wheels = DRIVE / "own"
     shutil.rmtree(wheels, ignore_errors=True)
@@ -224,7 +234,7 @@ def _install_pipros() -> None:
     _check("pip wheel", _run([*build, "--wheel-dir", str(wheels), str(REPOSITORY)], 120))
     (wheel,) = wheels.glob("*.whl")
     _install("--no-deps", "--force-reinstall", windows_path(wheel))
-    stamp.write_text(state)
+    INSTALLED.write_text(state)
 
 
 def _install(*arguments: str) -> None:
@@ -268,9 +278,10 @@ def copy_tree() -> None:
 
 
 def main(arguments: Sequence[str]) -> int:
-    FOLDER.parent.mkdir(parents=True, exist_ok=True)
-    with open(FOLDER.parent / "pipros-windows.lock", "w", encoding="utf-8") as file:
-        lock(file.fileno(), waits=True)
+    if list(arguments) == ["packages"]:
+        print(*PACKAGES)
+        return 0
+    with locked():
         make()
         folder = DRIVE
         if arguments[0] == "test":

@@ -13,18 +13,29 @@ from tests.support.windows import DRIVE, WindowsProgram
 StartOnWindows = Callable[..., WindowsProgram]
 
 
-@pytest.fixture(scope="session")
-def workspace() -> None:
-    """Build the case study's workspace with Windows's programs, as `C:\\ws`."""
-    windows.make()
-    shutil.rmtree(DRIVE / "ws", ignore_errors=True)
-    shutil.copytree(EXAMPLES, DRIVE / "ws" / "src")
-    made = WindowsProgram(["catkin_make"], folder=DRIVE / "ws")
-    try:
-        assert made.wait(120) == 0, made.output
-    finally:
+@pytest.fixture
+def environment() -> Iterator[None]:
+    """Have the environment for one test at a time, also beside other processes of pytest."""
+    with windows.locked():
+        windows.make()
+        yield
         windows.end_all()
-        made.close()
+
+
+@pytest.fixture
+def workspace(environment: None) -> None:
+    """Build the case study's workspace as `C:\\ws` with Windows's programs, once for each installation."""
+    built = DRIVE / "ws" / "built_by"
+    if not built.exists() or built.read_text() != windows.INSTALLED.read_text():
+        shutil.rmtree(DRIVE / "ws", ignore_errors=True)
+        shutil.copytree(EXAMPLES, DRIVE / "ws" / "src")
+        made = WindowsProgram(["catkin_make"], folder=DRIVE / "ws")
+        try:
+            assert made.wait(120) == 0, made.output
+        finally:
+            windows.end_all()
+            made.close()
+        built.write_text(windows.INSTALLED.read_text())
 
 
 @pytest.fixture
@@ -36,7 +47,6 @@ def start(ros: RosSystem, workspace: None) -> Iterator[StartOnWindows]:
         "ROS_PACKAGE_PATH": r"C:\ws\src",
         "CMAKE_PREFIX_PATH": r"C:\ws\devel",
     }
-
     started: list[WindowsProgram] = []
 
     def start_one(*command: str) -> WindowsProgram:
