@@ -22,6 +22,7 @@ from tests.support import (
     pyright,
     quick,
     ros2_wheels,
+    windows,
 )
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
@@ -48,6 +49,7 @@ _BROWSER = Path(__file__).parent / "browser"
 _ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
 _DDS = Path(__file__).parent / "dds"
 _GENUINE_ROS2 = _INTEROP / "test_gateway_with_genuine_ros2.py"
+_WINDOWS = Path(__file__).parent / "windows"
 _PYODIDE = Path(__file__).parent / "pyodide"
 _FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
 
@@ -86,6 +88,9 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     )
     is_left_out = is_left_out or (
         collection_path == _GENUINE_ROS2 and not is_required() and ros2_wheels.missing()
+    )
+    is_left_out = is_left_out or (
+        collection_path.is_relative_to(_WINDOWS) and not is_required() and windows.missing()
     )
     if absent_rooms.is_needed_by(collection_path):
         return True
@@ -149,6 +154,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         lines += [
             f"tests/interop: genuine ROS 2 is not tried; this machine lacks: {', '.join(lacking)}",
             f"to have it on Linux with x86_64: {ros2_wheels.INSTALL}",
+        ]
+    if lacking := windows.missing():
+        lines += [
+            f"tests/windows: Windows's Python is not tried; this machine lacks: {' '.join(lacking)}",
+            f"to have it on Debian 12, as root: {windows.INSTALL}",
         ]
     if shutil.which("systemd-analyze") is None:
         lines += [

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import bridge_clients, browser, dds_peers, genuine, pyright, ros2_wheels
+from tests.support import bridge_clients, browser, dds_peers, genuine, pyright, ros2_wheels, windows
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
-from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright, ros2_wheels
+from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright, ros2_wheels, windows
 bridge_clients.missing = lambda: ["roslib"]
 bridge_clients.missing_foxglove = lambda: ["ws"]
 browser.find_chromium = lambda: None
@@ -22,6 +22,7 @@ genuine._MODULES = {}
 npm.is_installed = lambda: False
 pyright.find_pyright = lambda: None
 ros2_wheels.missing = lambda: ["rclpy of jazzy"]
+windows.missing = lambda: ["wine"]
 """
 
 
@@ -58,9 +59,25 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     *lines, last = ended.stdout.rstrip("\n").splitlines()
     if lines[-5].startswith("examples/fleet: "):  # if this machine has no systemd
         del lines[-5:-3]
-    *_, checker, how, page, get, python, clients, install, dds, peers, ros2, wheels, what, lacking, cure = (
-        lines
-    )
+    (
+        *_,
+        checker,
+        how,
+        page,
+        get,
+        python,
+        clients,
+        install,
+        dds,
+        peers,
+        ros2,
+        wheels,
+        wine,
+        debian,
+        what,
+        lacking,
+        cure,
+    ) = lines
     assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
     assert how == f"to have it where Node.js is: {pyright.INSTALL}"
     assert page.startswith(
@@ -75,6 +92,8 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     assert peers == f"to have them on Debian 12, as root: {dds_peers.INSTALL}"
     assert ros2 == "tests/interop: genuine ROS 2 is not tried; this machine lacks: rclpy of jazzy"
     assert wheels == f"to have it on Linux with x86_64: {ros2_wheels.INSTALL}"
+    assert wine == "tests/windows: Windows's Python is not tried; this machine lacks: wine"
+    assert debian == f"to have it on Debian 12, as root: {windows.INSTALL}"
     assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
     assert lacking == "lacking: python3-rospy"
     assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")

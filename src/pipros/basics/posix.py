@@ -92,12 +92,16 @@ def kill_with_group(process: subprocess.Popen[bytes]) -> None:
 def interrupt(process: subprocess.Popen[bytes]) -> None:
     """Interrupt the first process of a new group as Ctrl-C does: with SIGINT, or with SIGBREAK on Windows.
 
-    SIGBREAK is used because Windows disables Ctrl-C in new groups.
+    SIGBREAK is used because Windows disables Ctrl-C in new groups. If it cannot be sent, for example because
+    there is no console, the process is ended.
     """
     import signal
 
     if sys.platform == "win32":
-        process.send_signal(signal.CTRL_BREAK_EVENT)
+        try:
+            process.send_signal(signal.CTRL_BREAK_EVENT)
+        except (OSError, SystemError):  # CPython raises SystemError for an error of Windows (cpython#87128)
+            process.terminate()
     else:
         process.send_signal(signal.SIGINT)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import codecs
 import contextlib
 import gc
 import io
@@ -133,7 +134,18 @@ def _lenient(stream: Any) -> Any:
 
 
 def _lenient_errors(stream: Any) -> str:
+    if stream.errors == "surrogateescape":  # in pipes on Windows, which lack most characters
+        codecs.register_error("escaped", _escaped)
+        return "escaped"
     return "backslashreplace" if stream.errors == "strict" else str(stream.errors)
+
+
+def _escaped(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Write bytes that were decoded by `surrogateescape` as they were, and other characters as escapes."""
+    try:
+        return codecs.lookup_error("surrogateescape")(error)
+    except UnicodeError:
+        return codecs.backslashreplace_errors(error)
 
 
 def _open_closed_streams() -> None:

@@ -6,13 +6,13 @@ This module starts no processes.
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
+from pipros.basics.words import split_words
 from pipros.launch.model import LaunchNode, Machine, WorkingFolder
 from pipros.launch.nodelet_choice import why_not_loadable
 from pipros.packages.well_known import why_not_here
@@ -171,7 +171,7 @@ class CommandMaker:
 
 def _words(text: str, what: str, node: LaunchNode) -> list[str]:
     try:
-        return shlex.split(text)
+        return split_words(text)
     except ValueError as error:
         raise CannotLaunch(
             f"the {what} [{text}] of node [{node.full_name}] cannot be parsed: {error}"

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,6 +14,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
+from pipros.basics.words import split_words
 from pipros.launch.budget import LaunchBudget
 from pipros.launch.substitute import FindResource, anonymous_name
 from pipros.workspace.index import PackageIndex
@@ -95,7 +95,7 @@ def _run_command(command_line: str) -> str:
     """Run a command line without a shell and return its output."""
     import subprocess
 
-    command = shlex.split(command_line)
+    command = split_words(command_line)
     if not command:
         raise CommandFailed("the command is empty")
     environment = program_environment(os.environ)  # run `$(find xacro)/xacro` with pipros's Python

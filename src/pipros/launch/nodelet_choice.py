@@ -8,11 +8,11 @@ case, loading a nodelet that is not available in Python fails with an error that
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pipros.basics import names
+from pipros.basics.words import split_words
 from pipros.launch.model import Launch, LaunchNode
 from pipros.packages.nodelets import (
     CHOICE_VARIABLE,
@@ -51,7 +51,7 @@ def arguments_of(node: LaunchNode) -> NodeletArguments | None:
     if (node.package, node.type) != ("nodelet", "nodelet"):
         return None
     try:
-        words = [word for word in shlex.split(node.arguments) if ":=" not in word]
+        words = [word for word in split_words(node.arguments) if ":=" not in word]
     except ValueError:  # the error is reported when the node is started
         return None
     match words:

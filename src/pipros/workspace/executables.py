@@ -128,10 +128,13 @@ def _named(folder: Path, name: str) -> Iterator[Path]:
     if not wanted or Path(name).is_absolute():
         return
     suffixes = _WINDOWS_SUFFIXES if _ON_WINDOWS else ("",)
-    bases = {wanted[-1] + suffix for suffix in suffixes}
+    bases = {wanted[-1] + suffix: rank for rank, suffix in enumerate(suffixes)}
+    found: dict[str, int] = {}  # the best suffix in each folder
     for parent, base in _walk(folder, with_folders=True):
         if base in bases and _ends_with(parent, wanted[:-1]):
-            yield Path(parent, base)
+            found[parent] = min(bases[base], found.get(parent, len(bases)))
+    for parent, rank in found.items():
+        yield Path(parent, wanted[-1] + suffixes[rank])
 
 
 def _walk(folder: Path, *, with_folders: bool = False) -> Iterator[tuple[str, str]]:

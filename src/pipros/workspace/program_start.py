@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shlex
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.words import split_words
 from pipros.packages import SHARE
 from pipros.packages.installed_packages import folders as installed_folders
 from pipros.packages.system_packages import child_package_path, is_compiled, manifest_folders
@@ -77,7 +77,7 @@ def command_of(
         starter = (_POSIX_SHELL,)
     else:
         starter = starter_of(program, variables)
-    return [*shlex.split(prefix), *starter, str(program), *arguments]
+    return [*split_words(prefix), *starter, str(program), *arguments]
 
 
 def starter_of(program: Path, variables: Mapping[str, str]) -> tuple[str, ...]:

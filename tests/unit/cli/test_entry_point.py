@@ -1,5 +1,6 @@
 """Every command has usable standard streams, also in threads that outlive it."""
 
+import os
 import subprocess
 import sys
 
@@ -51,3 +52,25 @@ def test_ctrl_c_before_the_command_has_begun_prints_no_traceback(monkeypatch: py
     monkeypatch.setattr("pipros.basics.interrupts.install", interrupted)
 
     assert command(lambda: 0)() == 130
+
+
+LACKING = """
+import sys
+from pipros.cli.entry_point import command
+
+def main():
+    for stream in (sys.stdout, sys.stderr):
+        print("Stra\\u00dfe \\u6c34 \\udcff", file=stream)
+    return 0
+
+command(main)()
+"""
+
+
+@pytest.mark.parametrize("errors", ["strict", "surrogateescape"])  # the second in pipes on Windows
+def test_characters_that_an_encoding_lacks_are_written_as_escapes(errors: str) -> None:
+    variables = {**os.environ, "PYTHONIOENCODING": f"cp1252:{errors}"}
+    done = subprocess.run([sys.executable, "-c", LACKING], capture_output=True, env=variables, check=False)
+    byte = {"strict": b"\\udcff", "surrogateescape": b"\xff"}[errors]
+    assert (done.returncode, done.stdout) == (0, b"Stra\xdfe \\u6c34 " + byte + os.linesep.encode())
+    assert done.stderr.startswith(b"Stra\xdfe \\u6c34 ")

