@@ -3,6 +3,7 @@
 // decides.
 
 import { h } from "./dom.js";
+import { silence } from "./silence.js";
 
 const [LEAST_S, INTERVALS] = [3, 10]; // as in web/stale.py
 export const LEVELS = ["OK", "Warning", "Error", "Stale"]; // names of the levels of diagnostics
@@ -18,6 +19,17 @@ export const ageText = (seconds) => (seconds < 10 ? `${seconds.toFixed(1)} s` : 
 // The word in its colour; the age of the last data is its title.
 export const staleMark = (ageS = null, text = "stale") => h("span", { class: "stale",
   title: ageS === null ? null : `The last data is ${ageText(ageS)} old` }, text);
+
+// A rate or bandwidth, which is stale while the server is silent.
+export const rateText = (text) => (silence.seconds ? h("span", { class: "rate stale", "data-rate": text }, "stale")
+  : h("span", { class: "rate" }, text));
+
+// Updates all shown rates when the server has become silent, or answers again.
+export function markRates() {
+  for (const each of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".rate"))) {
+    if (("rate" in each.dataset) !== Boolean(silence.seconds)) each.replaceWith(rateText(each.dataset.rate ?? each.textContent));
+  }
+}
 
 // Returns the age of a component's report, and its level now. `data` is what the view of diagnostics sent.
 export function levelNow({ last, level }, data) {

@@ -7,6 +7,7 @@ import { imageChoices, imageTopics } from "../image_choices.js";
 import { unsupportedTransport } from "../image_colours.js";
 import { headOf } from "../image_drawing.js";
 import { imageStage } from "../image_stage.js";
+import { rateText } from "../stale.js";
 import { whyNoData } from "../why_no_data.js";
 
 const CHOOSE = "Choose a topic";
@@ -121,7 +122,8 @@ const unmatchedText = ({ counts, within }) =>
 
 function figuresOf({ full, encoding, format, frame, rate, bandwidth: size }, apart) {
   const what = `${full?.join(" × ") ?? ""} ${encoding ?? format}${frame ? `, ${frame}` : ""}`;
-  return [what, hertz(rate), bandwidth(size), ...(apart === null ? [] : [`${(apart * 1000).toFixed(1)} ms apart`])].join(" · ");
+  const text = rateText(`${hertz(rate)} · ${bandwidth(size)}`);
+  return [`${what} · `, text, apart === null ? null : ` · ${(apart * 1000).toFixed(1)} ms apart`];
 }
 
 // The two images in a pair.
