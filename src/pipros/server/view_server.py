@@ -7,7 +7,7 @@ The files contain nothing secret. The first message on a WebSocket authenticates
 `{"id": 4, "action": "set_param", "args": {…}}`. Responses contain the id: `{"id": 3, "data": …}`,
 `{"id": 3, "error": "…"}`, or, in binary, the id as four big-endian bytes followed by the data. A read-only
 view is retried after an error, unless the request was refused. The server also sends `{"id": -2}` every
-`BEAT_S`, so that the page notices if the server is suspended or the link interrupted; TCP does not report this.
+`BEAT_S`, so that the page notices a suspended server and an interrupted link, which TCP does not report.
 
 Each view is a task that sends new values only after the browser has received the previous ones. A slow
 browser therefore receives fewer values, but current ones, and does not delay other browsers.
@@ -61,7 +61,7 @@ BROWSERS_SHARE: Final = 3 / 4
 RESUME_S: Final = 1.0
 """Delay before a failed view is retried."""
 BEAT_S: Final = 1.0
-"""Interval at which each browser is sent a message, even if there is nothing new. `page/silence.js` relies on it."""
+"""Interval at which each browser gets a message, even if nothing is new; see `page/silence.js`."""
 LONGEST_ERROR: Final = 2000
 
 _EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)

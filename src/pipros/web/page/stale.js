@@ -20,8 +20,8 @@ export const ageText = (seconds) => (seconds < 10 ? `${seconds.toFixed(1)} s` : 
 export const staleMark = (ageS = null, text = "stale") => h("span", { class: "stale",
   title: ageS === null ? null : `The last data is ${ageText(ageS)} old` }, text);
 
-// A rate or bandwidth, which is stale while the server is silent.
-export const rateText = (text) => (silence.seconds ? h("span", { class: "rate stale", "data-rate": text }, "stale")
+// A rate or bandwidth, which is stale while the server is silent. "–" is none.
+export const rateText = (text) => (silence.seconds && !text.startsWith("–") ? h("span", { class: "rate stale", "data-rate": text }, "stale")
   : h("span", { class: "rate" }, text));
 
 // Updates all shown rates when the server has become silent, or answers again.
