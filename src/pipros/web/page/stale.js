@@ -6,6 +6,7 @@ import { h } from "./dom.js";
 import { silence } from "./silence.js";
 
 const [LEAST_S, INTERVALS] = [3, 10]; // as in web/stale.py
+const [REGULAR, KEPT] = [5, 20]; // number of times after which data are regular, and of those that determine their interval
 export const LEVELS = ["OK", "Warning", "Error", "Stale"]; // names of the levels of diagnostics
 const STALE_LEVEL = 3;
 
@@ -28,6 +29,23 @@ export const rateText = (text) => (silence.seconds && !text.startsWith("–") ? 
 export function markRates() {
   for (const each of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".rate"))) {
     if (("rate" in each.dataset) !== Boolean(silence.seconds)) each.replaceWith(rateText(each.dataset.rate ?? each.textContent));
+  }
+}
+
+// Recognizes gaps in data that arrive regularly.
+export class Gaps {
+  constructor() {
+    this.times = []; // the last times (s) without a gap
+  }
+
+  // Notes a time. Returns whether it ends a gap.
+  note(time) {
+    const { times } = this;
+    const interval = times.length > REGULAR ? (times.at(-1) - times[0]) / (times.length - 1) : null;
+    const isGap = times.length > 0 && isStale(time - times.at(-1), interval);
+    if (isGap || times.length > KEPT) times.splice(0, isGap ? times.length : 1);
+    times.push(time);
+    return isGap;
   }
 }
 

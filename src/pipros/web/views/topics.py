@@ -143,7 +143,7 @@ def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
         message = watch.decode(newest.message)
     except PiprosError as error:
         return {**values, "error": str(error)}
-    shown = {"message": message_tree(message), "gauge": percentage(message)}
+    shown = {"message": message_tree(message, for_browser=True), "gauge": percentage(message)}
     return {**values, **shown, "picture": message_picture(message)}
 
 
