@@ -53,11 +53,13 @@ export class Curve {
       this.values.push(value);
       if (exact && !this.isRate) this.exact.set(time, exact);
     }
-    if (this.times.length > KEPT_POINTS * 1.2) {
-      this.times = this.times.slice(-KEPT_POINTS);
-      this.values = this.values.slice(-KEPT_POINTS);
-      for (const time of this.exact.keys()) if (time < this.times[0]) this.exact.delete(time);
-    }
+    if (this.times.length > KEPT_POINTS * 1.2) this.trim();
+  }
+
+  trim() {
+    this.times = this.times.slice(-KEPT_POINTS);
+    this.values = this.values.slice(-KEPT_POINTS);
+    for (const time of this.exact.keys()) if (time < this.times[0]) this.exact.delete(time);
   }
 
   interrupt(time) {
