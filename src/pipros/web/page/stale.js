@@ -21,6 +21,8 @@ export const ageText = (seconds) => (seconds < 10 ? `${seconds.toFixed(1)} s` : 
 export const staleMark = (ageS = null, text = "stale") => h("span", { class: "stale",
   title: ageS === null ? null : `The last data is ${ageText(ageS)} old` }, text);
 
+export const LATCHED = "latched"; // instead of a rate: the newest message is kept for new subscribers, and no more are expected
+
 // A rate or bandwidth, which is stale while the server is silent. "–" is none.
 export const rateText = (text) => (silence.seconds && !text.startsWith("–") ? h("span", { class: "rate stale", "data-rate": text }, "stale")
   : h("span", { class: "rate" }, text));

@@ -3,6 +3,7 @@
 import { bandwidth, h, hertz, replace } from "../dom.js";
 import { live } from "../live.js";
 import { silence } from "../silence.js";
+import { LATCHED } from "../stale.js";
 
 const NOTHING = "Nothing to show: no node is connected to another one, or everything is hidden.";
 
@@ -43,7 +44,7 @@ export function graphDrawing(canvas, context, onDrawn, onError) {
   function label() {
     canvas.label((arrow, index) => {
       const values = arrow.start.kind === "topic" || arrow.wrong ? null : traffic[index];
-      const measured = !values ? "" : isStale(values) ? "stale" : `${hertz(values[0])} · ${bandwidth(values[1])}`;
+      const measured = !values ? "" : isStale(values) ? "stale" : values[3] ? LATCHED : `${hertz(values[0])} · ${bandwidth(values[1])}`;
       return [arrow.text, measured].filter(Boolean).join("  ");
     }, (_arrow, index) => Boolean(traffic[index] && isStale(traffic[index])));
   }
