@@ -484,6 +484,23 @@ def test_rosapi_answers_about_the_system(url: str, robot: Node, make_node: MakeN
         assert client.call("/rosapi/message_details", {"type": "no/Type"})["result"] is False
 
 
+HANDSHAKE = (
+    b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+def test_a_client_that_answers_no_ping_is_disconnected_and_others_stay(node: Node) -> None:
+    with rosbridge_server(node, ping_s=0.2, pong_s=1.0) as url, RosbridgeClient(url) as other:
+        host, _, port = url.removeprefix("ws://").partition(":")
+        with socket.create_connection((host, int(port)), timeout=60) as vanished:
+            vanished.sendall(HANDSHAKE)
+            while vanished.recv(4096):
+                pass
+        other.send("no operation")
+        assert other.wait_for("status")["level"] == "error"
+
+
 def test_the_launch_file_serves_clients(ros: Any) -> None:
     ros.pipros.start_bare_master()
     launched = ros.pipros.start(
@@ -497,6 +514,8 @@ def test_the_launch_file_serves_clients(ros: Any) -> None:
         assert "clients may not use /rosout" in client.wait_for("status")["msg"]
         answer = client.call("/rosapi/get_param", {"name": "/rosbridge_websocket/actual_port"})
         assert answer["values"]["value"] == str(port)
+        answer = client.call("/rosapi/get_param", {"name": "/rosbridge_websocket/websocket_ping_interval"})
+        assert answer["values"]["value"] == "20"
     launched.press_ctrl_c()
     assert launched.wait() == 0
 

@@ -36,6 +36,7 @@ MODULES = {
     "notice_texts.js": 97,
     "plot/selection.js": 97,
     "stale.js": 60,
+    "silence.js": 97,
     "angles.js": 97,
     "image_address.js": 97,
 }

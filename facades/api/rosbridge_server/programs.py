@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import rospy
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.bridges.bridge_server import PING_S, PONG_S
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.encoding import bson_codec
 from pipros.bridges.rosbridge.globs import Globs
@@ -99,7 +100,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
     is_bson = bool(_parameter("bson_only_mode", False))
     if is_bson:
         bson_codec()
-    ping_s = _number("websocket_ping_interval", 0.0)
+    ping_s = _number("websocket_ping_interval", PING_S)
     authenticator = _authenticator() if _parameter("authenticate", False) else None
     limit_bytes = _number("max_message_size", 0.0)
     certificate = _parameter("certfile", None)
@@ -112,7 +113,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
         allows_null_origin=bool(_parameter("websocket_null_origin", False)),
         authenticator=authenticator if is_websocket else None,
         ping_s=ping_s or None,
-        pong_s=_number("websocket_ping_timeout", 30.0) or None,
+        pong_s=_number("websocket_ping_timeout", PONG_S) or None,
         message_bytes=int(limit_bytes) or None,
         settings=RosbridgeSettings(
             topics=Globs.parse(_parameter("topics_glob", "")),

@@ -17,11 +17,15 @@ LEAVES = 4000
 """Maximum number of values shown per message by default. A long string or name counts as several values."""
 CHARACTERS_PER_LEAF = 50
 
+NUMBER = "#"
+"""Key of the text of a number that JavaScript cannot read from JSON."""
+EXACT = 2**53
+"""JavaScript rounds integers of which the absolute value is larger."""
 MORE = "…"
 """Key of the full length of a shortened array, and the last character of a shortened string."""
 
 
-def message_tree(message: object, leaves: int = LEAVES) -> Any:
+def message_tree(message: object, leaves: int = LEAVES, *, for_browser: bool = False) -> Any:
     """Return the fields of a message as dictionaries, lists, strings and numbers.
 
     NaN and infinities become the strings `nan`, `inf` and `-inf`. A shortened array is
@@ -31,20 +35,25 @@ def message_tree(message: object, leaves: int = LEAVES) -> Any:
     Args:
         message: a message, or the value of a field.
         leaves: maximum number of values; see `LEAVES`.
+        for_browser: whether numbers that JavaScript could not read or would round are `{"#": "nan"}` and
+            `{"#": "18446744073709551615"}`, which differ from strings.
     """
-    return _Tree(leaves).of(message)
+    return _Tree(leaves, for_browser=for_browser).of(message)
 
 
 class _Tree:
-    def __init__(self, leaves: int) -> None:
+    def __init__(self, leaves: int, *, for_browser: bool) -> None:
         self._left = leaves
+        self._for_browser = for_browser
 
     def of(self, value: Any) -> Any:
         self._left -= 1
         if value is None or isinstance(value, (bool, int)):
-            return value
+            return {NUMBER: str(value)} if self._for_browser and abs(value or 0) > EXACT else value
         if isinstance(value, float):
-            return value if math.isfinite(value) else str(value)
+            if math.isfinite(value):
+                return value
+            return {NUMBER: str(value)} if self._for_browser else str(value)
         if isinstance(value, str):
             return self._cut(value, SHOWN_CHARACTERS)
         if isinstance(value, (bytes, bytearray, memoryview)):

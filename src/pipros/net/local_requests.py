@@ -2,7 +2,8 @@
 
 A program listens on a socket named after its process id. It responds only to this user and root, as
 identified by the operating system. Each connection carries one request and one response; the response to a
-refused request is `{"error": "…"}`.
+refused request is `{"error": "…"}`. A request whose sender no longer waits for the response is ignored: the
+program may have been suspended meanwhile, and the sender has been told that the request failed.
 """
 
 from __future__ import annotations
@@ -93,9 +94,8 @@ class LocalServer:
 
     def _response(self, connection: socket.socket) -> Mapping[str, Any]:
         try:
-            return self._answer(
-                json.loads(_received(connection, REQUEST_BYTES, f"the limit is {REQUEST_BYTES} bytes"))
-            )
+            text = _received(connection, REQUEST_BYTES, f"the limit is {REQUEST_BYTES} bytes")
+            return {} if local_socket.has_hung_up(connection) else self._answer(json.loads(text))
         except (PiprosError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
             return {"error": str(error) or type(error).__name__}
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import select
 import socket
 import struct
 import sys
@@ -104,6 +105,15 @@ def peer_user(connection: socket.socket) -> int | None:
         return None
     found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     return int(_CREDENTIALS.unpack(found)[1])
+
+
+def has_hung_up(connection: socket.socket) -> bool:
+    """Return whether the other end has closed the connection, not only its own direction."""
+    if sys.platform != "linux":
+        return False
+    poll = select.poll()
+    poll.register(connection, 0)
+    return any(events & select.POLLHUP for _, events in poll.poll(0))
 
 
 def _socket() -> socket.socket:

@@ -181,7 +181,7 @@ class Approvals:
 def waiting_acts() -> list[Mapping[str, Any]]:
     """Send `list` to up to `MOST_PROGRAMS` programs. Return the responses, each with its `process`.
 
-    May block for several seconds.
+    A program that does not answer has no acts, and a text in `silent`. May block for several seconds.
 
     Raises:
         OSError: the folder of the sockets cannot be read, or other users could write to it.
@@ -192,8 +192,11 @@ def waiting_acts() -> list[Mapping[str, Any]]:
             found.append(
                 {**local_requests.ask(_FOLDER, process, {"do": "list"}, _ANSWER_BYTES), "process": process}
             )
-        except LocalFailed:
-            continue  # usually, the program has ended
+        except LocalFailed as error:
+            if not error.has_ended:
+                found.append(
+                    {"process": process, "master": "", "waiting": [], "acts": [], "silent": str(error)}
+                )
     return found
 
 

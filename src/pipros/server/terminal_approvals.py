@@ -29,9 +29,15 @@ def ask_humans(
         OSError: see `waiting_acts`.
     """
     print("Waiting for acts that need approval. Ctrl-C ends this.", flush=True)
+    reported = ""  # the programs that do not answer
     while True:
-        program, act = next(_acts(find()), (None, None))
+        found = find()
+        program, act = next(_acts(found), (None, None))
         if program is None or act is None:
+            silent = "; ".join(each["silent"] for each in found if "silent" in each)
+            if silent != reported:
+                print(silent or "All programs answer again.", flush=True)
+            reported = silent
             time.sleep(POLL_S)
             continue
         print(f"\n{shown(program, act)}", flush=True)
@@ -93,8 +99,13 @@ def _read_verdict(
                 return None
             if verdict := KEYS.get(line.decode("utf-8", "replace").strip().lower()):
                 return verdict
-        known = {each["id"] for other, each in _acts(find()) if other["process"] == program["process"]}
-        if remaining_s <= 0 or act["id"] not in known:
+        asking: Mapping[str, Any] = next(
+            (each for each in find() if each["process"] == program["process"]), {}
+        )
+        if "silent" in asking and remaining_s > 0:
+            print(f"\n{asking['silent']}: an answer is not accepted.", flush=True)
+            _discard_typed()
+        elif remaining_s <= 0 or act["id"] not in {each["id"] for each in asking.get("waiting", ())}:
             return ""
 
 

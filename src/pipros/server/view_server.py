@@ -6,7 +6,8 @@ The files contain nothing secret. The first message on a WebSocket authenticates
 `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
 `{"id": 4, "action": "set_param", "args": {…}}`. Responses contain the id: `{"id": 3, "data": …}`,
 `{"id": 3, "error": "…"}`, or, in binary, the id as four big-endian bytes followed by the data. A read-only
-view is retried after an error, unless the request was refused.
+view is retried after an error, unless the request was refused. The server also sends `{"id": -2}` every
+`BEAT_S`, so that the page notices a suspended server and an interrupted link, which TCP does not report.
 
 Each view is a task that sends new values only after the browser has received the previous ones. A slow
 browser therefore receives fewer values, but current ones, and does not delay other browsers.
@@ -59,6 +60,8 @@ BROWSERS_SHARE: Final = 3 / 4
 """Share of the connections that browsers may keep open. The rest is reserved for files and new browsers."""
 RESUME_S: Final = 1.0
 """Delay before a failed view is retried."""
+BEAT_S: Final = 1.0
+"""Interval at which each browser gets a message, even if nothing is new; see `page/silence.js`."""
 LONGEST_ERROR: Final = 2000
 
 _EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
@@ -225,6 +228,13 @@ class _Browser:
         self._served = served
         self._logged = logged
         self._tasks: dict[int, asyncio.Task[None]] = {}
+        self._beats = asyncio.create_task(self._beat())
+
+    async def _beat(self) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await asyncio.sleep(BEAT_S)
+                await self._send({"id": -2})
 
     async def welcome(self, token: str) -> None:
         """Send the token in reply to the first message.
@@ -258,7 +268,7 @@ class _Browser:
         task.add_done_callback(lambda done: self._tasks.get(number) is done and self._tasks.pop(number))
 
     async def close(self) -> None:
-        tasks = list(self._tasks.values())
+        tasks = [self._beats, *self._tasks.values()]
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from pipros.bag.filter_expression import MessageExpression
 from pipros.graph.message_path import NotAnArray, PathStep, extract, parse_path
+from pipros.graph.message_tree import EXACT
 from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg.time import Time, TVal
 
@@ -22,6 +23,8 @@ MAX_ELEMENTS = 10
 LOWEST_MARKED_LEVEL: Final = 4
 """Lowest level of the log entries that get a marker in plots: warnings."""
 _LONGEST_MARK: Final = 200
+_LARGEST: Final = 2**64
+"""Larger integers, which only expressions have, are plotted like other numbers."""
 _CONDITION: Final = re.compile(r"""([^{=]+)\{((?:[^{}'"]|'[^']*'|"[^"]*")+)\}((?:[/=].*)?)""", re.DOTALL)
 _ANGLES: Final = ("roll_deg", "pitch_deg", "yaw_deg")
 """Angles in degrees that can be plotted for a quaternion, besides its fields."""
@@ -108,13 +111,16 @@ class NotANumber(ValueError):
 
 def sample_of(
     message: Any, field: CurveField, axis: Axis, received_s: float, ros_s: float
-) -> list[float | None]:
-    """Return the time and the value of a sample.
+) -> list[float | str | None]:
+    """Return the time and the value of a sample, and the text of an integer that JavaScript would round.
 
     Raises:
         ValueError: the axis shows stamps, and the message has none. For other errors, see `number_in`.
     """
-    return [time_of(message, field.topic, axis, received_s, ros_s), number_in(message, field)]
+    time_s, number = time_of(message, field.topic, axis, received_s, ros_s), number_in(message, field)
+    if isinstance(number, int):
+        return [time_s, float(number), str(number)]
+    return [time_s, number]
 
 
 def time_of(message: Any, topic: str, axis: Axis, received_s: float, ros_s: float) -> float:
@@ -139,10 +145,10 @@ def mark_of(entry: Any, axis: Axis, received_s: float, ros_s: float) -> list[Any
     return [time_s, entry.level, f"{entry.name}: {entry.msg}"[:_LONGEST_MARK]]
 
 
-def _number_of(expression: MessageExpression, message: Any, field: CurveField) -> float | None:
-    value = expression.value(field.topic, message, Time())
-    if not isinstance(value, (bool, int, float)):
-        raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", ())
+def _plotted(value: float) -> float | int | None:
+    """Return an integer that JavaScript would round as it is, None for NaN and infinity."""
+    if isinstance(value, int) and EXACT < abs(value) < _LARGEST:
+        return value
     try:
         number = float(value)
     except OverflowError:
@@ -150,8 +156,17 @@ def _number_of(expression: MessageExpression, message: Any, field: CurveField) -
     return number if math.isfinite(number) else None
 
 
-def number_in(message: Any, field: CurveField) -> float | None:
+def _number_of(expression: MessageExpression, message: Any, field: CurveField) -> float | int | None:
+    value = expression.value(field.topic, message, Time())
+    if not isinstance(value, (bool, int, float)):
+        raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", ())
+    return _plotted(value)
+
+
+def number_in(message: Any, field: CurveField) -> float | int | None:
     """Return the value of a field, or None for NaN and infinity, which leave a gap in the plot.
+
+    Integers that JavaScript would round are not converted to `float`.
 
     Raises:
         NotANumber: the field is not a number.
@@ -184,8 +199,7 @@ def number_in(message: Any, field: CurveField) -> float | None:
     if not isinstance(value, (int, float)):
         found = list(itertools.islice(numeric_fields(value), MAX_FIELDS))
         raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", found)
-    number = float(value)
-    return number if number - number == 0.0 else None
+    return _plotted(value)
 
 
 def _angle_of(quaternion: Any, index: int) -> float | None:

@@ -119,6 +119,11 @@ class TopicWatch:
             oldest, _ = self._latched.pop(next(iter(self._latched)))
             size -= len(oldest.body)
 
+    @property
+    def is_latched(self) -> bool:
+        """Whether a publisher latches its messages."""
+        return bool(self._latched)
+
     def figures(self) -> Mapping[str, float | int | None]:
         """Return the messages and bytes per second, the mean size in bytes, and the total number of messages.
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { anglesOf, anglesText } from "../page/angles.js";
-import { covarianceText, numbersIn } from "../page/message_values.js";
+import { covarianceText, numberText, numbersIn } from "../page/message_values.js";
 import { bellText, placeOfNotice } from "../page/notice_texts.js";
 import { VECTORS, close } from "./vectors.js";
 
@@ -18,6 +18,12 @@ test("covariances are folded to the deviations of their diagonals", () => {
 test("numbers of messages have the paths of their fields", () => {
   assert.deepEqual(numbersIn({ header: { seq: 1 }, pose: { x: 1, tags: [2, { y: 3 }] } }, 9),
     [["pose/x", 1], ["pose/tags[0]", 2], ["pose/tags[1]/y", 3]]);
+});
+
+test("numbers that JSON lacks are numbers of curves, and negative zero is shown", () => {
+  assert.deepEqual(numbersIn({ a: { "#": "nan" }, b: { "#": "-inf" }, c: { "#": "18446744073709551615" }, d: "nan" }, 9),
+    [["a", NaN], ["b", -Infinity], ["c", 2 ** 64]]);
+  assert.deepEqual([-0, 0, 0.1, 2 ** 53].map(numberText), ["-0.0", "0", "0.1", "9007199254740992"]);
 });
 
 test("the bell counts errors first and leads to what it names", () => {

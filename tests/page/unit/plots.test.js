@@ -91,3 +91,22 @@ test("a CSV table has the samples in the range, with quoted names", () => {
   assert.equal(csvOf([samples('/a="x",1', [1, null, 3])], [1, 2]), 'time,field,value\n1,"/a=""x"",1",\n2,"/a=""x"",1",3\n');
   assert.equal(csvOf([samples("/a", [1])], null), "time,field,value\n0,/a,1\n");
 });
+
+test("integers that the curve rounds are shown and saved exactly", () => {
+  const curve = new Curve("/count/data", 0);
+  curve.take({ samples: [[1, 5], [2, 2 ** 64, "18446744073709551615"], [3, 123456789], [4, -0], [5, 0.123456789]] });
+  assert.deepEqual([1, 2, 3, 4, null].map((time) => curve.textAt(time)),
+    ["5", "18446744073709551615 (the curve is rounded)", "123456789", "-0.0", "0.1234568"]);
+  assert.match(csvOf([curve], null), /^2,\/count\/data,18446744073709551615$/m);
+});
+
+test("a pause of more than ten intervals and three seconds interrupts a curve", () => {
+  const curve = new Curve("/x/data", 0);
+  curve.take({ samples: Array.from({ length: 10 }, (_, index) => [index / 10, index]) });
+  curve.take({ samples: [[1, 1], [5, 2], [5.1, 3]] });
+  assert.deepEqual(curve.values.slice(-4), [1, null, 2, 3]);
+  assert.ok(Math.abs(curve.times.at(-3) - 3) < 1e-9);
+  const rare = new Curve("/y/data", 0);
+  rare.take({ samples: [0, 10, 20, 31, 40, 50, 60, 150, 400].map((time) => [time, time]) });
+  assert.deepEqual(rare.values.slice(-4), [60, 150, null, 400]);
+});

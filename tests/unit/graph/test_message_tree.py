@@ -7,6 +7,7 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import numpy
 import pytest
 from geometry_msgs.msg import PoseArray
 from sensor_msgs.msg import BatteryState, Image, JointState
@@ -68,6 +69,22 @@ def test_fields_that_are_named_like_those_of_a_time_are_not_one() -> None:
 )
 def test_infinity_and_nan_are_texts_in_json(value: Any, shown: str) -> None:
     assert json.dumps(message_tree(value), allow_nan=False) == shown
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (math.nan, {"#": "nan"}),
+        (-math.inf, {"#": "-inf"}),
+        ("nan", "nan"),
+        (2**64 - 1, {"#": "18446744073709551615"}),
+        ([-(2**53) - 1, 2**53], [{"#": "-9007199254740993"}, 2**53]),
+        (numpy.array([2**63 - 1], numpy.int64), [{"#": "9223372036854775807"}]),
+        ([True, None, 0.5], [True, None, 0.5]),
+    ],
+)
+def test_numbers_that_javascript_cannot_read_are_marked_for_browsers(value: Any, shown: Any) -> None:
+    assert message_tree(value, for_browser=True) == shown
 
 
 @pytest.mark.parametrize(

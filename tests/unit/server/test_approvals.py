@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
 import sys
 import threading
 from collections.abc import Iterator
@@ -181,6 +183,40 @@ def test_other_programs_of_this_user_list_and_answer(reachable: Approvals) -> No
     assert waiting_acts()[0]["acts"] == [{"tool": "publish"}]
 
 
+SUSPENDED = """
+import os, signal, threading
+from pipros.server.approvals import Approvals, Question
+approvals, question = Approvals("m", 2), Question("publish", "/cmd_vel", "", "r")
+approvals.start()
+threading.Timer(0.5, lambda: (print("asks", flush=True), os.kill(os.getpid(), signal.SIGSTOP))).start()
+approvals.wait("a", question, 600.0, threading.Event())
+"""
+
+
+@pytest.mark.needs("Unix sockets")
+def test_an_answer_that_a_suspended_program_did_not_acknowledge_does_not_approve_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_HOME", str(tmp_path))
+    words = [sys.executable, "-c", SUSPENDED]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as program:
+        try:
+            acts: list[Any] = []
+            wait_until(lambda: acts.extend(act for each in waiting_acts() for act in each["waiting"]) or acts)
+            assert program.stdout is not None
+            assert program.stdout.readline() == "asks\n"
+            wait_until(lambda: Path(f"/proc/{program.pid}/stat").read_text().split()[2] == "T")
+            with pytest.raises(LocalFailed, match="does not answer"):
+                answer_act(str(program.pid), acts[0]["id"], "once")
+            [silent] = waiting_acts()
+            assert silent["silent"] == f"process {program.pid} does not answer: timed out"
+            program.send_signal(signal.SIGCONT)
+            [resumed] = waiting_acts()  # requests are answered in their order
+            assert [act["id"] for act in resumed["waiting"]] == [acts[0]["id"]]
+        finally:
+            program.kill()
+
+
 @pytest.mark.needs("Unix sockets")
 def test_the_socket_is_private(reachable: Approvals, tmp_path: Path) -> None:
     del reachable
@@ -277,6 +313,29 @@ def test_what_was_typed_before_an_act_appeared_does_not_approve_it(
     with pytest.raises(KeyboardInterrupt):
         terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
     assert answers == []
+
+
+@pytest.mark.needs("pseudo-terminals")
+def test_a_terminal_names_a_silent_program_and_accepts_no_answer_meanwhile(
+    terminal: Typing, capsys: pytest.CaptureFixture[str]
+) -> None:
+    act = {"id": "1", "tool": "publish", "name": "/x", "values": "", "rule": "r", "left_s": 60.0}
+    program = {"master": "m", "process": "7", "waiting": [act]}
+    silent = {"master": "", "process": "7", "waiting": [], "silent": "process 7 does not answer: timed out"}
+    found: list[Any] = [[program], [silent], [silent], []]
+    answers: list[Any] = []
+
+    def find() -> list[Any]:
+        if not found:
+            raise KeyboardInterrupt
+        if found[0] == [silent]:
+            terminal.types("y\n")
+        return list(found.pop(0))
+
+    with pytest.raises(KeyboardInterrupt):
+        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
+    assert answers == []
+    assert "process 7 does not answer: timed out: an answer is not accepted." in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("columns", [20, 40, 80, 200])

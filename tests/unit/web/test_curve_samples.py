@@ -44,6 +44,14 @@ def test_expressions_over_messages_are_numbers(expression: str, value: float | N
     assert sample == [7.0, value]
 
 
+@pytest.mark.parametrize("value", [2**64 - 1, -(2**53) - 1])
+def test_integers_that_javascript_rounds_are_sent_as_text_too(value: int) -> None:
+    for text in (f"/vector={value}", f"/vector=int(m.x) + {value}"):
+        sample = sample_of(Vector3(0, 0, 0), field_of(text), Axis.RECEIVED, 7.0, 8.0)
+        assert sample == [7.0, float(value), str(value)]
+    assert sample_of(Vector3(), field_of(f"/vector={2**53}"), Axis.RECEIVED, 7.0, 8.0) == [7.0, 2.0**53]
+
+
 def test_expressions_that_are_not_numbers_are_refused() -> None:
     with pytest.raises(NotANumber, match="must be a number, got str"):
         sample_of(Vector3(), field_of("/vector=str(m.x)"), Axis.RECEIVED, 0.0, 0.0)

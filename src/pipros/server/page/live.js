@@ -1,6 +1,7 @@
 // The connection to the server. Reconnects automatically and re-subscribes the open views.
 
 import { accepted, currentProof, refused, takeFromAddress, wasAccepted } from "./secret.js";
+import { TICK_MS, silence } from "./silence.js";
 
 const RETRY_MS = 1000;
 const POLICY_VIOLATION = 1008; // close code for a missing or wrong token
@@ -17,9 +18,13 @@ class Live extends EventTarget {
     this.ofMessages = new Set(); // the views that show messages: of the system, or of a bag
     this.isSmooth = true; // whether scenes are drawn with anti-aliasing
     this.isRestarted = false; // the server rejects a token that it once accepted
-    this.ask = (_name) => null; // called before a request: null, or a promise that is rejected if the user declines
+    // Called before a request: null, or a promise that is rejected if the request must not be sent. The requests of a node's page change
+    // the node, and a silent server would act on them long afterwards.
+    /** @type {(name: string) => Promise<any> | null} */
+    this.ask = (_name) => (silence.seconds ? Promise.reject(new Error(`not done: ${this.problem()}`)) : null);
     this.trouble = ""; // the server's reason for closing the connection
     this.connect();
+    setInterval(() => this.tick(), TICK_MS);
     addEventListener("hashchange", () => {
       if (!takeFromAddress()) return;
       this.socket?.close();
@@ -38,14 +43,43 @@ class Live extends EventTarget {
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = new WebSocket(`${scheme}//${location.host}/live`);
     this.socket = socket;
+    silence.begin(performance.now());
     socket.binaryType = "arraybuffer";
     socket.onopen = () => socket.send(JSON.stringify(currentProof()));
     socket.onclose = (event) => {
-      if (socket === this.socket) this.lose(event);
+      if (socket !== this.socket) return;
+      silence.end();
+      this.lose(event);
     };
     socket.onmessage = (event) => {
-      if (socket === this.socket) this.receive(event.data);
+      if (socket !== this.socket) return;
+      silence.hear(performance.now());
+      if (silence.seconds) this.tick();
+      this.receive(event.data);
     };
+  }
+
+  // Reports the silence of the server, each second, with the event "silence"; after a while, connects again.
+  tick() {
+    const before = silence.seconds;
+    const { socket } = this;
+    if (silence.tick(performance.now())) {
+      this.socket = null;
+      socket.close();
+      this.lose({ code: 0, reason: "" });
+    }
+    if (silence.seconds !== before) this.dispatchEvent(new Event("silence"));
+  }
+
+  // Returns why the page shows no current data, empty if it does. `server` is what the user calls the server.
+  problem(server = "the server") {
+    if (this.isRefused) return "no access";
+    if (silence.seconds) return `no answer from the server for ${silence.seconds} s`;
+    return this.isOpen ? "" : this.trouble || `no connection to ${server}`;
+  }
+
+  get isCurrent() {
+    return this.isOpen && !silence.seconds;
   }
 
   begin(token) {

@@ -11,6 +11,7 @@ import { bell } from "./notices.js";
 import { currentPlace, placeOf } from "./place.js";
 import { OTHER_SECTIONS, tabOf } from "./sections.js";
 import { shortcuts } from "./shortcuts.js";
+import { markRates } from "./stale.js";
 import { TabContext } from "./tab_context.js";
 
 export const TABS = [
@@ -147,18 +148,18 @@ function tokenForm() {
 }
 
 function showState() {
-  system.className = live.isOpen ? "" : "lost";
+  system.className = live.isCurrent ? "" : "lost";
   locked.hidden = !live.isRefused;
   view.hidden = live.isRefused;
-  view.classList.toggle("outdated", about !== null && !live.isOpen);
+  view.classList.toggle("outdated", about !== null && !live.isCurrent);
+  markRates();
   const [title, text] = live.isRestarted ? RESTARTED : NO_TOKEN;
   if (!live.isRefused) replace(locked);
   else if (!locked.childElementCount || locked.firstChild.textContent !== title)
     replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")), tokenForm(),
     h("p", { class: "pale" }, "Without --token-file, each start of the command creates a new token, so earlier addresses do not work. " +
       "A tab that you open yourself also needs the whole address; a reload does not."));
-  if (live.isRefused) replace(system, "no access");
-  else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
+  if (!live.isCurrent) replace(system, live.problem(), live.isOpen || live.isRefused ? "" : ", trying again");
   else if (about) replace(system, masterState(), h("span", { class: about.may.length ? "permit control" : "permit" }, permit()));
   else replace(system);
 }
@@ -196,6 +197,7 @@ live.addEventListener("state", async () => {
     showState();
   }
 });
+live.addEventListener("silence", showState);
 live.watch("master", {}, ({ error }) => {
   if (error === masterError) return;
   masterError = error;

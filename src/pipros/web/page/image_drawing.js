@@ -12,18 +12,21 @@ export function headOf(data) {
 // added `valueAt(x, y)`, which returns a text, and for 16-bit and float images, `values`.
 //   boundsOf: returns the values of black and white for all values of the image
 //   palette: RGB of the 256 shades; null for grey
-export async function drawImage(canvas, data, boundsOf = extremes, palette = null) {
+//   hasHatches: whether NaN and infinity are hatched, instead of black
+// Throws an Error if there are no pixels.
+export async function drawImage(canvas, data, boundsOf = extremes, palette = null, hasHatches = false) {
   const head = headOf(data);
   const refusal = unsupportedTransport({ name: head.topic ?? "", type: head.format ?? "" });
   if (refusal) throw new Error(refusal);
   const all = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
   const pixels = all.subarray(all.indexOf(10) + 1);
   const drawing = canvas.getContext("2d");
+  const shade = (values, width) => shaded(values, boundsOf, palette, hasHatches ? width : 0);
   if (head.compressed === "depth") {
     const depth = await depthOf(pixels, head.quantised);
     Object.assign(canvas, { width: depth.width, height: depth.height });
     head.values = depth.values;
-    drawing.putImageData(new ImageData(shaded(depth.values, boundsOf, palette), depth.width, depth.height), 0, 0);
+    drawing.putImageData(new ImageData(shade(depth.values, depth.width), depth.width, depth.height), 0, 0);
     head.full = [depth.width, depth.height];
   } else if (head.compressed) {
     const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
@@ -34,9 +37,9 @@ export async function drawImage(canvas, data, boundsOf = extremes, palette = nul
   } else if (head.width && head.height) {
     Object.assign(canvas, { width: head.width, height: head.height });
     if (head.color === "gray" && head.depth !== "8U") head.values = numbersOf(head, pixels);
-    const rgba = head.values ? shaded(head.values, boundsOf, palette) : colours(head, pixels);
+    const rgba = head.values ? shade(head.values, head.width) : colours(head, pixels);
     drawing.putImageData(new ImageData(rgba, head.width, head.height), 0, 0);
-  }
+  } else throw new Error(`it has no pixels: its size is ${head.full.join(" × ")}`);
   const isMetres = head.compressed === "depth" || head.depth === "32F";
   head.valueAt = (x, y) => (head.values ? numberText(head.values[y * canvas.width + x], isMetres)
     : [...drawing.getImageData(x, y, 1, 1).data.slice(0, 3)].join(", "));
@@ -55,7 +58,7 @@ export async function drawDifference(canvas, one, other, boundsOf = extremes, pa
   const [pixels, others] = places.map((each) => each.getContext("2d").getImageData(0, 0, width, height).data);
   const head = { ...heads[0], encoding: "difference" };
   head.values = heads[0].values && heads[1].values ? heads[0].values.map((value, index) => Math.abs(value - heads[1].values[index])) : null;
-  const rgba = head.values ? shaded(head.values, boundsOf, palette) : differenceOf(pixels, others);
+  const rgba = head.values ? shaded(head.values, boundsOf, palette, width) : differenceOf(pixels, others);
   Object.assign(canvas, { width, height });
   canvas.getContext("2d").putImageData(new ImageData(rgba, width, height), 0, 0);
   const text = (x, y) => [0, 1, 2].map((channel) => rgba[(y * width + x) * 4 + channel]).join(", ");
@@ -119,12 +122,17 @@ function scaled(values, boundsOf) {
   return values.map((value) => (Number.isFinite(value) && high > low ? ((value - low) * 255) / (high - low) : 0));
 }
 
-// Converts numbers to RGBA, from black to white or with a palette. NaN and infinity are black.
-export function shaded(numbers, boundsOf, palette = null) {
+const HATCHES = [[123, 63, 168], [236, 226, 245]]; // violet, as for stale data
+const HATCH_PX = 4;
+
+// Converts numbers to RGBA, from black to white or with a palette. NaN and infinity are black; if the width of the picture is given, they
+// are hatched, because the lowest value is black, too.
+export function shaded(numbers, boundsOf, palette = null, width = 0) {
   const shades = Uint8ClampedArray.from(scaled(numbers, boundsOf));
   const out = new Uint8ClampedArray(numbers.length * 4).fill(255);
   for (let i = 0; i < shades.length; i += 1) {
-    if (palette && Number.isFinite(numbers[i])) out.set(palette.subarray(shades[i] * 3, shades[i] * 3 + 3), i * 4);
+    if (width && !Number.isFinite(numbers[i])) out.set(HATCHES[Math.floor(((i % width) + Math.floor(i / width)) / HATCH_PX) % 2], i * 4);
+    else if (palette && Number.isFinite(numbers[i])) out.set(palette.subarray(shades[i] * 3, shades[i] * 3 + 3), i * 4);
     else out.fill(shades[i], i * 4, i * 4 + 3);
   }
   return out;

@@ -18,10 +18,11 @@ export function imageStage(label = "Image") {
   const pixel = h("span", { class: "pixel mono", role: "status" });
   const range = rangeControls(() => last && show(last));
   const zoom = imageZoom(canvas, (at) => { cursor = at; tell(); });
-  const save = h("button", { onclick: () => saveAll() }, "Save PNG");
+  const save = h("button", { onclick: () => saveAll(canvas, overlay) }, "Save PNG");
   let last = null; // the newest image, as it was received
   let head = null; // its header
   let cursor = null; // the pixel under the cursor
+  let turn = 0; // counts how often the stage was cleared
   let shapes = []; // {stamp, shapes} to draw over the image, the newest last
 
   function tell() {
@@ -31,24 +32,24 @@ export function imageStage(label = "Image") {
   // Returns a promise of the header.
   async function show(data) {
     last = data;
-    head = await drawImage(canvas, data, range.boundsOf, range.palette());
-    finish();
-    return head;
+    return finish(await drawImage(canvas, data, range.boundsOf, range.palette(), true), turn);
   }
 
   // Shows the difference of two images.
   async function showDifference(one, other) {
     last = null;
-    head = await drawDifference(canvas, one, other, range.boundsOf, range.palette());
-    finish();
-    return head;
+    return finish(await drawDifference(canvas, one, other, range.boundsOf, range.palette()), turn);
   }
 
-  function finish() {
+  // Shows what was drawn, unless the stage was cleared meanwhile: browsers decode images in the background.
+  function finish(drawn, begun) {
+    if (begun !== turn) return drawn;
+    head = drawn;
     canvas.hidden = false;
     range.offer(Boolean(head.values));
     drawOver();
     tell();
+    return drawn;
   }
 
   // Draws shapes over the image: a list of {stamp, shapes}, see image_overlay.js. Those with the stamp of the
@@ -68,23 +69,30 @@ export function imageStage(label = "Image") {
     drawShapes(overlay.getContext("2d"), found, overlay.width / (head.full?.[0] || canvas.width));
   }
 
-  // Saves the picture as it is drawn.
-  function saveAll() {
-    const all = overlay.isConnected ? h("canvas", { width: overlay.width, height: overlay.height }) : canvas;
-    if (overlay.isConnected) for (const each of [canvas, overlay]) all.getContext("2d").drawImage(each, 0, 0, all.width, all.height);
-    all.toBlob((blob) => download("image.png", blob));
-  }
-
-  function clear() {
-    [last, head, shapes] = [null, null, []];
+  // Removes the picture, but keeps the shapes and the zoom for the next one.
+  function blank() {
+    [last, head] = [null, null];
+    turn += 1;
     canvas.hidden = true;
     overlay.remove();
-    range.offer(false);
-    zoom.fit();
     tell();
   }
 
-  return { area, canvas, pixel, zoom, controls: [range.element, zoom.buttons, save], show, showDifference, over, clear };
+  function clear() {
+    blank();
+    shapes = [];
+    range.offer(false);
+    zoom.fit();
+  }
+
+  return { area, canvas, pixel, zoom, controls: [range.element, zoom.buttons, save], show, showDifference, over, blank, clear };
+}
+
+// Saves the picture as it is drawn.
+function saveAll(canvas, overlay) {
+  const all = overlay.isConnected ? h("canvas", { width: overlay.width, height: overlay.height }) : canvas;
+  if (overlay.isConnected) for (const each of [canvas, overlay]) all.getContext("2d").drawImage(each, 0, 0, all.width, all.height);
+  all.toBlob((blob) => download("image.png", blob));
 }
 
 // Returns the shapes for an image. Without stamps, these are the newest ones.

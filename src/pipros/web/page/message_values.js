@@ -5,19 +5,21 @@ import { bytes, h } from "./dom.js";
 import { placeOf } from "./place.js";
 
 const MORE = "…"; // key of the entry with the full length of a shortened value
+const NUMBER = "#"; // key of the text of a number that JSON lacks, or that JavaScript would round
 const FLOAT32_DIGITS = 7;
 const LONG_LIST = 10; // longer lists of messages are closed at first
 const EARLIEST_WALL_S = 1e8; // smaller times are durations, or simulated
 const clock = new Intl.DateTimeFormat("en-GB", { dateStyle: "short", timeStyle: "medium" });
 
 // A number as a person would write it: a float32 without the digits that its conversion to 64 bits added.
-function numberText(value) {
+export function numberText(value) {
+  if (Object.is(value, -0)) return "-0.0";
   if (Number.isInteger(value) || Math.fround(value) !== value) return String(value);
   return String(Number(value.toPrecision(FLOAT32_DIGITS)));
 }
 
-const isTime = (value) => "secs" in value && "nsecs" in value && Object.keys(value).length === 2;
-const isLeaf = (value) => value === null || typeof value !== "object";
+const isTime = (value) => Number.isInteger(value.secs) && "nsecs" in value && Object.keys(value).length === 2;
+const isLeaf = (value) => value === null || typeof value !== "object" || NUMBER in value;
 
 // Shows a value as a tree. If the path of a topic and field is given, numbers link to their curves.
 export function tree(value, path = "") {
@@ -62,9 +64,9 @@ function time({ secs, nsecs }) {
 
 function leaf(value, path) {
   if (typeof value === "string") return h("span", { "data-text": value }, JSON.stringify(value));
-  if (typeof value !== "number") return h("span", {}, String(value));
-  if (!path) return h("span", {}, numberText(value));
-  return h("a", { class: "number", href: placeOf("plot", path), title: `Plot ${path}` }, numberText(value));
+  const text = value?.[NUMBER] ?? (typeof value === "number" ? numberText(value) : null);
+  if (text === null || !path) return h("span", {}, text ?? String(value));
+  return h("a", { class: "number", href: placeOf("plot", path), title: `Plot ${path}` }, text);
 }
 
 function list(values, path) {
@@ -95,9 +97,11 @@ function entry(key, value, path) {
     h("summary", { class: "key", "aria-label": `Fields of ${key}` }, size), shown));
 }
 
-// Returns at most `most` numbers of a message with the paths of their fields, without headers: [["linear/x", 0.5], …].
+// Returns at most `most` numbers of a message with the paths of their fields, without headers: [["linear/x", 0.5], …]. Integers
+// beyond 2^53 are rounded.
 export function numbersIn(value, most, path = "") {
   if (typeof value === "number") return [[path, value]];
+  if (value?.[NUMBER]) return [[path, Number(value[NUMBER].replace("inf", "Infinity"))]];
   if (isLeaf(value) || isTime(value)) return [];
   const items = MORE in value ? value.items ?? [] : value;
   const found = [];

@@ -2,6 +2,7 @@
 
 import { h, replace, s } from "./dom.js";
 import { numbersIn } from "./message_values.js";
+import { Gaps } from "./stale.js";
 
 const POINTS = 300;
 const MAX_FIELDS = 200;
@@ -17,13 +18,15 @@ export function smallCurve() {
   const element = h("div", { class: "curve", hidden: true }, choice, picture, range);
   let field = null;
   let isChosen = false; // whether the user chose the field
-  let values = [];
+  let values = []; // NaN where the line is interrupted
+  let gaps = new Gaps();
   let last = new Map();
 
   function show(name, isByUser) {
     field = name;
     isChosen = isByUser;
     values = [];
+    gaps = new Gaps();
     choice.value = name;
     picture.setAttribute("aria-label", `Curve of ${name}`);
   }
@@ -42,13 +45,14 @@ export function smallCurve() {
     if (!isChosen) showChanging(numbers, special);
     last = numbers;
     if (!numbers.has(field)) return;
+    if (gaps.note(performance.now() / 1000)) values.push(NaN);
     values.push(numbers.get(field));
-    if (values.length > POINTS) values.shift();
+    values.splice(0, values.length - POINTS);
     draw();
   }
 
   function showChanging(numbers, special) {
-    const changes = (name) => last.has(name) && last.get(name) !== numbers.get(name);
+    const changes = (name) => last.has(name) && !Object.is(last.get(name), numbers.get(name));
     const first = special === null ? numbers.keys().next().value : "percentage";
     if (!numbers.has(field)) show(first, false);
     if (values.length > 1 && values.some((value) => value !== values[0])) return;
@@ -57,12 +61,14 @@ export function smallCurve() {
   }
 
   function draw() {
-    const [low, high] = [Math.min(...values), Math.max(...values)];
+    const finite = values.filter(Number.isFinite);
+    const [low, high] = [Math.min(...finite), Math.max(...finite)];
     const step = values.length > 1 ? WIDTH / (values.length - 1) : 0;
     const y = (value) => (high > low ? HEIGHT - EDGE - ((value - low) / (high - low)) * (HEIGHT - 2 * EDGE) : HEIGHT / 2);
-    line.setAttribute("d", `M${values.map((value, index) => `${index * step},${y(value)}`).join("L")}`);
+    line.setAttribute("d", values.map((value, index) => (!Number.isFinite(value) ? ""
+      : `${Number.isFinite(values[index - 1]) ? "L" : "M"}${index * step},${y(value)}`)).join(""));
     const [lowest, highest, newest] = [low, high, values.at(-1)].map((value) => String(Number(value.toPrecision(DIGITS))));
-    replace(range, `${lowest} to ${highest}, newest ${newest}`);
+    replace(range, finite.length ? `${lowest} to ${highest}, newest ${newest}` : `newest ${newest}`);
   }
 
   return { element, take };

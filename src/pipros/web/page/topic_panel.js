@@ -5,7 +5,7 @@ import { bandwidth, bytes, h, hertz, morph, panelHead, replace, s } from "./dom.
 import { tree } from "./message_values.js";
 import { nodeText } from "./node_text.js";
 import { smallCurve } from "./small_curve.js";
-import { ageText, staleMark } from "./stale.js";
+import { LATCHED, ageText, rateText, staleMark } from "./stale.js";
 import { topicPicture } from "./topic_picture.js";
 import { whyNoData } from "./why_no_data.js";
 
@@ -61,8 +61,9 @@ export function topicPanel(side, name, context, onClose) {
 
 const figuresOf = (topic) => [
   ["Type", topic.type || "unknown"],
-  ["Rate", topic.stale ? [staleMark(), `: the last message is ${ageText(topic.stale)} old`] : hertz(topic.rate)],
-  ["Bandwidth", bandwidth(topic.bandwidth)],
+  ["Rate", topic.stale ? [staleMark(), `: the last message is ${ageText(topic.stale)} old`] : topic.latched && !topic.rate ? LATCHED
+    : rateText(hertz(topic.rate))],
+  ["Bandwidth", rateText(bandwidth(topic.bandwidth))],
   ["Size", bytes(topic.size ?? topic.bytes)],
   ["Messages", String(topic.count)],
   ["Publishers", topic.publishers.map(nodeText).join(", ") || "none"],

@@ -175,6 +175,9 @@ def _newest(watch: TopicWatch, part: str) -> Mapping[str, Any] | None:
         return None
     try:
         message: Any = watch.decode(watch.newest.message)
-        return {"goal": _goal(message.status), "message": message_tree(getattr(message, part))}
+        return {
+            "goal": _goal(message.status),
+            "message": message_tree(getattr(message, part), for_browser=True),
+        }
     except (AttributeError, PiprosError) as error:
         return {"goal": None, "message": str(error)}

@@ -62,4 +62,5 @@ class ActViews:
         acts = [{**act, "process": program["process"]} for program in programs for act in program["acts"]]
         acts.sort(key=lambda act: -float(act["time"]))
         waiting.sort(key=lambda act: float(act["left_s"]))
-        return {"waiting": bounded_list(waiting), "acts": bounded_list(acts), "error": ""}
+        silent = "; ".join(program["silent"] for program in programs if "silent" in program)
+        return {"waiting": bounded_list(waiting), "acts": bounded_list(acts), "error": silent}

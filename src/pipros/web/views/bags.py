@@ -235,7 +235,7 @@ class BagViews:
             raise RequestRefused(f"the bag does not contain the topic of {text}")
         chosen = field
 
-        def take(message: Any, time_s: float) -> list[float | None] | None:
+        def take(message: Any, time_s: float) -> list[float | str | None] | None:
             return sample_of(message, chosen, axis, time_s, time_s) if chosen.holds(message) else None
 
         limit_s = self._computed_s if field.has_expression else math.inf

@@ -71,7 +71,10 @@ class CallViews:
                     response = caller.call(request, CALL_BY_HAND_S)
             except ErrorReply as error:
                 raise RequestRefused(f"the service replied with an error: {error.text}") from None
-            return {"response": message_tree(response), "seconds": round(time.monotonic() - begin_s, 4)}
+            return {
+                "response": message_tree(response, for_browser=True),
+                "seconds": round(time.monotonic() - begin_s, 4),
+            }
 
         return await self._system.calls.run(call)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import operator
 import time
 from collections.abc import AsyncIterator, Iterable, Mapping
 from dataclasses import fields
@@ -24,6 +25,7 @@ from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.graph_drawings import GraphDrawings
 from pipros.web.stale import is_stale
+from pipros.web.traffic import TopicTraffic, topic_traffic
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -94,7 +96,9 @@ class GraphViews:
                     "names": bounded_list([*observation.state.nodes(), *observation.state.topics()]),
                 }
             yield {
-                "traffic": traffic_values(observation, scene),
+                "traffic": traffic_values(
+                    observation, scene, topic_traffic(observation, self._system.topics.watches())
+                ),
                 "error": observation.error,
                 "nodes": len(observation.nodes),
                 "topics": len(observation.state.topics()),
@@ -250,10 +254,14 @@ def key_values(key: Key) -> Mapping[str, str]:
     return {"kind": key.kind, "name": key.name}
 
 
-def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[float] | None]:
+def traffic_values(
+    observation: GraphObservation, scene: Scene, of_topics: Mapping[str, TopicTraffic] | None = None
+) -> list[list[float] | None]:
     """Return each edge's messages and bytes per second, and its last message's age (s) if the edge is stale.
 
-    The age is 0 for other edges. The value of an edge with unknown traffic is None.
+    The age is 0 for other edges. The value of an edge with unknown traffic is None. The edge from the only
+    publisher to its topic has the traffic of the topic, if it is in `of_topics`. A fourth value means that
+    the topic is latched, and that no rate is expected.
     """
     sums: dict[tuple[Key, Key, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
@@ -266,11 +274,22 @@ def traffic_values(observation: GraphObservation, scene: Scene) -> list[list[flo
         )
         for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
             total = sums.setdefault((start, end, connection.topic), [0.0, 0.0, math.inf])
-            # A message from a publisher to its topic counts once, but its bytes count once per subscriber.
-            is_once = start == publisher and end == topic
-            rate = max(total[0], traffic.rate) if is_once else total[0] + traffic.rate
+            # A message from a publisher to its topic counts once, however many subscribers there are.
+            joined = max if start == publisher and end == topic else operator.add
             age_s = traffic.quiet_s if is_stale(traffic.quiet_s, traffic.interval_s) else 0.0
-            total[:] = rate, total[1] + traffic.bandwidth, min(total[2], age_s)
+            total[:] = (
+                joined(total[0], traffic.rate),
+                joined(total[1], traffic.bandwidth),
+                min(total[2], age_s),
+            )
+    for name, known in (of_topics or {}).items():
+        publishers = observation.state.publishers.get(name, ())
+        for node in publishers if len(publishers) == 1 else ():
+            edge = sums.get((Key("node", node), Key("topic", name), name))
+            if edge is not None and known.rate is not None and known.bandwidth is not None:
+                edge[:2] = known.rate, known.bandwidth
+            if edge is not None and known.is_latched and not known.rate:
+                edge.append(1.0)
     return [
         [round(value, 2) for value in found]
         if (found := sums.get((arrow.start, arrow.end, arrow.topic)))

@@ -41,14 +41,20 @@ class ImageViews:
         self._system = system
 
     async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield a topic's newest image up to ten times a second: a JSON header, a newline, and pixels."""
+        """Yield a topic's newest image up to ten times a second: a JSON header, a newline, and pixels.
+
+        For an image that cannot be shown, yield a dictionary with an `error`, and continue.
+        """
         with self._system.topics.watch(topic_name(arguments)) as watch:
             number = -1
             while True:
                 newest = watch.newest
                 if newest is not None and newest.number != number:
                     number = newest.number
-                    yield await self._packed(watch, newest.message)
+                    try:
+                        yield await self._packed(watch, newest.message)
+                    except RequestRefused as refusal:
+                        yield {"error": str(refusal)}
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def _packed(self, watch: TopicWatch, message: AnyMsg) -> bytes:
@@ -74,11 +80,15 @@ class ImageViews:
                 newest = pairs.newest
                 if newest is not None and newest[0] != number:
                     number, pair = newest
-                    images = [await self._packed(one, pair[0]), await self._packed(other, pair[1])]
+                    silent_s = 0.0
+                    try:
+                        images = [await self._packed(one, pair[0]), await self._packed(other, pair[1])]
+                    except RequestRefused as refusal:
+                        yield {"error": str(refusal)}
+                        continue
                     apart_s = (stamp_ns(pair[1]) - stamp_ns(pair[0])) / NS_PER_S
                     sizes = [len(image) for image in images]
                     yield json.dumps({"sizes": sizes, "apart": apart_s}).encode() + b"\n" + b"".join(images)
-                    silent_s = 0.0
                 elif silent_s > UNMATCHED_S:
                     silent_s = 0.0
                     yield {"counts": [one.figures()["count"], other.figures()["count"]], "within": APART_S}

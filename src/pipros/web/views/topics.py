@@ -23,6 +23,7 @@ from pipros.web.bounded_list import bounded_list
 from pipros.web.messages.known_topic import LONGEST_NAME
 from pipros.web.messages.picture import message_picture
 from pipros.web.topic_watch import Newest, TopicWatch
+from pipros.web.traffic import STATIC_TOPIC, TopicTraffic, topic_traffic
 from pipros.web.watched_system import WatchedSystem
 
 LONGEST_REQUESTED = 1000
@@ -49,7 +50,8 @@ class TopicViews:
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the list of topics after each observation: types, nodes and, if known, rates (Hz)."""
         async for observation in self._system.observations():
-            rows = topic_rows(observation, self._system.activity.stale(), self._system.node.name)
+            traffic = topic_traffic(observation, self._system.topics.watches())
+            rows = topic_rows(observation, self._system.activity.stale(), self._system.node.name, traffic)
             yield {"topics": bounded_list(rows), "error": observation.error}
 
     async def topic(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -63,7 +65,7 @@ class TopicViews:
                 newest = watch.newest
                 is_new = newest is not None and newest.number != number
                 if is_new or ticks % 10 == 0:
-                    values: dict[str, Any] = {"name": name, **watch.figures(), **self._registered(name)}
+                    values: dict[str, Any] = {"name": name, **_figures(watch), **self._registered(name)}
                     if newest is not None:
                         number = newest.number
                         begin_s = time.monotonic()
@@ -83,7 +85,7 @@ class TopicViews:
                 stack.enter_context(self._system.topics.watch(topic_name({"name": name}))) for name in chosen
             ]
             while True:
-                yield {"topics": {watch.topic: watch.figures() for watch in watches}}
+                yield {"topics": {watch.topic: _figures(watch) for watch in watches}}
                 await asyncio.sleep(MEASURED_INTERVAL_S)
 
     async def message_text(self, arguments: Mapping[str, Any]) -> str:
@@ -130,6 +132,10 @@ class TopicViews:
         }
 
 
+def _figures(watch: TopicWatch) -> Mapping[str, Any]:
+    return {**watch.figures(), "latched": watch.is_latched or watch.topic == STATIC_TOPIC}
+
+
 def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
     header = newest.message.header
     values: dict[str, Any] = {
@@ -143,7 +149,7 @@ def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
         message = watch.decode(newest.message)
     except PiprosError as error:
         return {**values, "error": str(error)}
-    shown = {"message": message_tree(message), "gauge": percentage(message)}
+    shown = {"message": message_tree(message, for_browser=True), "gauge": percentage(message)}
     return {**values, **shown, "picture": message_picture(message)}
 
 
@@ -178,16 +184,16 @@ def topic_name(arguments: Mapping[str, Any]) -> str:
 
 
 def topic_rows(
-    observation: GraphObservation, stale: Mapping[str, float] | None = None, own: str = ""
+    observation: GraphObservation,
+    stale: Mapping[str, float] | None = None,
+    own: str = "",
+    traffic: Mapping[str, TopicTraffic] | None = None,
 ) -> Iterator[Mapping[str, Any]]:
     """Yield the topics of an observation, except those without publishers to which only `own` subscribes.
 
-    `stale` contains the ages (s) of the stale topics.
+    `stale` contains the ages (s) of the stale topics, and `traffic` defaults to that of the observation.
     """
-    rates: dict[str, dict[str, list[float]]] = {}
-    for connection, traffic in observation.connections.items():
-        if traffic is not None:
-            rates.setdefault(connection.topic, {}).setdefault(connection.publisher, []).append(traffic.rate)
+    traffic = topic_traffic(observation) if traffic is None else traffic
     state = observation.state
     wrong = {
         each.topic: f"{each.publisher} sends {types.sent}, {each.subscriber} wants {types.wanted}"
@@ -196,13 +202,15 @@ def topic_rows(
     for topic in state.topics():
         if not state.publishers.get(topic) and list(state.subscribers.get(topic, ())) == [own]:
             continue
-        by_publisher = rates.get(topic)
+        known = traffic.get(topic, TopicTraffic())
         yield {
             "name": topic,
             "type": observation.types.get(topic, "*"),
             "publishers": list(state.publishers.get(topic, ())),
             "subscribers": list(state.subscribers.get(topic, ())),
-            "rate": round(sum(map(max, by_publisher.values())), 2) if by_publisher else None,
+            "rate": None if known.rate is None else round(known.rate, 2),
+            "bandwidth": None if known.bandwidth is None else round(known.bandwidth, 1),
+            "latched": known.is_latched,
             "wrong": wrong.get(topic, ""),
             "stale": (stale or {}).get(topic),
         }

@@ -1,7 +1,8 @@
 // Sliders and buttons of a node. A slider that the user is dragging is not moved; the others follow the node.
 
-import { live } from "./live.js";
+import { showConnection } from "./connection.js";
 import { h, replace } from "./dom.js";
+import { live } from "./live.js";
 
 const STEPS = 1000;
 
@@ -55,13 +56,5 @@ function show(data) {
   }
 }
 
-function showState() {
-  element("locked").hidden = !live.isRefused;
-  element("panel").hidden = live.isRefused;
-  element("system").className = live.isOpen ? "" : "lost";
-  element("system").textContent = live.isRefused ? "no access" : live.isOpen ? "" : "no connection to the node";
-}
-
-live.addEventListener("state", showState);
 live.watch("sliders", {}, show);
-showState();
+showConnection("panel", "the node");

@@ -1,7 +1,8 @@
 // The windows of a program that uses OpenCV: images, trackbars, the mouse, and keys for waitKey.
 
-import { live } from "./live.js";
+import { showConnection } from "./connection.js";
 import { h, replace } from "./dom.js";
+import { live } from "./live.js";
 
 // The codes that OpenCV returns on Linux.
 const KEYS = {
@@ -124,13 +125,5 @@ addEventListener("keydown", (event) => {
   act("key", { code });
 });
 
-function showState() {
-  element("locked").hidden = !live.isRefused;
-  element("panel").hidden = live.isRefused;
-  element("system").className = live.isOpen ? "" : "lost";
-  element("system").textContent = live.isRefused ? "no access" : live.isOpen ? "" : "no connection to the node";
-}
-
-live.addEventListener("state", showState);
 live.watch("windows", {}, show);
-showState();
+showConnection("panel", "the node");

@@ -1,5 +1,6 @@
 // The world of simulated robots on a canvas: walls, laser points, and robots that can be dragged.
 
+import { showConnection } from "./connection.js";
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
 
@@ -94,15 +95,6 @@ function showError(error) {
   element("system").textContent = error.message;
 }
 
-function showState() {
-  element("locked").hidden = !live.isRefused;
-  element("world").hidden = live.isRefused;
-  element("system").className = live.isOpen ? "" : "lost";
-  element("system").textContent = isClosed ? "the simulation has ended" : live.isRefused ? "no access" : live.isOpen ? ""
-    : "no connection to the simulation";
-  element("close").disabled = element("reset").disabled = !live.isOpen;
-}
-
 canvas.addEventListener("pointerdown", (event) => {
   const [x, y] = toWorld(event);
   const robot = robots.find(({ pose, radius }) => Math.hypot(pose[0] - x, pose[1] - y) <= Math.max(radius, 8 / scale));
@@ -141,9 +133,8 @@ element("close").addEventListener("click", () => {
   isClosed = true;
   live.act("close").catch(() => {});
 });
-live.addEventListener("state", showState);
 let pending = Promise.resolve(); // the walls are decoded in the background; robots wait for them
 live.watch("world", {}, (data) => {
   pending = pending.then(() => show(data));
 });
-showState();
+showConnection("world", "the simulation", { ended: () => (isClosed ? "the simulation has ended" : ""), buttons: ["close", "reset"] });

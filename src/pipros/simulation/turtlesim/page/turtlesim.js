@@ -1,5 +1,6 @@
 // The world of turtlesim on a canvas: the turtles over the picture, which is drawn on a hidden canvas.
 
+import { showConnection } from "./connection.js";
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
 
@@ -92,15 +93,6 @@ async function show(data) {
   draw();
 }
 
-function showState() {
-  element("locked").hidden = !live.isRefused;
-  element("world").hidden = live.isRefused;
-  element("system").className = live.isOpen ? "" : "lost";
-  element("system").textContent = isClosed ? "turtlesim has ended" : live.isRefused ? "no access" : live.isOpen ? ""
-    : "no connection to turtlesim";
-  element("close").disabled = !live.isOpen;
-}
-
 addEventListener("keydown", (event) => {
   const speeds = KEYS[event.key];
   if (!speeds || event.target === element("turtle")) return;
@@ -112,8 +104,7 @@ element("close").addEventListener("click", () => {
   isClosed = true;
   live.act("close").catch(() => {});
 });
-live.addEventListener("state", showState);
 live.watch("world", {}, (data) => {
   pending = pending.then(() => show(data));
 });
-showState();
+showConnection("world", "turtlesim", { ended: () => (isClosed ? "turtlesim has ended" : ""), buttons: ["close"] });

@@ -1,7 +1,9 @@
-// Asks before the page acts on the running system while its tabs show a bag or the past.
+// Asks before the page acts on the running system while its tabs show a bag or the past. Refuses to act while the server is silent: it
+// would act long afterwards.
 
 import { h, replace } from "../dom.js";
 import { live } from "../live.js";
+import { silence } from "../silence.js";
 import { playback } from "./playback.js";
 
 // Acts that stop a robot or change only files need no confirmation.
@@ -21,7 +23,9 @@ const dialog = h("dialog", { class: "ask-first", "aria-label": "Act on the robot
 // `kinds` are what views and actions can do, such as "send goals".
 function ask(name, kinds) {
   const kind = kinds[name];
-  if (!kind || !playback.bag || UNASKED.has(name) || agreed.has(kind)) return null;
+  if (!kind || UNASKED.has(name)) return null;
+  if (silence.seconds) return Promise.reject(new Error(`not done: ${live.problem()}`));
+  if (!playback.bag || agreed.has(kind)) return null;
   const source = playback.bag.rewind ? "the past" : `the bag ${playback.name}`;
   const declined = new Error(`not done, because the tabs show ${source}`);
   if (asking) return Promise.reject(declined);

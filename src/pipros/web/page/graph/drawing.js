@@ -1,6 +1,9 @@
 // The drawing of the running system in a graph canvas: the server sends its layout, and then the traffic on its arrows.
 
 import { bandwidth, h, hertz, replace } from "../dom.js";
+import { live } from "../live.js";
+import { silence } from "../silence.js";
+import { LATCHED } from "../stale.js";
 
 const NOTHING = "Nothing to show: no node is connected to another one, or everything is hidden.";
 
@@ -41,10 +44,13 @@ export function graphDrawing(canvas, context, onDrawn, onError) {
   function label() {
     canvas.label((arrow, index) => {
       const values = arrow.start.kind === "topic" || arrow.wrong ? null : traffic[index];
-      const measured = !values ? "" : values[2] ? "stale" : `${hertz(values[0])} · ${bandwidth(values[1])}`;
+      const measured = !values ? "" : isStale(values) ? "stale" : values[3] ? LATCHED : `${hertz(values[0])} · ${bandwidth(values[1])}`;
       return [arrow.text, measured].filter(Boolean).join("  ");
-    }, (_arrow, index) => Boolean(traffic[index]?.[2]));
+    }, (_arrow, index) => Boolean(traffic[index] && isStale(traffic[index])));
   }
+
+  const isStale = (values) => Boolean(values[2] || silence.seconds);
+  live.addEventListener("silence", label, { signal: context.signal });
 
   return { counts, empty, watch };
 }

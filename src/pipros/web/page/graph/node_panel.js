@@ -2,7 +2,7 @@
 
 import { bandwidth, h, hertz, morph, panelHead, replace } from "../dom.js";
 import { placeOf } from "../place.js";
-import { staleMark } from "../stale.js";
+import { rateText, staleMark } from "../stale.js";
 
 const LEVELS = { 1: "debug", 2: "info", 4: "warn", 8: "error", 16: "fatal" };
 const MAX_ENTRIES = 20;
@@ -61,7 +61,7 @@ function contents(node, name) {
   const connection = ([from, over, to, rate, size, transport, isStale]) => {
     const ends = `${from === name ? `to ${to}` : `from ${from}`}, ${over}: `;
     const how = transport === "" || transport === "TCPROS" ? "" : `, ${TRANSPORTS[transport] ?? transport}`;
-    return isStale ? [h("span", {}, ends), staleMark(), how] : `${ends}${hertz(rate)}, ${bandwidth(size)}${how}`;
+    return [h("span", {}, ends), isStale ? staleMark() : rateText(`${hertz(rate)}, ${bandwidth(size)}`), how];
   };
   return [
     node.known ? null : h("p", { class: "error" }, "The master no longer knows this node."),

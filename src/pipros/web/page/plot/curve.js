@@ -1,6 +1,8 @@
 // One curve: its samples, which come from the running system, the moment of a bag, or a whole bag.
 
+import { Gaps } from "../stale.js";
 import { parsedCurve, topicBefore } from "./curve_text.js";
+import { number as numberText } from "./selection.js";
 
 const KEPT_POINTS = 50000;
 const LIGHT = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
@@ -30,6 +32,8 @@ export class Curve {
   forget() {
     this.times = [];
     this.values = [];
+    this.exact = new Map(); // by time, the texts of integers that the curve rounds
+    this.gaps = new Gaps();
     this.lost = 0;
     this.last = null; // the last time and number, from which the derivative is computed
   }
@@ -39,17 +43,29 @@ export class Curve {
     this.topic = topic;
     this.problem = error;
     this.lost += lost;
-    for (const [time, number] of samples) {
-      if (this.times.length && time < this.times.at(-1)) continue;
+    for (const [time, number, exact] of samples) {
+      const before = this.times.at(-1);
+      if (before !== undefined && time < before) continue;
+      if (this.gaps.note(time)) this.interrupt((before + time) / 2);
       const value = this.isRate ? this.rate(time, number) : number;
       if (value === undefined) continue;
       this.times.push(time);
       this.values.push(value);
+      if (exact && !this.isRate) this.exact.set(time, exact);
     }
-    if (this.times.length > KEPT_POINTS * 1.2) {
-      this.times = this.times.slice(-KEPT_POINTS);
-      this.values = this.values.slice(-KEPT_POINTS);
-    }
+    if (this.times.length > KEPT_POINTS * 1.2) this.trim();
+  }
+
+  trim() {
+    this.times = this.times.slice(-KEPT_POINTS);
+    this.values = this.values.slice(-KEPT_POINTS);
+    for (const time of this.exact.keys()) if (time < this.times[0]) this.exact.delete(time);
+  }
+
+  interrupt(time) {
+    this.times.push(time);
+    this.values.push(null);
+    this.last = null;
   }
 
   // The derivative since the last sample: null beside a gap, undefined for the first sample or if no time has passed.
@@ -61,9 +77,18 @@ export class Curve {
     return last.number === null || number === null ? null : (number - last.number) / (time - last.time);
   }
 
-  // The newest value at or before a time; if the time is null, the newest of all.
+  // The index of the newest sample at or before a time; if the time is null, of the newest of all.
+  indexOf(time) {
+    return time === null ? this.values.length - 1 : indexAt(this.times, time);
+  }
+
   at(time) {
-    return this.values[time === null ? this.values.length - 1 : indexAt(this.times, time)];
+    return this.values[this.indexOf(time)];
+  }
+
+  textAt(time) {
+    const exact = this.exact.get(this.times[this.indexOf(time)]);
+    return exact ? `${exact} (the curve is rounded)` : numberText(this.at(time));
   }
 }
 

@@ -3,7 +3,6 @@
 import { h, replace } from "../dom.js";
 import { whyNoData } from "../why_no_data.js";
 import { conditionOf, withCondition } from "./curve_text.js";
-import { number } from "./selection.js";
 
 // `on.change(curve, changes)`, `on.remove(curve)` and `on.removeLine(value)` are called when the user clicks. Returns {element, draw}.
 export function curveLegend(on, context) {
@@ -43,7 +42,7 @@ export function curveLegend(on, context) {
     shown = texts;
     curves.forEach((curve, index) => {
       const name = `${isXy && index === 0 ? "x: " : ""}${curve.field}${curve.isRate ? " d/dt" : ""}`;
-      const text = `${name}: ${number(curve.at(time))}${curve.lost ? ` (${curve.lost} not shown)` : ""} ${curve.problem}`;
+      const text = `${name}: ${curve.textAt(time)}${curve.lost ? ` (${curve.lost} not shown)` : ""} ${curve.problem}`;
       const label = chips.children[index].children[1];
       if (label.textContent !== text) label.textContent = text;
     });

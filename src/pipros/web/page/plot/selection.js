@@ -2,7 +2,9 @@
 
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5] }; // shift, factor
 
-export const number = (value) => (value === null || value === undefined ? "–" : String(Number(value.toPrecision(7))));
+// A value as text: integers exactly, other numbers with 7 digits.
+export const number = (value) => (value === null || value === undefined ? "–" : Object.is(value, -0) ? "-0.0"
+  : String(Number.isSafeInteger(value) ? value : Number(value.toPrecision(7))));
 
 // Returns the range that a key shows after another; null for following the newest samples, undefined for other keys.
 export function rangeAfter(key, { min, max }) {
@@ -67,7 +69,7 @@ const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"
 // Returns the samples in a range as text for spreadsheets. Gaps are empty values.
 export function csvOf(curves, range) {
   const [begin, end] = range ?? [-Infinity, Infinity];
-  const rows = curves.flatMap(({ text, times, values }) => times.flatMap((time, index) =>
-    (time < begin || time > end ? [] : [`${time},${quoted(text)},${values[index] ?? ""}`])));
+  const rows = curves.flatMap(({ text, times, values, exact }) => times.flatMap((time, index) =>
+    (time < begin || time > end ? [] : [`${time},${quoted(text)},${exact?.get(time) ?? values[index] ?? ""}`])));
   return `${["time,field,value", ...rows].join("\n")}\n`;
 }

@@ -7,6 +7,7 @@ import { imageChoices, imageTopics } from "../image_choices.js";
 import { unsupportedTransport } from "../image_colours.js";
 import { headOf } from "../image_drawing.js";
 import { imageStage } from "../image_stage.js";
+import { rateText } from "../stale.js";
 import { whyNoData } from "../why_no_data.js";
 
 const CHOOSE = "Choose a topic";
@@ -79,7 +80,8 @@ export function open(view, argument, context) {
     if (!topic) return;
     if (other) stops.push(context.watch("image_pair", { name: topic, other }, take, fail));
     else stops.push(context.watch("image", { name: topic }, take, fail));
-    if (shown.overlay) stops.push(context.watch("image_overlay", { name: shown.overlay, image: topic }, drawOver, fail));
+    const overlayFails = (problem) => replace(error, problem);
+    if (shown.overlay) stops.push(context.watch("image_overlay", { name: shown.overlay, image: topic }, drawOver, overlayFails));
   }
 
   function drawOver(data) {
@@ -87,13 +89,22 @@ export function open(view, argument, context) {
     replace(error, data.error);
   }
 
+  // Shows why there is no picture; the last one would look like the present one.
   function fail(problem) {
     replace(error, problem);
+    if (problem) for (const each of [stage, beside]) each.blank();
     hint.hidden = Boolean(problem) || !stage.canvas.hidden;
   }
 
+  // Shows why there is no picture, until the next message.
+  function takeNothing(data) {
+    if (data.error) fail(data.error);
+    else replace(hint, unmatchedText(data));
+  }
+
   async function take(data) {
-    if (!(data instanceof DataView)) { replace(hint, unmatchedText(data)); return; }
+    if (!(data instanceof DataView)) { takeNothing(data); return; }
+    const wanted = shown;
     const [one, other] = shown.other ? pairIn(data) : [data];
     let head = headOf(one);
     const refusal = unsupportedTransport({ name: shown.topic, type: head.format ?? "" });
@@ -105,12 +116,12 @@ export function open(view, argument, context) {
       why.offer("");
       if (!shown.overlay) replace(error, "");
     } catch (problem) {
-      fail(`The image cannot be shown: ${problem.message}`);
+      if (shown === wanted) fail(`The image cannot be shown: ${problem.message}`);
     }
-    replace(figures, figuresOf(head, other ? headOf(data).apart : null));
+    if (shown === wanted) replace(figures, figuresOf(head, other ? headOf(data).apart : null));
   }
 
-  context.onSource(() => { for (const each of [stage, beside]) each.canvas.hidden = true; });
+  context.onSource(() => { for (const each of [stage, beside]) each.blank(); });
   drawChoices();
   if (shown.topic) look(shown);
   return { go: (text) => look(parsedImages(text)) };
@@ -121,7 +132,8 @@ const unmatchedText = ({ counts, within }) =>
 
 function figuresOf({ full, encoding, format, frame, rate, bandwidth: size }, apart) {
   const what = `${full?.join(" × ") ?? ""} ${encoding ?? format}${frame ? `, ${frame}` : ""}`;
-  return [what, hertz(rate), bandwidth(size), ...(apart === null ? [] : [`${(apart * 1000).toFixed(1)} ms apart`])].join(" · ");
+  const text = rateText(`${hertz(rate)} · ${bandwidth(size)}`);
+  return [`${what} · `, text, apart === null ? null : ` · ${(apart * 1000).toFixed(1)} ms apart`];
 }
 
 // The two images in a pair.

@@ -64,13 +64,15 @@ export function open(view, argument, context) {
       isOn && listeners !== null ? `, ${listeners || "no"} subscriber${listeners === 1 ? "" : "s"}` : "");
   }
 
-  const send = () => { if (isOn && live.isOpen) session.send(velocity(), !wanted[0] && !wanted[1]); };
+  const send = () => { if (isOn && live.isCurrent) session.send(velocity(), !wanted[0] && !wanted[1]); };
   const timer = setInterval(send, PERIOD_MS);
   context.signal.addEventListener("abort", () => clearInterval(timer));
 
   // Steering does not resume by itself, because the user may have left.
-  live.addEventListener("state", () => {
-    if (!live.isOpen && isOn) turnOff("The connection to the server was lost, and the robot was stopped. Start again.");
+  for (const event of ["state", "silence"]) live.addEventListener(event, () => {
+    if (!isOn || live.isCurrent) return;
+    turnOff(live.isOpen ? "The server does not answer. Unless it is suspended, it has stopped the robot. Start again."
+      : "The connection to the server was lost, and the robot was stopped. Start again.");
   }, { signal: context.signal });
 
   context.watch("running_topics", {}, (data) => {

@@ -3,16 +3,16 @@
 import { h, hertz, milliseconds, replace } from "../dom.js";
 import { framePair } from "../frame_pair.js";
 import { graphCanvas } from "../graph/canvas.js";
-import { staleMark } from "../stale.js";
+import { rateText, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 
-const rateText = (frame) => (frame.static ? "static" : frame.stale ? staleMark(frame.age) : hertz(frame.rate));
+const rateOf = (frame) => (frame.static ? "static" : frame.stale ? staleMark(frame.age) : rateText(hertz(frame.rate)));
 const ageText = (frame) => (frame.static ? "" : frame.stale ? staleMark(null, `${frame.age.toFixed(1)} s`) : `${frame.age.toFixed(1)} s`);
 const COLUMNS = [
   { title: "Frame", text: (frame) => frame.frame, order: (frame) => frame.frame },
   { title: "Parent", text: (frame) => frame.parent, order: (frame) => frame.parent },
   { title: "From", text: (frame) => frame.authority, order: (frame) => frame.authority },
-  { title: "Rate", kind: "number", text: rateText, order: (frame) => frame.rate },
+  { title: "Rate", kind: "number", text: rateOf, order: (frame) => frame.rate },
   { title: "Age", kind: "number", text: ageText, order: (frame) => frame.age },
   { title: "Delay", kind: "number", text: (frame) => (frame.static || frame.stale || frame.delay === null ? "" : milliseconds(frame.delay)),
     order: (frame) => frame.delay },

@@ -3,7 +3,7 @@
 import { bandwidth, h, hertz, replace } from "../dom.js";
 import { namespaceRows } from "../namespace_rows.js";
 import { nodeText } from "../node_text.js";
-import { staleMark } from "../stale.js";
+import { LATCHED, rateText, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
 import { topicPanel } from "../topic_panel.js";
 
@@ -17,9 +17,9 @@ const COLUMNS = [
   { title: "Type", kind: "name mono", text: (topic) => topic.type ?? "", order: (topic) => topic.type },
   { title: "Publishers", kind: "name", text: (topic) => nodes(topic.publishers), order: (topic) => topic.publishers.length },
   { title: "Subscribers", kind: "name", text: (topic) => nodes(topic.subscribers), order: (topic) => topic.subscribers.length },
-  { title: "Rate", kind: "number", text: rateText, order: (topic) => topic.measured?.rate ?? topic.rate },
-  { title: "Bandwidth", kind: "number", text: (topic) => (topic.measured ? bandwidth(topic.measured.bandwidth) : ""),
-    order: (topic) => topic.measured?.bandwidth },
+  { title: "Rate", kind: "number", text: rateOf, order: (topic) => topic.measured?.rate ?? topic.rate },
+  { title: "Bandwidth", kind: "number", text: (topic) => (topic.count ? "" : rateText(bandwidth((topic.measured ?? topic).bandwidth))),
+    order: (topic) => (topic.measured ?? topic).bandwidth },
   { title: "Measure", kind: "number", text: measureButton },
 ];
 
@@ -33,12 +33,13 @@ function nameText(topic) {
 const wrongMark = ({ wrong }) => (wrong
   ? h("span", { class: "wrong-type", role: "img", "aria-label": `Wrong type: ${wrong}`, title: wrong }, "⚠ ") : null);
 
-function rateText(topic) {
+function rateOf(topic) {
   if (topic.count) return "";
   const rate = topic.measured ? topic.measured.rate : topic.rate;
   const staleFor = topic.measured?.stale ?? topic.stale;
   if (staleFor) return staleMark(staleFor);
-  return h("span", { title: typeof rate === "number" ? null : UNMEASURED }, hertz(rate));
+  if (!rate && topic.latched) return LATCHED;
+  return h("span", { title: typeof rate === "number" ? null : UNMEASURED }, rateText(hertz(rate)));
 }
 
 function measureButton(topic) {

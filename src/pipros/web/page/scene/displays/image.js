@@ -30,6 +30,10 @@ export class Image extends Display {
   reset() {}
 
   async show(data) {
+    if (data.error) {
+      this.setStatus("Image", "error", data.error);
+      return;
+    }
     const image = new OffscreenCanvas(2, 2);
     try {
       await drawImage(image, data, (values) => this.boundsOf(values));
