@@ -25,6 +25,13 @@ def flat(pose: Pose) -> Triple:
     return pose[0], pose[1], roll_pitch_yaw(pose)[2]
 
 
+def is_upright(turn: Any) -> bool:
+    """Return whether a quaternion is finite, not too small, and keeps the z axis upright."""
+    x, y, z, w = turn.x, turn.y, turn.z, turn.w
+    squared = x * x + y * y + z * z + w * w
+    return math.isfinite(squared) and squared >= 1e-6 and abs(1 - 2 * (x * x + y * y) / squared - 1) <= 1e-3
+
+
 def flat_message(pose: Any) -> Triple:
     """Project a geometry_msgs/Pose onto the plane."""
     return flat(pose_of(pose.position, pose.orientation))
