@@ -13,6 +13,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
+from pipros.policy.model import ActRefused
 from pipros.server.approvals import Approvals, Question
 from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.genuine import missing_packages
@@ -383,5 +384,41 @@ def test_acts_are_approved_on_the_page(
             ).click()
             with pytest.raises(Exception, match="a human has refused this"):
                 later.result(60)
+    finally:
+        approvals.stop()
+
+
+def test_the_buttons_of_an_act_that_moved_under_the_pointer_do_not_act_at_once(
+    system: RosSystem, open_tab: OpenTab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_HOME", system.pipros.environment["ROS_HOME"])
+    approvals = Approvals(system.master_uri, 4)
+    approvals.start()
+    over = threading.Event()
+
+    def ask(name: str, over: threading.Event) -> str:
+        return approvals.wait("client", Question("publish", name, "{}", "r"), 60.0, over)
+
+    watch = """(box) => { window.disabled = null; new MutationObserver(() => {
+        window.disabled = [...box.querySelectorAll("button")].map((each) => each.disabled);
+    }).observe(box, { childList: true }); }"""
+    try:
+        with ThreadPoolExecutor(2) as pool:
+            tab = open_tab(Page(system, "--control"), "acts")
+            first = pool.submit(ask, "/one", over)
+            expect(tab.get_by_role("listitem", name="publish /one")).to_be_visible()
+            second = pool.submit(ask, "/two", threading.Event())
+            card = tab.get_by_role("listitem", name="publish /two")
+            button = card.get_by_role("button", name="Approve once")
+            expect(button).to_be_enabled()
+            tab.locator(".waiting").evaluate(watch)
+            over.set()
+            with pytest.raises(ActRefused):
+                first.result(60)
+            expect(tab.get_by_role("listitem", name="publish /one")).to_have_count(0)
+            assert tab.locator(".waiting").evaluate("() => window.disabled") == [True, True, True]
+            button.click()
+            assert second.result(60) == "once"
+            expect(tab.locator(".tab-acts").get_by_role("status").last).to_contain_text("publish /two")
     finally:
         approvals.stop()

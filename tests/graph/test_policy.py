@@ -20,6 +20,7 @@ from pipros.bridges.rosbridge.stream_servers import TcpServer
 from pipros.bridges.rosbridge.udp_server import UdpServer
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros.policy.model import ActRefused
 from pipros.policy.policy_file import parse_policy
 from pipros.server.act_gate import ActGate
 from tests.support.foxglove import connected, serving
@@ -133,6 +134,16 @@ def test_a_remapping_of_the_server_does_not_lead_around_the_policy(
         assert "the policy has no rule for the topic /other" in refusal(client)
         client.send("advertise", topic="/allowed", type="geometry_msgs/Twist")
         assert "the policy has no rule for the topic /other" in refusal(client)
+
+
+def test_a_remapping_of_the_server_does_not_let_clients_publish_a_condition(make_node: MakeNode) -> None:
+    text = (
+        "topics:\n  /allowed: {type: std_msgs/Bool, fields: any, requires: [b]}\n"
+        "conditions:\n  b: {topic: /joy, type: std_msgs/Bool, field: data, one_of: [true], max_age_s: 1}\n"
+    )
+    bridge = make_node("bridge", argv=["/joy:=/allowed"])
+    with pytest.raises(ActRefused, match="the condition b reads /allowed after remapping"):
+        ActGate(bridge, parse_policy(text, "p.yaml"))
 
 
 def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url: str, driven: Inbox) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import signal
 import socket
 import sys
@@ -44,6 +45,14 @@ actions:
     fields: any
     per_minute: 1
     {limit}
+"""
+HALTING = """\
+actions:
+  /fibonacci:
+    type: actionlib_tutorials/FibonacciAction
+    fields: any
+    time_limit_s: {limit_s}
+    stop: {{topic: /cmd_vel, type: geometry_msgs/Twist}}
 """
 
 
@@ -204,6 +213,30 @@ def test_a_robot_stops_when_its_guardian_is_killed_and_can_drive_on(serve: Serve
         wait_until(lambda: robot.has_stopped)
 
 
+def test_acts_are_refused_while_the_guardian_is_suspended_and_a_new_one_stops_the_robot(
+    serve: Serve, robot: Robot
+) -> None:
+    server, url = serve(LONG_S)
+    with RosbridgeClient(url) as client:
+        drive(client, robot)
+        suspended = guardian_of(server)
+        suspended.suspend()
+
+        def is_refused() -> bool:
+            client.send("publish", topic="/cmd_vel", msg={"linear": {"x": 0.1}})
+            client.send("call_service", service="/rosapi/topics", id="after")
+            found = iter(client.receive, None)
+            answers = list(itertools.takewhile(lambda each: each["op"] != "service_response", found))
+            return any("has not answered for" in each.get("msg", "") for each in answers)
+
+        wait_until(is_refused)
+        wait_until(lambda: robot.has_stopped)
+        assert not suspended.is_running() or suspended.status() == psutil.STATUS_ZOMBIE
+        drive(client, robot)
+        server.kill()
+        wait_until(lambda: robot.has_stopped)
+
+
 def test_a_robot_stops_when_a_page_is_closed(ros: RosSystem, serve: Serve, robot: Robot) -> None:
     server, _ = serve(LONG_S)
     with Page.of(server).connect() as browser:
@@ -263,6 +296,39 @@ def test_a_goal_is_cancelled_by_its_id_when_its_time_has_passed(serve: Serve, ro
         wait_until(lambda: robot.cancelled == ["mine"] * REPETITIONS)
 
 
+@pytest.mark.parametrize("limit_s", [SHORT_S, LONG_S])
+def test_a_robot_stops_when_the_last_goal_is_over_or_its_time_has_passed(
+    ros: RosSystem, robot: Robot, limit_s: float
+) -> None:
+    policy = parse_policy(HALTING.format(limit_s=limit_s), "policy.yaml")
+    goal: Any = load_message_class("actionlib_tutorials/FibonacciActionGoal")
+    result: Any = load_message_class("actionlib_tutorials/FibonacciActionResult")
+    results = robot.node.advertise("/fibonacci/result", result, queue_size=10)
+    with Node("server", environment=Environment(master_uri=ros.master_uri)) as node:
+        gate = ActGate(node, policy)
+        client = gate.advertise("/fibonacci/goal", goal)
+        for name in ("one", "two"):
+            message = goal()
+            message.goal_id.id = name
+            client.publish(message)
+        robot.speed = 0.2  # the action server drives, and refuses or ends both goals without a stop
+        if limit_s == LONG_S:
+            wait_until(lambda: results.connection_count)
+
+            def ends(name: str) -> None:
+                message = result()
+                message.status.goal_id.id = name
+                results.publish(message)
+
+            ends("one")
+            ends("foreign")
+            ends("two")
+        wait_until(lambda: robot.stops == REPETITIONS * (1 if limit_s == LONG_S else 2))
+        assert robot.has_stopped
+        assert bool(robot.cancelled) == (limit_s == SHORT_S)
+        gate.close()
+
+
 def test_the_change_after_the_stop_of_a_client_that_left_is_limited(ros: RosSystem, robot: Robot) -> None:
     policy = parse_policy(
         "topics:\n  /cmd_vel:\n    type: geometry_msgs/Twist\n    time_limit_s: 60\n"
@@ -284,6 +350,27 @@ def test_the_change_after_the_stop_of_a_client_that_left_is_limited(ros: RosSyst
         with pytest.raises(ActRefused, match=r"got 0\.3 after 0"):
             client.publish(TWIST(linear=VECTOR(0.3, 0, 0)))
         client.publish(TWIST(linear=VECTOR(0.05, 0, 0)))
+        gate.close()
+
+
+def test_a_stop_that_failed_leaves_the_time_limit_in_force(ros: RosSystem, robot: Robot) -> None:
+    text = (
+        f"topics:\n  /cmd_vel:\n    type: geometry_msgs/Twist\n    time_limit_s: {SHORT_S}\n    fields: any\n"
+    )
+    with Node("server", environment=Environment(master_uri=ros.master_uri)) as node:
+        gate = ActGate(node, parse_policy(text, "p.yaml"))
+        client: Any = gate.advertise("/cmd_vel", TWIST)
+        wait_until(lambda: client.connection_count)
+        client.publish(TWIST(linear=VECTOR(0.1, 0, 0)))
+        wait_until(lambda: robot.is_driving)
+
+        def fails(_: Any) -> None:
+            raise ConnectionError("not sent")
+
+        client._publisher.publish = fails
+        with pytest.raises(ConnectionError):
+            client.publish(TWIST())
+        wait_until(lambda: robot.has_stopped)
         gate.close()
 
 

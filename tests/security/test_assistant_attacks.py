@@ -121,6 +121,47 @@ def test_an_approval_for_a_minute_is_not_for_another_client(serve: Serve, robot:
     assert len(driven.messages) == 1
 
 
+def opened(port: int, token: str) -> tuple[int, Callable[[], int]]:
+    """Open a session. Return the status, and a function that sends a request in it and returns the status."""
+    headers = {
+        "Authorization": f"Bearer {token}",
+        "Content-Type": "application/json",
+        "Accept": "application/json, text/event-stream",
+    }
+
+    def post(**message: Any) -> Any:
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+        connection.request("POST", "/mcp", json.dumps({"jsonrpc": "2.0", **message}), headers)
+        answer = connection.getresponse()
+        answer.read()
+        connection.close()
+        return answer
+
+    about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}}
+    answer = post(id=1, method="initialize", params=about)
+    headers["mcp-session-id"] = answer.headers.get("mcp-session-id", "")
+    post(method="notifications/initialized")
+    return answer.status, lambda: int(post(id=2, method="tools/list").status)
+
+
+def test_a_client_that_opens_many_sessions_shuts_out_nobody(serve: Serve) -> None:
+    _, port = serve()
+    other = "another-token-of-this-test"
+    status, lists = opened(port, TOKEN)
+    assert (status, lists()) == (200, 200)
+    assert [opened(port, other)[0] for _ in range(40)] == [200] * 40
+    assert lists() == 200
+    assert opened(port, TOKEN)[0] == 200
+
+
+def test_a_client_that_never_ends_its_sessions_keeps_the_one_that_it_uses(serve: Serve) -> None:
+    _, port = serve()
+    _, lists = opened(port, TOKEN)
+    assert lists() == 200
+    assert [opened(port, TOKEN)[0] for _ in range(40)] == [200] * 40
+    assert lists() == 200
+
+
 def test_a_robot_stops_soon_after_a_client_over_http_has_gone(serve: Serve, robot: Node) -> None:
     driven = Inbox()
     robot.subscribe("/cmd_vel", Twist, driven)

@@ -13,13 +13,14 @@ import contextlib
 import json
 import logging
 import sys
-from collections.abc import Awaitable, Callable, MutableMapping
+from collections.abc import Callable
 from typing import Any, Final
 
 import uvicorn
 from mcp.server.mcpserver import MCPServer
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from pipros.assistants.http_sessions import PATH, App, Receive, Scope, Send, SharedSessions
 from pipros.assistants.limits import AssistantLimits
 from pipros.basics.limits import process_limits
 from pipros.server.access import Access
@@ -29,15 +30,9 @@ from pipros.server.tls import ServerFailed
 from pipros.server.token_file import read_tokens
 
 HOST: Final = "127.0.0.1"
-PATH: Final = "/mcp"
 KEEP_ALIVE_S: Final = 30
 CLOSING_S: Final = 1
 _LOG: Final = logging.getLogger("pipros.assistants")
-
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 
 class GuardedApp:
@@ -126,12 +121,12 @@ async def _serve(server: MCPServer[Any], port: int, secret: Secret, *, has_file:
     app = server.streamable_http_app(
         streamable_http_path=PATH,
         max_request_body_size=own.assistant_request_bytes,
-        max_sessions=own.assistant_sessions,
+        max_sessions=2 * own.assistant_sessions,  # `SharedSessions` needs time to end others
         session_idle_timeout=600,
         host=HOST,
     )
     config = uvicorn.Config(
-        GuardedApp(app, Access(port=port, secret=secret), admit),
+        GuardedApp(SharedSessions(app, own.assistant_sessions), Access(port=port, secret=secret), admit),
         http=CountedProtocol,
         ws="none",
         loop="asyncio",

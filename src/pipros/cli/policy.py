@@ -120,6 +120,8 @@ def _limits(rule: ActRule, tree: FieldTree) -> Iterator[str]:
         yield f"  ended {rule.time_limit_s:g} s after the start, or when the server ends"
     if rule.cancel is not None and rule.time_limit_s is not None:
         yield f"  cancelled {rule.time_limit_s:g} s after it was sent, or when the client leaves"
+        if rule.halt is not None:
+            yield f"  {rule.halt[0]} is stopped when a goal is cancelled, and when no goal is left"
 
 
 def _fields(tree: FieldTree, path: str) -> Iterator[str]:

@@ -11,7 +11,7 @@ from pipros.basics.errors import PiprosError
 from pipros.launch.command import CannotLaunch
 from pipros.launch.find_launch_files import STDIN
 from pipros.launch.inspect import arguments_text, command_words, full_node_name, node_names, params_text
-from pipros.launch.load_context import LoadContext
+from pipros.launch.load_context import LoadContext, NotRun
 from pipros.launch.model import Launch, LaunchNode, Output
 from pipros.launch.xml import DEFUNCT_MASTER, load
 from pipros.workspace.index import PackageIndex
@@ -28,11 +28,14 @@ def inspect(show: Inspection, files: Sequence[str], arguments: Mapping[str, str]
     """
     texts = [sys.stdin.read()] if STDIN in files else []
     arguments_only = show is print_arguments
+    context = LoadContext.of_process(index)
+    if show is print_plan:
+        context = context._replace(run_command=NotRun)
     try:
         launch = load(
             [file for file in files if file != STDIN],
             arguments,
-            context=LoadContext.of_process(index),
+            context=context,
             texts=texts,
             unset_as="" if arguments_only else None,
             arguments_only=arguments_only,
@@ -120,7 +123,9 @@ def print_plan(launch: Launch, index: PackageIndex) -> int:
     for namespace in launch.clear_params:
         print(f"rosparam delete {namespace}")
     for key in sorted(launch.params):
-        print(f"rosparam set {key} {shlex.quote(str(launch.params[key]))}")
+        value = launch.params[key]
+        shown = f'"$({value})"' if isinstance(value, NotRun) else shlex.quote(str(value))
+        print(f"rosparam set {key} {shown}")
     code = 0
     for node in launch.nodes:
         print(f"\n# {node.full_name} ({node.package}/{node.type}){_traits(node)}")

@@ -29,12 +29,18 @@ class CommandFailed(PiprosError, ValueError):
     """The command in a `<param command="…">` could not be run, or failed."""
 
 
+class NotRun(str):
+    """A command of a `<param command="…">` that was not run, in place of its output."""
+
+    __slots__ = ()
+
+
 class LoadContext(NamedTuple):
     """Access to packages, environment variables, files and commands.
 
     Attributes:
         read_file: function that returns the bytes of a file; raises OSError.
-        run_command: function that returns the output of a command line; raises CommandFailed.
+        run_command: function that returns the output of a command line, or `NotRun`; raises CommandFailed.
     """
 
     find: FindResource

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pipros.basics import names
+from pipros.launch.load_context import NotRun
 from pipros.launch.model import LaunchError, ParameterAction, ParameterCommand
 from pipros.launch.param_types import convert, parameters_in
 from pipros.launch.reader import ElementReader
@@ -27,7 +28,8 @@ def read_param(reader: ElementReader) -> tuple[str, Any]:
         if given[0] == "textfile":
             return name, convert(reader.context.read_file(content).decode(), type_name, content)
         if given[0] == "command":
-            return name, convert(_run(reader, name, content), type_name, content)
+            output = _run(reader, name, content)
+            return name, output if isinstance(output, NotRun) else convert(output, type_name, content)
         return name, convert(content.strip(), type_name)
     except OSError as error:
         raise reader.error(f"Invalid <param> tag: cannot read [{content}]: {error.strerror}") from None

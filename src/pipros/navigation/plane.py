@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,22 @@ Poses = NDArray[np.float64]
 def flat(pose: Pose) -> Triple:
     """Project a pose onto the plane."""
     return pose[0], pose[1], roll_pitch_yaw(pose)[2]
+
+
+MOST: Final = 1e9
+"""Larger coordinates, in metres, are no measurements."""
+
+
+def is_measured(pose: Pose) -> bool:
+    """Return whether a pose has finite coordinates and a quaternion that determines an orientation."""
+    return all(abs(each) <= MOST for each in pose) and math.hypot(*pose[3:]) >= 1e-3
+
+
+def is_upright(turn: Any) -> bool:
+    """Return whether a quaternion is finite, not too small, and keeps the z axis upright."""
+    x, y, z, w = turn.x, turn.y, turn.z, turn.w
+    squared = x * x + y * y + z * z + w * w
+    return math.isfinite(squared) and squared >= 1e-6 and abs(1 - 2 * (x * x + y * y) / squared - 1) <= 1e-3
 
 
 def flat_message(pose: Any) -> Triple:

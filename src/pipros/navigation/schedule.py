@@ -18,7 +18,7 @@ from pipros.msg import load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.delivery import Sent, sent_by, wait_until_handled
-from pipros.node.rate import Timer
+from pipros.node.rate import Timer, surviving
 
 _DELIVERY_S: Final = 10.0
 """Real time within which a sent message must arrive."""
@@ -48,11 +48,15 @@ class Schedule:
         if self.in_lockstep:
             self._service: Any = load_service_class("pipros_sim/Advance")
 
-    def every(self, period_s: float, do: Callable[[], object]) -> Callable[[float], None]:
+    def every(
+        self, period_s: float, do: Callable[[], object], failed: Callable[[], object] | None = None
+    ) -> Callable[[float], None]:
         """Call `do` once per period on the node's clock. Return a function that changes the period.
 
-        In lockstep, missed calls are skipped.
+        If `do` raises, `failed` is called, the error is logged once, and the next calls go on. In lockstep,
+        missed calls are skipped.
         """
+        do = surviving(do, self._node.log, failed)
         work = _Work(do, round(period_s * 1e9))
         if self.in_lockstep:
             with self._lock:

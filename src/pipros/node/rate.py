@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import threading
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -70,6 +73,30 @@ class Tick:
     current_expected_ns: int
     current_real_ns: int
     last_duration_s: float | None
+
+
+def surviving(
+    do: Callable[[], object], log: logging.Logger, failed: Callable[[], object] | None = None
+) -> Callable[[], None]:
+    """Return a function that calls `do`, and that does not raise if `do` raises an `Exception`.
+
+    In this case, it calls `failed` and logs the error, once for each type of error and line of code.
+    """
+    logged: set[tuple[str, str, int | None]] = set()
+
+    def call() -> None:
+        try:
+            do()
+        except Exception as error:
+            if failed is not None:
+                failed()
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            kind = type(error).__name__, os.path.basename(place.filename), place.lineno
+            if kind not in logged:
+                logged.add(kind)
+                log.error("a cycle failed (%s: %s, %s:%s); the next ones go on", kind[0], error, *kind[1:])
+
+    return call
 
 
 class Timer(threading.Thread):

@@ -2,7 +2,8 @@
 
 Every value in the message is checked: a field without a rule must have its default (zero, false, empty), so a
 rule for `linear.x` does not leave `linear.y` unrestricted. A header may have any `seq` and `stamp`. `any`
-permits all values of a field, except in fields and elements below it that have their own rules.
+permits all values of a field, except in fields and elements below it that have their own rules. A quaternion
+that has a rule must have the norm 1, because nodes refuse others, which may end a movement without a stop.
 """
 
 from __future__ import annotations
@@ -10,16 +11,20 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any, Final
 
 from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.printable import printable
+from pipros.msg.class_finder import installed_class
 from pipros.msg.time import TVal
 from pipros.policy.model import EACH, ActRefused, FieldRule, FieldTree
 
 _EMPTY: Final = FieldTree()
 _FLOAT32 = struct.Struct("<f")
 _HEADER: Final = ("Header", "std_msgs/Header", "roslib/Header")
+_QUATERNION: Final = "geometry_msgs/Quaternion"
+_NORM_TOLERANCE: Final = 0.01
 _FREE: Final = ("seq", "stamp")
 
 
@@ -43,8 +48,13 @@ class FieldCheck:
         Raises:
             ActRefused: a value is not permitted, or there are too many values.
         """
-        if _permits_all(tree):
+        if _permits_all(tree) and not _turns(value._type):
             return
+        if value._type == _QUATERNION and (tree.rule is not None or tree.below):
+            norm = math.hypot(value.x, value.y, value.z, value.w)
+            if not abs(norm - 1.0) <= _NORM_TOLERANCE:
+                text = f"{self._named(path)} must be a quaternion with the norm 1, got the norm {norm:g}"
+                raise ActRefused(text, tree.rule.place if tree.rule is not None else self._place)
         is_header = value._type in _HEADER
         for name, kind in zip(value.__slots__, value._slot_types, strict=True):
             below = _below(tree, tree.below.get(name))
@@ -55,7 +65,7 @@ class FieldCheck:
     def value(self, value: Any, kind: str, tree: FieldTree, path: str) -> None:
         """Check a value of any type; see `message`."""
         rule = tree.rule
-        if _permits_all(tree):
+        if _permits_all(tree) and not _turns(kind):
             return
         if kind.endswith("]"):
             self._array(value, kind, tree, path)
@@ -92,7 +102,7 @@ class FieldCheck:
             )
         others = _below(tree, each)
         numbers: Iterable[Any] = range(len(value))
-        if _permits_all(others):
+        if _permits_all(others) and not _turns(kind):
             numbers = [number for number in tree.below if number != EACH]
         for number in numbers:
             if number < len(value):
@@ -105,6 +115,25 @@ class FieldCheck:
 
 def _permits_all(tree: FieldTree) -> bool:
     return tree.rule is not None and tree.rule.is_any and not tree.below
+
+
+@cache
+def _turns(kind: str) -> bool:
+    """Return whether values of a type contain quaternions."""
+    base = kind.partition("[")[0]
+    if "/" not in base or base in _HEADER:
+        return base == _QUATERNION
+    found = installed_class(base)
+    return base == _QUATERNION or (found is not None and any(map(_turns, found._slot_types)))
+
+
+def is_finite(value: Any) -> bool:
+    """Return whether all numbers in a message are finite."""
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, list | tuple):
+        return all(map(is_finite, value))
+    return all(is_finite(getattr(value, name)) for name in getattr(value, "__slots__", ()))
 
 
 def _below(tree: FieldTree, below: FieldTree | None) -> FieldTree:

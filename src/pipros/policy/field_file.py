@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
+import sys
 from typing import Any, Final
 
 from pipros.msg.class_finder import installed_class
@@ -51,7 +52,7 @@ def read_fields(section: Settings, message_class: Any) -> FieldTree:
             if not kind.startswith("/") and kind.endswith("]"):
                 raise fields.error(key, f"is an array; write {key}[] for all elements, or {key}[0]")
             is_number = kind in ORDERED
-            rule = read_rule(spec, is_number=is_number, is_element=path[-1] == EACH)
+            rule = read_rule(spec, is_number=is_number, is_element=path[-1] == EACH, kind=kind)
             if not is_number and kind not in PLAIN and rule.count is None:
                 raise fields.error(key, f"has the type {kind}; name its fields, or write {key}: any")
         node = root
@@ -63,12 +64,13 @@ def read_fields(section: Settings, message_class: Any) -> FieldTree:
     return _tree(root)
 
 
-def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> FieldRule:
+def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False, kind: str = "") -> FieldRule:
     """Parse a rule.
 
     Args:
         is_number: whether the field is a number.
         is_element: whether the rule applies to all elements of an array.
+        kind: the type of the field, for `one_of`; empty if it is unknown.
     """
     unit_name = spec.text("unit", "")
     if unit_name not in UNITS:
@@ -87,12 +89,19 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> F
     for each in values:
         if not isinstance(each, bool | int | float | str) or each != each:  # NaN
             raise spec.error("one_of", f"must contain only numbers, strings and booleans, got {each!r}")
+        if kind and type(each) not in _kinds_of(kind, is_number=is_number):
+            raise spec.error("one_of", f"must contain values of the type {kind}, got {each!r}")
+    numbers = [each for each in values if isinstance(each, int | float)]
+    if not all(abs(each) <= sys.float_info.max for each in numbers):
+        raise spec.error("one_of", f"must contain finite numbers, got {numbers!r}")
     scaled = [
         each * unit.factor if unit.factor != 1.0 and not isinstance(each, str) else each for each in values
     ]
     change = spec.number("change_per_s", 0, least=0) * unit.factor if "change_per_s" in spec.values else None
     if change is not None and values:
         raise spec.error("change_per_s", "must not be combined with one_of")
+    if "start" in spec.values and change is None:
+        raise spec.error("start", "needs the key change_per_s")
     start = spec.number("start", 0, least=-math.inf) * unit.factor
     count = None
     if "count" in spec.values:
@@ -109,6 +118,10 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False) -> F
         *(place_of(spec), False, least * unit.factor, most * unit.factor, tuple(scaled)),
         *(unit, change, start, count),
     )
+
+
+def _kinds_of(kind: str, *, is_number: bool) -> tuple[type, ...]:
+    return (int, float) if is_number else (str,) if kind in ("str", "string") else (bool,)
 
 
 def _tree(node: dict[Any, Any]) -> FieldTree:
@@ -141,7 +154,11 @@ def field_path(
         for index in indexes:
             if not kind.endswith("]"):
                 raise section.error(where, f"{name} is not an array")
-            kind = kind.rpartition("[")[0]
+            kind, _, length = kind[:-1].rpartition("[")
+            if index and length and int(index) >= int(length):
+                raise section.error(
+                    where, f"{name} has {length} elements, so the last one is {name}[{int(length) - 1}]"
+                )
             path.append(int(index) if index else EACH)
         current = installed_class(kind) if "/" in kind and not kind.endswith("]") else None
     return tuple(path), kind

@@ -118,6 +118,8 @@ class ActRule:
             call ends within this time, after its end. A goal is cancelled this long after it was sent, and a
             program is ended this long after its start. None for no limit.
         cancel: an empty message for the action's cancel topic, in a rule for goals; otherwise None.
+        halt: in a rule for goals, the topic and the message that stop the robot when no goal is left, and the
+            type of the action's result; otherwise None.
     """
 
     place: str
@@ -132,6 +134,7 @@ class ActRule:
     stop: Any = None
     time_limit_s: float | None = None
     cancel: Any = None
+    halt: tuple[str, Any, str] | None = None
 
     @property
     def stop_topic(self) -> str:

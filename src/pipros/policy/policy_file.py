@@ -16,6 +16,7 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.msg.from_yaml import fill_message_args
 from pipros.msg.language.spec import TIMES
 from pipros.policy.decisions import PARAMETER_TYPES
+from pipros.policy.field_check import is_finite
 from pipros.policy.field_file import ORDERED, PLAIN, field_path, place_of, read_fields, read_rule, whole
 from pipros.policy.model import EACH, RUNS, ActKind, ActRule, Condition, FieldRule, FieldTree, Policy
 from pipros.safe.settings import BadSettings, Settings
@@ -108,7 +109,7 @@ class _PolicyReader:
         found: tuple[Any, ...]
         if kind is ActKind.PARAMETER:
             type_name = section.choice("type", PARAMETER_TYPES, "")
-            rule = read_rule(section, is_number=type_name in ("int", "double"))
+            rule = read_rule(section, is_number=type_name in ("int", "double"), kind=type_name)
             if type_name in ("bool", "str") and not rule.one_of:
                 rule = FieldRule(rule.place, is_any=True)
             tree = FieldTree(rule)
@@ -128,7 +129,7 @@ class _PolicyReader:
 
     def _action(self, section: Settings, name: str, conditions: Mapping[str, Condition]) -> Iterator[ActRule]:
         """Yield the rules for an action's goal and cancel topics. The key `fields` applies to the goal."""
-        section.only((*_ACT_KEYS, "time_limit_s"))
+        section.only((*_ACT_KEYS, "stop", "time_limit_s"))
         type_name = section.text("type")
         if not type_name.endswith("Action"):
             raise section.error(
@@ -151,8 +152,27 @@ class _PolicyReader:
             requires=requires,
             time_limit_s=_time_limit(section),
             cancel=cancel(),
+            halt=self._halt(section, type_name),
         )
         yield ActRule(place, ActKind.TOPIC, f"{name}/cancel", cancel._type, cancel, cancel._md5sum, free)
+
+    def _halt(self, section: Settings, action: str) -> tuple[str, Any, str] | None:
+        """Return the topic that stops the robot when no goal is left; the guardian needs a time limit."""
+        if "stop" not in section.values:
+            return None
+        if "time_limit_s" not in section.values:
+            raise section.error("stop", "needs the key time_limit_s")
+        stop = section.section("stop")
+        stop.only(("topic", "type", "values"))
+        topic = stop.text("topic")
+        if not (names.is_legal_topic(topic) and names.is_global(topic)) or names.canonicalize(topic) != topic:
+            raise stop.error("topic", f"must be a legal global name, such as /cmd_vel, got {topic!r}")
+        values = stop.values.get("values", "zero")
+        return (
+            topic,
+            _message(stop, "values", values, self._loaded(stop, stop.text("type"))),
+            f"{action}Result",
+        )
 
     def _limits(
         self, section: Settings, conditions: Mapping[str, Condition]
@@ -210,7 +230,7 @@ class _PolicyReader:
             elif given:
                 raise section.error(given[0], "needs the key field")
             is_number = kind in ORDERED
-            rule = read_rule(section, is_number=is_number or not path)
+            rule = read_rule(section, is_number=is_number or not path, kind=kind)
             if "above" in section.values or "below" in section.values:
                 if not is_number:
                     raise section.error("field", f"must be a number, got the type {kind}")
@@ -231,19 +251,29 @@ def _stop(section: Settings, message_class: Any) -> Any:
     With a time limit, a stop is needed, and defaults to a message of zeros.
     """
     value = section.values.get("stop", "zero" if "time_limit_s" in section.values else None)
-    if value not in (None, "zero") and not isinstance(value, dict):
+    if (value != "zero" if "stop" in section.values else value not in (None, "zero")) and not isinstance(
+        value, dict
+    ):
         raise section.error("stop", f"must be zero, or the values of a message, got {value!r}")
+    message = _message(section, "stop", value, message_class)
+    if value is not None and not message.__slots__:
+        raise section.error("stop", f"must differ from other messages, but {message._type} has no fields")
+    return None if value is None else message
+
+
+def _message(section: Settings, key: str, value: Any, message_class: Any) -> Any:
+    """Return a message of zeros, or with the given values."""
     message = message_class()
     try:
         fill_message_args(message, [value if isinstance(value, dict) else {}])
         size = sum(map(len, message._to_buffers()))
     except (PiprosError, ValueError, TypeError) as error:
-        raise section.error("stop", " ".join(str(error).split())) from None
+        raise section.error(key, " ".join(str(error).split())) from None
+    if not is_finite(message):
+        raise section.error(key, "must contain finite numbers")
     if size > (most := process_limits().policy_stop_bytes):
-        raise section.error("stop", f"must have at most {most} bytes, got {size}")
-    if value is not None and not message.__slots__:
-        raise section.error("stop", f"must differ from other messages, but {message._type} has no fields")
-    return None if value is None else message
+        raise section.error(key, f"must have at most {most} bytes, got {size}")
+    return message
 
 
 def _time_limit(section: Settings) -> float | None:

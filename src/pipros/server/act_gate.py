@@ -43,7 +43,16 @@ class ActGate:
         clock_s: Callable[[], float] = time.monotonic,
         state: PolicyState | None = None,
     ) -> None:
-        """Store the arguments. `state` is the state of an earlier gate, whose counts remain valid."""
+        """Store the arguments. `state` is the state of an earlier gate, whose counts remain valid.
+
+        Raises:
+            ActRefused: because of a remapping, clients could publish on the topic of a condition.
+        """
+        for condition in policy.conditions.values() if policy is not None else ():
+            topic = node.resolve(condition.topic)
+            if policy is not None and (ActKind.TOPIC, topic) in policy.rules:
+                text = f"the condition {condition.name} reads {topic} after remapping"
+                raise ActRefused(f"{text}, and clients may publish there", condition.place)
         self.policy = policy
         self._node = node
         self._clock_s = clock_s
@@ -97,12 +106,15 @@ class ActGate:
         """
         self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 
-    def published(self, topic: str, message: Any) -> None:
-        """Restart a published message's time limit, because it may have waited. Do nothing for goals."""
+    def published(self, topic: str, message: Any, *, has_failed: bool = False) -> None:
+        """Restart a published message's time limit, because it may have waited. Do nothing for goals.
+
+        If a stop could not be published, restart the time limit that it ended.
+        """
         rule = self._rule(topic)
         if rule is None or rule.time_limit_s is None or rule.cancel is not None:
             return
-        self._done(rule, message)
+        self._done(rule, message, has_failed=has_failed)
 
     def left(self, topic: str, client: object) -> None:
         """Stop what a client started on a topic, because the client no longer publishes it."""
@@ -113,12 +125,12 @@ class ActGate:
             with self._lock:
                 note_stop(rule, self._state)
 
-    def _done(self, rule: ActRule, value: Any) -> None:
-        """Restart the time limit of an act, unless the act is the stop itself."""
+    def _done(self, rule: ActRule, value: Any, *, has_failed: bool = False) -> None:
+        """Restart the time limit of an act, unless the act is the stop itself, and has not failed."""
         if rule.time_limit_s is None or rule.stop is None:
             return
         stop = b"".join(rule.stop._to_buffers()) if isinstance(value, bytes) else rule.stop
-        if value != stop:
+        if has_failed or value != stop:
             self._guardian.renew(key_of(rule))
 
     def _rule(self, topic: str) -> ActRule | None:
@@ -140,11 +152,13 @@ class ActGate:
             if rule.time_limit_s is not None:
                 self._guardian.watch(rule)
             self._check(ActKind.SERVICE, service, request, type_name, md5sum)
+        has_failed = True
         try:
             yield
+            has_failed = False
         finally:
             if rule is not None:
-                self._done(rule, request)
+                self._done(rule, request, has_failed=has_failed)
 
     def check_run(self, kind: ActKind, name: str, arguments: Mapping[str, Any]) -> ActRule:
         """Check and count the start of a launch file or a recording. Return its rule.
@@ -243,7 +257,11 @@ class GatedPublisher:
     def publish(self, message: Any) -> None:
         """Publish a message. Raise `ActRefused` if the policy does not allow it."""
         self._gate.check_message(self._topic, message, client=self)
-        self._publisher.publish(message)
+        try:
+            self._publisher.publish(message)
+        except BaseException:
+            self._gate.published(self._topic, message, has_failed=True)
+            raise
         self._gate.published(self._topic, message)
 
     def unregister(self) -> None:

@@ -5,8 +5,12 @@ acts that start time limits. This process measures the time, on the monotonic cl
 its time limit has passed, and all pending stops when the input ends, for whatever reason. A stop is repeated,
 because an earlier command from the server may arrive late over another connection.
 
+It writes an empty line every `BEAT_S`, in the thread that publishes the stops, so that the server knows that
+it can publish them. A line that does not fit into the pipe is left out, because the server may be suspended.
+
 Each line has one of these values of `op`: `watch` adds a topic or a service with its stop, and is confirmed
 by a line with its key (for a topic, once its known subscribers have connected or `CONNECTING_S` has passed);
+`over`, which this process also writes, reports a goal that has ended;
 `arm` starts or restarts a time limit; `disarm` cancels a time limit; `stop` makes a stop due at once.
 """
 
@@ -14,13 +18,14 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import queue
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -37,6 +42,8 @@ ENDING_S: Final = 2.0
 """Maximum time (s) to wait, after the last stop, for each service call, and then for the node's shutdown."""
 CALL_S: Final = 5.0
 """Timeout (s) of a service call that stops a movement."""
+BEAT_S: Final = 0.2
+"""Interval (s) of the empty lines."""
 CALL: Final = "call "
 """Prefix of service names in keys. Names of topics do not contain blanks."""
 
@@ -79,6 +86,14 @@ class Stops:
         found = self._stops.get((key, identity))
         if found is not None:
             found.due_s = min(found.due_s, now_s)
+
+    def end(self, key: str, identity: str) -> bool:
+        """Cancel the stop of a goal that has ended. Return whether it was pending."""
+        return self._stops.pop((key, identity), None) is not None
+
+    def has(self, key: str) -> bool:
+        """Return whether a stop is pending for a topic or service."""
+        return any(each == key for each, _ in self._stops)
 
     def stop_all(self, now_s: float) -> None:
         """Make all pending stops due now."""
@@ -129,8 +144,16 @@ class GuardianProcess:
         self._node = node
         self._publishers: dict[str, Any] = {}
         self._rules: dict[str, tuple[Any, float]] = {}
+        self._output = sys.stdout.fileno()
         self._lines: queue.SimpleQueue[Mapping[str, Any] | None] = queue.SimpleQueue()
-        self._stops = Stops(lambda key, message: self._publishers[key].publish(message))
+        self._halts: dict[str, tuple[str, Any]] = {}
+        self._stops = Stops(self._publish)
+
+    def _publish(self, key: str, message: Any) -> None:
+        self._publishers[key].publish(message)
+        if key in self._halts:  # the action server may not react to the cancellation
+            topic, halt = self._halts[key]
+            self._publishers[topic].publish(halt)
 
     def end(self) -> None:
         """Publish all pending stops, then end. May be called in a signal handler."""
@@ -146,9 +169,15 @@ class GuardianProcess:
     def run(self) -> None:
         """Handle lines and stops until the input has ended and all stops are published."""
         next_s: float | None = None
+        beat_s = 0.0
         is_ending = False
         while not (is_ending and next_s is None):
-            wait_s = None if next_s is None else max(next_s - time.monotonic(), 0.0)
+            now_s = time.monotonic()
+            if now_s >= beat_s:
+                beat_s = now_s + BEAT_S
+                with contextlib.suppress(OSError):  # the pipe is full or closed
+                    os.write(self._output, b"\n")
+            wait_s = max(min(beat_s, math.inf if next_s is None else next_s) - now_s, 0.0)
             with contextlib.suppress(queue.Empty):
                 line = self._lines.get(timeout=wait_s)
                 if line is None:
@@ -173,6 +202,10 @@ class GuardianProcess:
             if identity:
                 message = type(message)(id=identity)
             self._stops.arm(key, identity, message, time.monotonic() + limit_s)
+        elif line["op"] == "over" and self._stops.end(key, identity):
+            print(json.dumps(line), flush=True)
+            if key in self._halts and not self._stops.has(key):
+                self._stops.arm(self._halts[key][0], "", self._halts[key][1], time.monotonic())
         elif line["op"] == "disarm":
             self._stops.disarm(key, identity)
         elif line["op"] == "stop":
@@ -192,13 +225,35 @@ class GuardianProcess:
         self._rules[key] = message_class._from_bytes(bytes.fromhex(line["body"])), float(line["limit_s"])
         publisher = self._node.advertise(key, message_class, queue_size=None)
         self._publishers[key] = publisher
+        publishers = [(key, publisher), *self._watch_results(line)]
         end_s = time.monotonic() + CONNECTING_S
-        known = 1
-        while publisher.connection_count < known and time.monotonic() < end_s:
+        known: Mapping[str, Sequence[str]] = {}
+        while (
+            any(each.connection_count < len(known.get(topic, "?")) for topic, each in publishers)
+            and time.monotonic() < end_s
+        ):
             with contextlib.suppress(PiprosError):
-                known = len(dict(self._node.master.get_system_state()[1]).get(key, ()))
+                subscribers = dict(self._node.master.get_system_state()[1])
+                known = {topic: subscribers.get(topic, ()) for topic, _ in publishers}
             time.sleep(REPEAT_S / 5)
         print(key, flush=True)
+
+    def _watch_results(self, line: Mapping[str, Any]) -> list[tuple[str, Any]]:
+        """Subscribe to the results of an action whose goals have a topic that stops the robot."""
+        if "halt" not in line:
+            return []
+        key, halt = line["key"], line["halt"]
+        message_class: Any = load_message_class(halt["type"])
+        publisher = self._node.advertise(halt["topic"], message_class, queue_size=None)
+        self._publishers.setdefault(halt["topic"], publisher)
+        self._halts[key] = halt["topic"], message_class._from_bytes(bytes.fromhex(halt["body"]))
+
+        def ended(message: Any) -> None:
+            self._lines.put({"op": "over", "key": key, "id": message.status.goal_id.id})
+
+        result: Any = load_message_class(halt["result"])
+        self._node.subscribe(f"{key.removesuffix('cancel')}result", result, ended, queue_size=100)
+        return [(halt["topic"], publisher)]
 
 
 def main() -> None:
@@ -209,6 +264,8 @@ def main() -> None:
     for number in (signal.SIGINT, getattr(signal, "SIGHUP", signal.SIGINT)):
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: guardian.end())
+    if sys.platform != "win32":
+        os.set_blocking(sys.stdout.fileno(), False)
     node.start()
     threading.Thread(target=guardian.read, daemon=True).start()
     guardian.run()

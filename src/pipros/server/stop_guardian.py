@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Mapping
 from typing import IO, Any, Final
 
@@ -17,6 +18,10 @@ from pipros.node import Node
 from pipros.policy.model import ActKind, ActRefused, ActRule
 from pipros.server.guardian_process import CALL
 
+SILENT_S: Final = 1.0
+"""Acts with a time limit are refused if the process has not written for this time (s)."""
+LOST_S: Final = 3.0
+"""The process is killed, and replaced, if it has not written for this time (s)."""
 READY_S: Final = 20.0
 """Maximum time (s) until the process has started and has advertised a topic."""
 
@@ -29,7 +34,7 @@ def key_of(rule: ActRule) -> str:
 class StopGuardian:
     """Starts the process when the first stop is watched. Thread-safe.
 
-    If the process ends while it is needed, a new process publishes all pending stops.
+    If the process ends or is suspended while it is needed, a new process publishes all pending stops.
     """
 
     def __init__(self, node: Node) -> None:
@@ -41,6 +46,7 @@ class StopGuardian:
         self._pending: dict[tuple[str, str], object] = {}
         self._lost: list[tuple[str, str]] = []  # pending stops of a process that has ended
         self._is_closed = False
+        self._heard_s = 0.0
         self._changed = threading.Condition()
 
     def watch(self, rule: ActRule) -> None:
@@ -50,13 +56,22 @@ class StopGuardian:
             ActRefused: the process does not start, or does not answer.
         """
         key = key_of(rule)
-        line = {
+        line: dict[str, Any] = {
             "op": "watch",
             "key": key,
             "type": rule.type if rule.kind is ActKind.SERVICE else rule.stop_message._type,
             "limit_s": rule.time_limit_s,
             "body": b"".join(rule.stop_message._to_buffers()).hex(),
         }
+        if rule.halt is not None:
+            topic, stop, result = rule.halt
+            halt = {
+                "topic": topic,
+                "type": stop._type,
+                "body": b"".join(stop._to_buffers()).hex(),
+                "result": result,
+            }
+            line["halt"] = halt
         with self._changed:
             is_new = key not in self._watched
             self._watched[key] = line
@@ -79,11 +94,14 @@ class StopGuardian:
         oldest becomes due now.
 
         Raises:
-            ActRefused: the process is not ready, or cannot be reached.
+            ActRefused: the process is not ready, does not answer, or cannot be reached.
         """
         with self._changed:
             if key not in self._ready:
                 raise ActRefused("the guardian, which stops acts with a time limit, is not running")
+            if (silent_s := time.monotonic() - self._heard_s) > SILENT_S:
+                what = "the guardian, which stops acts with a time limit, has not answered"
+                raise ActRefused(f"{what} for {silent_s:.1f} s, so it could not stop this")
             if (key, identity) not in self._pending and len(self._pending) >= process_limits().policy_stops:
                 oldest = next(iter(self._pending))
                 self._stop(*oldest)
@@ -152,15 +170,35 @@ class StopGuardian:
         )
         if process.stdin is not None and sys.platform != "win32":
             os.set_blocking(process.stdin.fileno(), False)
-        threading.Thread(target=self._read, args=(process, process.stdout), daemon=True).start()
+        for run in (self._read, self._replace_if_silent):
+            threading.Thread(target=run, args=(process, process.stdout), daemon=True).start()
         for line in self._watched.values():
             self._send(line)
+
+    def _replace_if_silent(self, process: subprocess.Popen[str], _: object) -> None:
+        """Kill the process if it has written before, and falls silent; `_read` then starts another one."""
+        heard_s, silences = 0.0, 0
+        while process.poll() is None and not self._is_closed:
+            time.sleep(SILENT_S / 2)
+            # Counts own intervals, because this process may have been suspended, too.
+            silences = silences + 1 if heard_s == self._heard_s else 0
+            heard_s = self._heard_s
+            if self._ready and silences * SILENT_S / 2 >= LOST_S:
+                process.kill()
+                return
 
     def _read(self, process: subprocess.Popen[str], output: IO[str]) -> None:
         """Record which stops are ready. If the process ends, start another process for the pending stops."""
         with contextlib.suppress(OSError, ValueError), output:
             for line in output:
                 with self._changed:
+                    self._heard_s = time.monotonic()
+                    if not line.strip():
+                        continue
+                    if line.startswith("{"):
+                        over = json.loads(line)
+                        self._pending.pop((over["key"], over["id"]), None)
+                        continue
                     self._ready.add(line.strip())
                     for key, identity in [each for each in self._lost if each[0] == line.strip()]:
                         self._lost.remove((key, identity))

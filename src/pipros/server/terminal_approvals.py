@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import shutil
@@ -15,6 +16,8 @@ from pipros.server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, wait
 
 KEYS: Final = {"y": ONCE, "m": FOR_A_MINUTE, "n": REFUSE}
 POLL_S: Final = 0.5
+UNSEEN_S: Final = 0.5
+"""Time after an act is shown in which nobody can have read it, so that all input is discarded."""
 LINE_BYTES: Final = 1000
 """Maximum length of a typed line; the rest counts as another line."""
 
@@ -49,7 +52,8 @@ def ask_humans(
             continue
         try:
             answer(program["process"], act["id"], verdict)
-            print(f"Answered: {verdict}.", flush=True)
+            what = ascii(f"{act['tool']} {act['name']}")[1:-1]
+            print(f"Answered: {verdict}. This concerns {what}, act {ascii(act['id'])[1:-1]}.", flush=True)
         except PiprosError as error:
             print(error, flush=True)
 
@@ -87,8 +91,9 @@ def _read_verdict(
 ) -> str | None:
     """Return the answer; empty if the act no longer awaits approval, and None at the end of the input."""
     left_s = float(act["left_s"])
-    begin_s = time.monotonic()
+    time.sleep(UNSEEN_S)
     _discard_typed()
+    begin_s = time.monotonic()
     while True:
         remaining_s = left_s - (time.monotonic() - begin_s)
         prompt = f"{remaining_s:3.0f} s left. y: once, m: for a minute, n: refuse > "
@@ -110,6 +115,14 @@ def _read_verdict(
 
 
 def _discard_typed() -> None:
-    """Discard lines that were typed before the act was shown, so that they cannot approve it."""
+    """Discard what was typed before the act could be read, so that it cannot approve the act.
+
+    A begun line is discarded, too: it was meant for another act, and assistants choose when acts change.
+    """
+    with contextlib.suppress(ImportError, OSError):
+        import termios
+
+        with contextlib.suppress(termios.error):  # not a terminal
+            termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
     while select.select([sys.stdin], [], [], 0.0)[0] and os.read(sys.stdin.fileno(), LINE_BYTES):
         pass

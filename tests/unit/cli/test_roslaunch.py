@@ -96,6 +96,17 @@ def test_dry_run_prints_everything_in_order(file: Path, capsys: pytest.CaptureFi
     ]
 
 
+def test_dry_run_runs_no_command_of_a_parameter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.launch").write_text(
+        f'<launch><param name="x" type="int" command="touch {tmp_path}/mark"/>'
+        f'<group ns="g"><param name="y" command="touch {tmp_path}/mark"/></group></launch>'
+    )
+    assert roslaunch.main(["--dry-run", str(tmp_path / "a.launch")]) == 0
+    assert not (tmp_path / "mark").exists()
+    lines = [f'rosparam set /{name} "$(touch {tmp_path}/mark)"' for name in ("g/y", "x")]
+    assert capsys.readouterr().out.splitlines() == lines
+
+
 def test_a_launch_file_comes_from_standard_input(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

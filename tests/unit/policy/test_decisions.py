@@ -399,3 +399,40 @@ def test_parameters_without_a_range_may_have_any_value_of_their_type() -> None:
         decide(policy, Act(ActKind.PARAMETER, name, value), PolicyState(), 0.0)
     for name, value in (("/on", 1), ("/on", "yes"), ("/mode", 1), ("/mode", {}), ("/gain", math.inf)):
         assert "must" in refusal(policy, Act(ActKind.PARAMETER, name, value))
+
+
+QUATERNION_POLICY = """\
+topics:
+  /any: {type: geometry_msgs/PoseStamped, fields: any}
+  /part: {type: geometry_msgs/PoseStamped, fields: {pose.orientation: any}}
+  /parts:
+    type: geometry_msgs/PoseStamped
+    fields: {pose.orientation.z: {range: [-1, 1]}, pose.orientation.w: {range: [-1, 1]}}
+  /poses: {type: geometry_msgs/PoseArray, fields: {'poses[]': any}}
+"""
+
+
+@pytest.mark.parametrize("topic", ["/any", "/part", "/parts", "/poses"])
+@pytest.mark.parametrize(
+    ("z", "w", "is_allowed"),
+    [(0.0, 1.0, True), (0.6, 0.8, True), (0.0, 0.0, False), (math.nan, 1.0, False), (0.0, 0.5, False),
+     (1e308, 0.0, False), (math.inf, 0.0, False)],
+)  # fmt: skip
+def test_a_quaternion_that_nodes_refuse_is_refused_even_if_any_value_is_allowed(
+    topic: str, z: float, w: float, is_allowed: bool
+) -> None:
+    policy = parse_policy(QUATERNION_POLICY, "p.yaml")
+    pose: Any = load_message_class("geometry_msgs/Pose")()
+    pose.orientation.z, pose.orientation.w = z, w
+    kind = "geometry_msgs/PoseArray" if topic == "/poses" else "geometry_msgs/PoseStamped"
+    message: Any = load_message_class(kind)()
+    if topic == "/poses":
+        message.poses = [pose]
+    else:
+        message.pose = pose
+    act = Act(ActKind.TOPIC, topic, message, message._type, message._md5sum)
+    if is_allowed:
+        decide(policy, act, PolicyState(), 0.0)
+    else:
+        with pytest.raises(ActRefused):
+            decide(policy, act, PolicyState(), 0.0)

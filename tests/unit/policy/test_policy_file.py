@@ -166,3 +166,34 @@ def test_rules_for_programs_and_services_are_checked(text: str, message: str) ->
     with pytest.raises(BadSettings) as caught:
         parse_policy(text, "p.yaml")
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("spec", "problem"),
+    [
+        ("linear.x: {one_of: [.inf]}", "must contain finite numbers"),
+        ("linear.x: {one_of: [true]}", "must contain values of the type float64"),
+        ("linear.x: {one_of: ['1']}", "must contain values of the type float64"),
+        ("linear.x: {range: [0, 1" + 400 * "0" + "]}", "must be a number or a list of numbers"),
+        ("linear.x: {range: [0, 1], start: 1}", "needs the key change_per_s"),
+    ],
+)
+def test_a_bound_that_no_value_can_meet_or_that_every_value_meets_is_an_error(
+    spec: str, problem: str
+) -> None:
+    text = f"topics:\n  /c:\n    type: geometry_msgs/Twist\n    fields: {{{spec}}}\n"
+    with pytest.raises(BadSettings, match=problem):
+        parse_policy(text, "p.yaml")
+
+
+@pytest.mark.parametrize("stop", ["", "{linear: {x: .nan}}", "{linear: {x: .inf}}"])
+def test_a_stop_that_does_not_stop_is_an_error(stop: str) -> None:
+    text = f"topics:\n  /c:\n    type: geometry_msgs/Twist\n    fields: any\n    stop: {stop}\n"
+    with pytest.raises(BadSettings, match="stop: must"):
+        parse_policy(text, "p.yaml")
+
+
+def test_an_index_beyond_the_end_of_an_array_is_an_error() -> None:
+    text = "topics:\n  /o: {type: nav_msgs/Odometry, fields: {'pose.covariance[36]': any}}\n"
+    with pytest.raises(BadSettings, match=r"the last one is covariance\[35\]"):
+        parse_policy(text, "p.yaml")

@@ -316,6 +316,44 @@ def test_what_was_typed_before_an_act_appeared_does_not_approve_it(
 
 
 @pytest.mark.needs("pseudo-terminals")
+def test_a_line_that_was_begun_for_one_act_does_not_approve_the_next_one(
+    terminal: Typing, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The assistant cancels an act and requests another one, after the human typed `y`, before Enter."""
+
+    def act(identity: str) -> Any:
+        waiting = {"id": identity, "tool": "publish", "name": "/x", "values": "", "rule": "r", "left_s": 1.0}
+        return {"master": "m", "process": "7", "waiting": [waiting]}
+
+    found = [[act("1")], [act("2")], [act("2")], [act("2")], []]
+    shown: list[Any] = []
+    answers: list[Any] = []
+
+    def find() -> list[Any]:
+        if not found:
+            raise KeyboardInterrupt
+        return found.pop(0)
+
+    describe = terminal_approvals.shown
+
+    def show(program: Any, described: Any) -> str:
+        shown.append(described["id"])
+        return describe(program, described)
+
+    def prints(text: str, **_: Any) -> None:
+        if "n: refuse" in text:
+            terminal.types("\n" if shown[-1] == "2" else "y")
+
+    monkeypatch.setattr(terminal_approvals, "shown", show)
+    monkeypatch.setattr(terminal_approvals, "print", prints, raising=False)
+    with pytest.raises(KeyboardInterrupt):
+        terminal_approvals.ask_humans(find, lambda *given: answers.append(given))
+    assert "2" in shown
+    assert answers == []
+    del capsys
+
+
+@pytest.mark.needs("pseudo-terminals")
 def test_a_terminal_names_a_silent_program_and_accepts_no_answer_meanwhile(
     terminal: Typing, capsys: pytest.CaptureFixture[str]
 ) -> None:

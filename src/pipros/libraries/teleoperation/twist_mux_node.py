@@ -16,9 +16,12 @@ from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.private_params import raw
+from pipros.node.rate import Timer
 from pipros.node.roscpp_program import roscpp_program
 
 DIAGNOSTICS_S: Final = 1.0
+CHECK_NS: Final = NS_PER_S // 10
+"""Interval at which the node checks whether the source of the last velocity is still selected."""
 
 
 class TwistMux:
@@ -26,7 +29,7 @@ class TwistMux:
 
     def __init__(self, node: Node, inputs: Sequence[VelocitySource], locks: Sequence[VelocitySource]) -> None:
         """Advertise and subscribe. Blocks until the master answers."""
-        twist: Any = load_message_class("geometry_msgs/Twist")
+        twist = self._twist = load_message_class("geometry_msgs/Twist")
         flag: Any = load_message_class("std_msgs/Bool")
         self._mux = VelocityMux(inputs, locks)
         self._clock = node.clock
@@ -36,15 +39,28 @@ class TwistMux:
             node.subscribe(each.topic, flag, partial(self._on_lock, each), queue_size=1)
         for each in inputs:
             node.subscribe(each.topic, twist, partial(self._on_velocity, each), queue_size=1)
+        self._moving: VelocitySource | None = None
+        self._timer = Timer(node.clock, CHECK_NS, lambda _: self._halt_if_silent(), reset=True)
 
     def _on_velocity(self, one: VelocitySource, message: Any) -> None:
         with self._lock:
             if self._mux.passes(one, self._now_s()):
                 self._output.publish(message)
+                self._moving = None if message == self._twist() else one
 
     def _on_lock(self, one: VelocitySource, message: Any) -> None:
         with self._lock:
             self._mux.lock(one, bool(message.data), self._now_s())
+
+    def _halt_if_silent(self) -> None:
+        """Publish a zero velocity, once, if the source of the last velocity has expired.
+
+        Without it, a base that holds its last command would drive on, with no source in charge of it.
+        """
+        with self._lock:
+            if self._moving is not None and self._moving.is_expired(self._now_s()):
+                self._moving = None
+                self._output.publish(self._twist())
 
     def values(self) -> dict[str, str]:
         """Return the state of inputs and locks for diagnostics."""

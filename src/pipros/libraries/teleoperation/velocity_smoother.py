@@ -83,8 +83,9 @@ class VelocitySmoother:
         self._target = v, w
 
     def measured(self, velocity: Velocity) -> None:
-        """Record the measured velocity of the robot."""
-        self._measured = velocity
+        """Record the measured velocity of the robot. Values that are not finite are ignored."""
+        if all(map(math.isfinite, velocity)):
+            self._measured = velocity
 
     def step(self, now_s: float) -> Velocity | None:
         """Return the command for the current period, or None if none is needed."""

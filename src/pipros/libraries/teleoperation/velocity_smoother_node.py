@@ -12,7 +12,7 @@ from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.private_params import number, raw
-from pipros.node.rate import Timer
+from pipros.node.rate import Timer, surviving
 
 _LIMITS: Final = VelocityLimits()
 SETTINGS: Final = (
@@ -54,7 +54,8 @@ class SmootherNode:
         elif feedback is Feedback.COMMANDS:
             node.subscribe("~robot_cmd_vel", self._twist, self._on_measured, queue_size=1)
         node.subscribe("~raw_cmd_vel", self._twist, self._on_command, queue_size=1)
-        self._timer = Timer(self._clock, round(NS_PER_S / rate_hz), lambda _: self._step(), reset=True)
+        step = surviving(self._step, node.log, lambda: self._output.publish(self._twist()))
+        self._timer = Timer(self._clock, round(NS_PER_S / rate_hz), lambda _: step(), reset=True)
 
     def _apply(self, values: Mapping[str, Value], _level: int) -> None:
         v = {name: float(value) for name, value in values.items()}

@@ -34,7 +34,7 @@ from pipros.navigation.amcl.settings import (
 )
 from pipros.navigation.frames import Frames
 from pipros.navigation.parameters import read_parameters, settings_of
-from pipros.navigation.plane import flat
+from pipros.navigation.plane import MOST, flat, is_measured
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
 from pipros.navigation.wiring import serve, subscribe
@@ -108,10 +108,16 @@ class AmclNode:
         info, frame = message.info, message.header.frame_id.removeprefix("/")
         if frame != self._settings.global_frame_id:
             self._log.warning("the map is in the frame %s, not %s", frame, self._settings.global_frame_id)
-        if not info.resolution > 0.0 or len(message.data) != info.width * info.height or not message.data:
+        corner = info.origin.position.x, info.origin.position.y, info.resolution
+        if (
+            not info.resolution > 0.0
+            or not all(map(math.isfinite, corner))
+            or len(message.data) != info.width * info.height
+            or not message.data
+        ):
             self._log.error(
-                "a map must have a resolution > 0 and width * height > 0 cells, got %s m, %s x %s, %s cells",
-                info.resolution, info.width, info.height, len(message.data),
+                "a map must have a finite origin, a resolution > 0, and width * height cells: %s, %sx%s, %s",
+                corner, info.width, info.height, len(message.data),
             )  # fmt: skip
             return
         values = np.array(message.data, np.int8).reshape(info.height, info.width)
@@ -142,11 +148,16 @@ class AmclNode:
             self._log.warning("initial poses must be in the frame %s, got one in %s", wanted, frame)
             return
         pose, covariance = message.pose.pose, message.pose.covariance
+        if not is_measured(pose_of(pose.position, pose.orientation)):
+            self._log.warning("an initial pose is ignored: it must be finite, with an orientation")
+            return
         moved = self._motion_since(in_ns(message.header.stamp))
         x, y, yaw = flat(composed(pose_of(pose.position, pose.orientation), moved))
         belief = Belief(x, y, yaw, covariance[0], covariance[7], covariance[35], covariance[1])
-        if not all(map(math.isfinite, (x, y, yaw, belief.xx, belief.yy, belief.aa, belief.xy))):
-            self._log.warning("an initial pose with non-finite numbers is ignored")
+        if not all(abs(each) <= MOST for each in (belief.xx, belief.yy, belief.aa, belief.xy)):
+            self._log.warning(
+                "an initial pose is ignored: its covariance must be finite, and at most %g", MOST
+            )
             return
         with self._lock:
             self._start_at(belief)

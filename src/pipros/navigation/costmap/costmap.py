@@ -23,6 +23,9 @@ from pipros.navigation.schedule import Schedule
 from pipros.navigation.wiring import subscribe
 from pipros.node import Node
 
+_MOST_AGE_S: Final = 2.0
+"""Costs of this age are no basis for driving, unless the update period is longer than half of it."""
+
 SETTINGS: Final = (
     Setting("transform_tolerance", 0.3, 0, 10, "Maximum age of the robot's pose, in seconds"),
     Setting("update_frequency", 5.0, 0, 100, "Updates per second; 0 for none"),
@@ -52,7 +55,8 @@ class Costmap(CostmapCore):
         """
         super().__init__(node, log, frames, name)
         self._schedule = schedule
-        self._is_stopped = False
+        self._is_stopped, self._is_off = False, True
+        self._updated_ns, self._most_age_ns = 0, 0.0
         self._tolerance_s = 0.3
         self._padding = 0.01
         self._unpadded: Points = []
@@ -133,6 +137,7 @@ class Costmap(CostmapCore):
         self._is_off = frequency <= 0
         if self._is_off:
             return
+        self._most_age_ns = max(_MOST_AGE_S, 2 / frequency) * 1e9
         if self._change_period is None:
             self._change_period = self._schedule.every(1 / frequency, self._on_time)
         else:
@@ -156,6 +161,12 @@ class Costmap(CostmapCore):
             return None
         return Pose2D(*flat(pose))
 
+    @property
+    def is_current(self) -> bool:
+        """Whether the sensor data is recent enough for driving, and the costs contain it."""
+        age_ns = self.node.clock.now_ns() - self._updated_ns
+        return super().is_current and not self._is_off and 0 <= age_ns <= self._most_age_ns
+
     def _on_time(self) -> None:
         if not (self._is_stopped or self._is_off):
             self.update()
@@ -171,7 +182,7 @@ class Costmap(CostmapCore):
             if self.layered.window is not None:
                 self._output.note(self.layered.window)
             corners = footprint.placed(self.footprint, *robot)
-            self.is_initialized = True
+            self.is_initialized, self._updated_ns = True, self.node.clock.now_ns()
         self._output.publish_footprint(corners)
         return True
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -10,17 +11,28 @@ from typing import Any, Final
 
 import numpy as np
 
-from pipros.libraries.transforms.messages import in_ns, pose_of, vector_of
+from pipros.basics.throttle import Throttle
+from pipros.libraries.transforms.messages import in_ns, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose
 from pipros.msg import load_message_class
 from pipros.navigation.filter.estimates import Estimates
 from pipros.navigation.filter.health import Health
 from pipros.navigation.filter.kalman import Control
 from pipros.navigation.filter.measurements import InputSettings, Readings, seconds
+from pipros.navigation.filter.message_values import is_missing, rotational, six, square
 from pipros.navigation.filter.settings import KINDS, InputTopic, make_timeline, read_settings
-from pipros.navigation.filter.state import POSE, RATES, SIZE, Array, Measurement, VelocityCommand
-from pipros.navigation.frames import Frames
+from pipros.navigation.filter.state import (
+    POSE,
+    RATES,
+    SIZE,
+    Array,
+    Measurement,
+    UnusableMeasurement,
+    VelocityCommand,
+)
+from pipros.navigation.frames import AHEAD_NS, Frames
 from pipros.navigation.parameters import read_parameters
+from pipros.navigation.plane import MOST
 from pipros.navigation.programs import run_node
 from pipros.navigation.schedule import Schedule
 from pipros.navigation.wiring import serve, subscribe
@@ -56,6 +68,7 @@ class FilterNode:
         self._readings.state = self._timeline.kalman.state
         self._last_stamps: dict[str, int] = {}
         self._pose_set_ns = 0
+        self._throttles: dict[str, Throttle] = {}
         self._is_on, self._is_started = True, False
         self._health = Health(node, settings)
         self._estimates = Estimates(node, log, settings, self._frames)
@@ -103,18 +116,24 @@ class FilterNode:
         return True
 
     def _set_pose(self, message: Any) -> None:
-        stamp_ns = in_ns(message.header.stamp)
-        pose = pose_of(message.pose.pose.position, message.pose.pose.orientation)
-        covariance = _square(message.pose.covariance, 6)
+        stamp_ns, now_ns = in_ns(message.header.stamp), self._node.clock.now_ns()
+        frame, covariance = message.header.frame_id, square(message.pose.covariance, 6)
+        whole = InputSettings("set_pose", np.ones(SIZE, bool))
         with self._lock:
+            try:
+                with np.errstate(all="ignore"):
+                    pose = self._posed(message.pose.pose.position, message.pose.pose.orientation)
+                    placed = self._readings.pose(whole, frame, stamp_ns, pose, covariance)
+            except (UnusableMeasurement, ArithmeticError) as error:
+                self._log.error("set_pose: %s", error)
+                return
+            if placed is None or len(placed.usable()) < SIZE or (now_ns and stamp_ns > now_ns + AHEAD_NS):
+                text = "set_pose: the pose is not finite, or in the future, or there is no transform from %s"
+                self._log.error(text, frame)
+                return
             self._readings.forget()
             self._timeline.clear(None if not self._timeline.has_started else self._now_s())
             self._pose_set_ns = stamp_ns
-            whole = InputSettings("set_pose", np.ones(SIZE, bool))
-            placed = self._readings.pose(whole, message.header.frame_id, stamp_ns, pose, covariance)
-            if placed is None:
-                self._log.error("set_pose: no transform from %s", message.header.frame_id)
-                return
             kalman = self._timeline.kalman
             kalman.state, kalman.covariance = placed.values, np.eye(SIZE) * 1e-6
             kalman.covariance[POSE, POSE] = placed.covariance[POSE, POSE]
@@ -137,7 +156,19 @@ class FilterNode:
                     f"{topic.name} stamp", "a message is not newer than the pose set by set_pose"
                 )
                 return
-            read(topic, message, stamp_ns)
+            if stamp_ns > (now_ns := self._node.clock.now_ns()) + AHEAD_NS and now_ns:
+                self._drop(topic.name, "its timestamp is in the future, and would outdate the next ones")
+                return
+            try:
+                with np.errstate(all="ignore"):
+                    read(topic, message, stamp_ns)
+            except (UnusableMeasurement, ArithmeticError) as error:
+                self._drop(topic.name, error)
+
+    def _drop(self, source: str, reason: object) -> None:
+        self._throttles.setdefault(source, Throttle(self._log, 5.0)).warning(
+            "a message of %s is dropped: %s", source, reason
+        )
 
     def _on_odometry(self, topic: InputTopic, message: Any, stamp_ns: int) -> None:
         child = message.child_frame_id if topic.uses_child_frame else ""
@@ -155,30 +186,30 @@ class FilterNode:
     ) -> None:
         if self._is_expected(sensor, stamp_ns):
             pose = self._posed(given.pose.position, given.pose.orientation)
-            covariance = _square(given.covariance, 6)
+            covariance = square(given.covariance, 6)
             self._add(self._readings.pose(sensor, frame, stamp_ns, pose, covariance, child))
 
     def _read_twist(self, sensor: InputSettings, frame: str, given: Any, stamp_ns: int) -> None:
         if self._is_expected(sensor, stamp_ns):
-            twist = _six(given.twist)
-            self._add(self._readings.twist(sensor, frame, stamp_ns, twist, _square(given.covariance, 6)))
+            twist = six(given.twist)
+            self._add(self._readings.twist(sensor, frame, stamp_ns, twist, square(given.covariance, 6)))
 
     def _on_imu(self, topic: InputTopic, message: Any, stamp_ns: int) -> None:
         frame, attitude = message.header.frame_id, None
-        if not _is_missing(message.orientation_covariance):
+        if not is_missing(message.orientation_covariance):
             attitude = self._posed(None, message.orientation)
             if self._is_expected(topic.pose, stamp_ns):
-                covariance = _rotational(message.orientation_covariance)
+                covariance = rotational(message.orientation_covariance)
                 self._add(self._readings.attitude(topic.pose, frame, stamp_ns, attitude, covariance))
         rates, forces = message.angular_velocity_covariance, message.linear_acceleration_covariance
-        if not _is_missing(rates) and self._is_expected(topic.twist, stamp_ns):
+        if not is_missing(rates) and self._is_expected(topic.twist, stamp_ns):
             twist = np.array((0.0, 0.0, 0.0, *vector_of(message.angular_velocity)))
-            self._add(self._readings.twist(topic.twist, frame, stamp_ns, twist, _rotational(rates)))
+            self._add(self._readings.twist(topic.twist, frame, stamp_ns, twist, rotational(rates)))
         sensor = topic.acceleration
-        if not _is_missing(forces) and self._is_expected(sensor, stamp_ns):
+        if not is_missing(forces) and self._is_expected(sensor, stamp_ns):
             force = np.array(vector_of(message.linear_acceleration))
-            square = _square(forces, 3)
-            self._add(self._readings.acceleration(sensor, frame, stamp_ns, force, square, attitude))
+            forces = square(forces, 3)
+            self._add(self._readings.acceleration(sensor, frame, stamp_ns, force, forces, attitude))
 
     def _posed(self, position: Any, orientation: Any) -> Pose:
         """Return a pose with the orientation normalized. Warn if its norm differs from 1 by more than 0.01.
@@ -186,10 +217,12 @@ class FilterNode:
         A zero quaternion becomes the identity, without a warning.
         """
         x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
-        norm = float(np.sqrt(x * x + y * y + z * z + w * w))
+        norm = math.hypot(x, y, z, w)
         place = (0.0, 0.0, 0.0) if position is None else vector_of(position)
         if norm == 0.0:
             return (*place, *IDENTITY[3:])
+        if norm > MOST:
+            raise UnusableMeasurement(f"the quaternion has the norm {norm:g}")
         if abs(norm - 1.0) > 0.01:
             self._log.warning("an orientation of an input has the norm %.3f: it is normalized", norm)
         return (*place, x / norm, y / norm, z / norm, w / norm)
@@ -226,10 +259,13 @@ class FilterNode:
 
     def _on_command(self, control: Control, message: Any) -> None:
         with self._lock:
+            if not np.all(np.abs(six(message.twist if self._settings.stamped_control else message)) <= MOST):
+                self._drop("cmd_vel", f"velocities must be finite, and at most {MOST:g}")
+                return
             if not self._settings.stamped_control:
-                command = VelocityCommand(_six(message), self._now_s())
+                command = VelocityCommand(six(message), self._now_s())
             elif message.header.frame_id.lstrip("/") in ("", self._settings.base_link_frame):
-                command = VelocityCommand(_six(message.twist), seconds(in_ns(message.header.stamp)))
+                command = VelocityCommand(six(message.twist), seconds(in_ns(message.header.stamp)))
             else:
                 frames = self._settings.base_link_frame, message.header.frame_id
                 self._log.warning("commands must be in the frame %s, got one in %s", *frames)
@@ -246,6 +282,9 @@ class FilterNode:
             if self._timeline.is_history_too_short:
                 self._log.warning("a measurement is older than the history: history_length is too short")
                 self._timeline.is_history_too_short = False
+            for source in sorted(self._timeline.failures):
+                self._drop(source, "the estimate would no longer be finite")
+            self._timeline.failures.clear()
             kalman = self._timeline.kalman
             self._readings.state = kalman.state
             if self._timeline.time_s is None:
@@ -257,23 +296,6 @@ class FilterNode:
             turning, time_s = self._readings.angular_acceleration, self._timeline.time_s
             if self._estimates.publish(time_s, kalman, turning, now_s - before_s):
                 self._health.tick()
-
-
-def _six(twist: Any) -> Array:
-    return np.array((*vector_of(twist.linear), *vector_of(twist.angular)))
-
-
-def _rotational(covariance: Any) -> Array:
-    """Embed a 3 x 3 covariance of rotations in a 6 x 6 covariance that is zero elsewhere."""
-    return np.pad(_square(covariance, 3), ((3, 0), (3, 0)))
-
-
-def _square(values: Any, size: int) -> Array:
-    return np.array(values, float).reshape(size, size)
-
-
-def _is_missing(covariance: Any) -> bool:
-    return bool(abs(covariance[0] + 1) < 1e-9)
 
 
 def main(name: str) -> int:

@@ -36,8 +36,10 @@ from pipros.navigation.filter.state import (
     Array,
     Flags,
     Measurement,
+    UnusableMeasurement,
     rotation,
 )
+from pipros.navigation.plane import MOST
 
 _TOUCHED: Final = 1e-6
 """A rotated flag is set if the corresponding row of the rotated flag matrix has at least this norm."""
@@ -72,7 +74,8 @@ class InputSettings:
 class Readings:
     """Makes measurements from data. Stores earlier poses of differential and relative inputs.
 
-    Methods return None if the data cannot be used.
+    Methods return None if a transform is missing or there is no earlier pose, and raise `UnusableMeasurement`
+    if the data would spoil the estimate.
 
     Attributes:
         world, base: the frames of poses, and of twists and accelerations.
@@ -139,6 +142,8 @@ class Readings:
     ) -> Measurement | None:
         flags = sensor.flags.copy()
         flags[POSITION], flags[ANGLES] = _turned(matrix, flags[POSITION]), _turned(matrix, flags[ANGLES])
+        if (sensor.is_differential or sensor.is_relative) and not np.all(np.abs(pose) <= MOST):
+            raise UnusableMeasurement("the pose must be finite, because later ones are relative to it")
         if sensor.is_differential:
             return self._difference(sensor, stamp_ns, pose, covariance, flags, _twice(matrix))
         if sensor.is_relative:
@@ -238,7 +243,9 @@ class Readings:
         if self.in_plane:
             values[OUT_OF_PLANE], flags[OUT_OF_PLANE] = 0.0, True
             whole[OUT_OF_PLANE, OUT_OF_PLANE] = _PLANE_VARIANCE
-        return Measurement(sensor.source, seconds(stamp_ns), values, whole, flags, sensor.threshold)
+        made = Measurement(sensor.source, seconds(stamp_ns), values, whole, flags, sensor.threshold)
+        made.check()
+        return made
 
     def _find(self, target: str, source: str, stamp_ns: int) -> Pose | None:
         found = self.lookup(target, source, stamp_ns)

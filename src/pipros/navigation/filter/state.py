@@ -13,7 +13,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from pipros.basics.errors import PiprosError
 from pipros.libraries.transforms.pose import from_roll_pitch_yaw, rotation_matrix
+from pipros.navigation.plane import MOST
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -31,6 +33,10 @@ OUT_OF_PLANE: Final = np.array([2, 3, 4, 8, 9, 10, 14])
 """The variables that are 0 for a robot in the plane: z, roll, pitch, their velocities, and z acceleration."""
 
 _LEAST_VARIANCE: Final = 1e-9
+
+
+class UnusableMeasurement(PiprosError):
+    """A measurement must not be used, because it would spoil the estimate. The text names the reason."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +71,14 @@ class Measurement:
     def usable(self) -> np.ndarray[Any, np.dtype[np.intp]]:
         """Return the indices of the measured variables with finite values."""
         return np.flatnonzero(self.flags & np.isfinite(self.values))
+
+    def check(self) -> None:
+        """Raise `UnusableMeasurement` if a usable variable has a huge value, or a huge covariance."""
+        indices = self.usable()
+        if not np.all(np.abs(self.values[indices]) <= MOST):
+            raise UnusableMeasurement(f"values must be at most {MOST:g}")
+        if not np.all(np.abs(self.covariance[np.ix_(indices, indices)]) <= MOST**2):
+            raise UnusableMeasurement(f"covariances must be finite, and at most {MOST**2:g}")
 
     def noise(self, indices: np.ndarray[Any, np.dtype[np.intp]]) -> Array:
         """Return the covariance of the given variables, with variances of at least 1e-9."""

@@ -9,8 +9,12 @@ import bisect
 import heapq
 import itertools
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Final
+
+import numpy as np
 
 from pipros.navigation.filter.kalman import ExtendedKalmanFilter
 from pipros.navigation.filter.state import Array, Measurement, VelocityCommand
@@ -32,6 +36,7 @@ class Timeline:
     Attributes:
         time_s: time of the estimate; None before the first measurement.
         is_history_too_short: whether the last late measurement was older than the history.
+        failures: the inputs whose last measurements were dropped, because the filter failed with them.
     """
 
     def __init__(
@@ -53,6 +58,7 @@ class Timeline:
         self.kalman = kalman
         self.time_s: float | None = None
         self.is_history_too_short = False
+        self.failures: set[str] = set()
         self._first = kalman.state.copy(), kalman.covariance.copy()
         self._timeout_s = sensor_timeout_s
         self._history_s = history_s
@@ -110,8 +116,8 @@ class Timeline:
             predicts = True
         if predicts and self.time_s is not None:
             delta_s = _checked(now_s - self.time_s)
-            self.kalman.predict(now_s, delta_s)
             self.time_s += delta_s
+            self._predict(now_s, delta_s)
 
     def _apply(self, measurement: Measurement) -> None:
         if self.time_s is None:
@@ -119,14 +125,31 @@ class Timeline:
             self.time_s = measurement.time_s
         else:
             delta_s = measurement.time_s - self.time_s
-            if delta_s > 0:
-                self.kalman.predict(measurement.time_s, _checked(delta_s))
-            self.kalman.correct(measurement)
             self.time_s = max(self.time_s, measurement.time_s)
+            if delta_s > 0:
+                self._predict(measurement.time_s, _checked(delta_s))
+            before = self.kalman.state.copy(), self.kalman.covariance.copy()
+            if not self._succeeds(partial(self.kalman.correct, measurement)):
+                self.failures.add(measurement.source)
+                self.kalman.state, self.kalman.covariance = before
         if self._history_s is not None:
             self._applied.append(measurement)
             if not self._queue or abs(self._queue[0][0] - self.time_s) > _SAME_TIME_S:
                 self._save(self.time_s)
+
+    def _predict(self, time_s: float, delta_s: float) -> None:
+        """Predict. If the result is not finite, continue with the initial estimate."""
+        if not self._succeeds(partial(self.kalman.predict, time_s, delta_s)):
+            self.failures.add("the prediction")
+            self.kalman.state, self.kalman.covariance = (part.copy() for part in self._first)
+
+    def _succeeds(self, step: Callable[[], object]) -> bool:
+        try:
+            with np.errstate(all="ignore"):
+                step()
+        except np.linalg.LinAlgError:
+            return False
+        return bool(np.isfinite(self.kalman.state).all() and np.isfinite(self.kalman.covariance).all())
 
     def _save(self, time_s: float) -> None:
         control = self.kalman.control

@@ -90,6 +90,7 @@ class GoalMachine:
         self._reset()
 
     def _reset(self) -> None:
+        self._is_unplanned = False  # the robot still moves towards a goal that was replaced
         self.state = DrivingState.PLANNING
         self.wants_plan = False
         self.is_recovering = False
@@ -97,12 +98,17 @@ class GoalMachine:
         self._retries = 0
 
     def begin(self, now_s: float, *, replaces: bool) -> None:
-        """Start a goal. If it replaces another goal, the robot is not stopped."""
+        """Start a goal. If it replaces another goal, the robot keeps its velocity until the next cycle.
+
+        A plan within this time continues the drive without a halt. Later, the velocity is a risk, because
+        nothing compares it with obstacles until there is a plan.
+        """
         self.state, self._index = DrivingState.PLANNING, 0
         self.wants_plan = True
         if not replaces:
             self._base.drive(STILL)
             self._swing = (math.inf, math.inf)
+        self._is_unplanned = replaces
         self._control_s = self._plan_s = self._swing_s = now_s
         self._retries = 0
 
@@ -120,6 +126,7 @@ class GoalMachine:
             self.state = DrivingState.CONTROLLING
             self.wants_plan = self.settings.planner_frequency > 0
         elif self.state is DrivingState.PLANNING:
+            self._halt_without_plan()
             self._retries += 1
             is_over = 0 <= self.settings.max_planning_retries < self._retries
             if is_over or now_s > self._plan_s + self.settings.planner_patience:
@@ -129,6 +136,11 @@ class GoalMachine:
     def _clear(self, trigger: Trigger) -> None:
         self.state, self._trigger = DrivingState.CLEARING, trigger
         self._base.drive(STILL)
+
+    def _halt_without_plan(self) -> None:
+        if self._is_unplanned:
+            self._is_unplanned = False
+            self._base.drive(STILL)
 
     def cycle(self, now_s: float) -> End | None:
         """Perform the next step. Return an `End` if this step ended the goal, otherwise None."""
@@ -147,6 +159,8 @@ class GoalMachine:
             if self._trigger is Trigger.PLANNING:
                 self._index = 0
         if self.state is DrivingState.PLANNING:
+            if now_s > self._control_s:  # not in the cycle in which the goal was accepted
+                self._halt_without_plan()
             self.wants_plan = True
         elif self.state is DrivingState.CONTROLLING:
             if self._base.has_arrived():
@@ -192,6 +206,7 @@ class GoalMachine:
 
     def _continue_recovery(self, now_s: float) -> None:
         if self._base.recover():
+            self._base.drive(STILL)
             self.is_recovering = False
             self.state, self._index = DrivingState.PLANNING, self._index + 1
             self._swing_s = self._plan_s = now_s

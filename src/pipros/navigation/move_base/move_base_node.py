@@ -5,10 +5,11 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Any, TypeVar
 
+from pipros.basics.throttle import Throttle
 from pipros.libraries.actions.server_goal import GoalEvent
 from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.errors import TransformException
@@ -36,6 +37,8 @@ from pipros.node import Node
 from pipros.node.clock import stamp
 
 BAD_QUATERNION = End(GoalEvent.ABORT, "Aborting on goal because it was sent with an invalid quaternion")
+T = TypeVar("T")
+
 KILLED = End(GoalEvent.ABORT, "Aborting on the goal because the node has been killed")
 
 
@@ -53,6 +56,7 @@ class MoveBase:
         given = read_parameters(node, "~")
         self._is_strict = given.boolean("strict", False)
         self._lock = threading.RLock()
+        self._failures, self._has_failed = Throttle(log, 5.0), False
         self._check_planners(
             given.text("base_global_planner", plugins.GLOBAL_PLANNER),
             given.text("base_local_planner", "base_local_planner/TrajectoryPlannerROS"),
@@ -89,8 +93,8 @@ class MoveBase:
         self._global_map.wait_until(lambda: own.connection_count > 0, "the action server of move_base")
         subscribe(node, "move_base_simple/goal", stamped, self._forward)
         period_s = self._period_s()
-        self._change_planning = schedule.every(period_s, self._plan_if_due)
-        self._change_cycle = schedule.every(period_s, self._cycle)
+        self._change_planning = schedule.every(period_s, self._plan_if_due, self._halt)
+        self._change_cycle = schedule.every(period_s, self._cycle, self._halt)
         node.on_shutdown(self._on_shutdown)
 
     # -- parameters --------------------------------------------------------------
@@ -145,12 +149,10 @@ class MoveBase:
     def _cycle(self) -> None:
         with self._lock:
             now_s = self._node.clock.now_ns() / 1e9
-            if not self._machine.is_recovering:
-                if self._goals.has_new_goal:
-                    self._accept(now_s)
-                if self._goals.is_active and self._goals.is_cancelled:
-                    self._machine.stop()
-                    self._finish(End(GoalEvent.CANCEL, ""))
+            if not self._machine.is_recovering and self._goals.has_new_goal:
+                self._accept(now_s)
+            if self._goals.is_active and self._goals.is_cancelled:
+                self._finish(End(GoalEvent.CANCEL, ""))
             if not self._goals.is_active or not now_s:
                 return
             if not self._machine.is_recovering:
@@ -164,7 +166,7 @@ class MoveBase:
     def _accept(self, now_s: float) -> None:
         is_replacement = self._goals.is_active
         self._goal = self._goals.accept().target_pose
-        if not _is_upright(self._goal.pose.orientation):
+        if not plane.is_upright(self._goal.pose.orientation):
             self._log.error("the goal's quaternion must be finite, not 0, and keep the z axis upright")
             self._finish(BAD_QUATERNION)
             return
@@ -191,6 +193,8 @@ class MoveBase:
         return plane.flat(composed(outer, pose))
 
     def _finish(self, end: End) -> None:
+        """End the goal. The robot is stopped first, whatever the reason is."""
+        self._machine.stop()
         self._goals.end(end.event, end.text)
         self._rest(is_resting=True)
 
@@ -209,7 +213,7 @@ class MoveBase:
     def _on_shutdown(self) -> None:
         with self._lock:
             if self._goals.is_active:
-                self.drive(STILL)
+                self._halt()
                 self._goals.end(KILLED.event, KILLED.text)
 
     # -- the planner -------------------------------------------------------------
@@ -233,7 +237,22 @@ class MoveBase:
         start = None if target is None else self._global_map.robot_pose()
         if start is None or target is None:
             return None
-        return self._planner.make_plan(start, Pose2D(*target))
+        goal = Pose2D(*target)
+        return self._tried("the global planner", lambda: self._planner.make_plan(start, goal))
+
+    # -- failures ----------------------------------------------------------------
+
+    def _halt(self) -> None:
+        self.drive(STILL)
+
+    def _tried(self, part: str, do: Callable[[], T]) -> T | None:
+        """Return the result of a planner or behaviour. If it raises, stop, log the error, and return None."""
+        try:
+            return do()
+        except Exception as error:
+            self._halt()
+            self._failures.error("%s failed: %s: %s", part, type(error).__name__, error)
+            return None
 
     # -- called by the machine ---------------------------------------------------
 
@@ -242,17 +261,22 @@ class MoveBase:
 
     def can_see(self) -> bool:
         if not self._local_map.is_current:
-            self._local_map.warn("sensor data is too old: the robot does not drive")
+            text = "sensor data is too old, or the costmap is not updated: the robot does not drive"
+            self._local_map.warn(text)
         return self._local_map.is_current
 
     def follow(self, plan: Poses) -> bool:
-        return self._controller.set_plan(self._global_map.global_frame, plan)
+        frame = self._global_map.global_frame
+        return bool(self._tried("the local planner", lambda: self._controller.set_plan(frame, plan)))
 
     def has_arrived(self) -> bool:
-        return self._controller.is_goal_reached()
+        found = self._tried("the local planner", self._controller.is_goal_reached)
+        self._has_failed = found is None  # then, its command is not trusted either
+        return bool(found)
 
     def command(self) -> Triple | None:
-        return self._controller.command()
+        found = None if self._has_failed else self._tried("the local planner", self._controller.command)
+        return found if found is None or all(map(math.isfinite, found)) else None
 
     def drive(self, velocity: Triple) -> None:
         self._velocities.publish(plane.twist(velocity))
@@ -267,18 +291,11 @@ class MoveBase:
             stamped = plane.stamped_pose(pose, self._global_map.global_frame, stamp(self._node.clock))
             status: Any = load_message_class("move_base_msgs/RecoveryStatus")
             self._recoveries.publish(status(stamped, index, len(self._behaviours), name))
-        self._behaviour.begin()
+        self._tried(name, self._behaviour.begin)
         return True
 
     def recover(self) -> bool:
-        return bool(self._behaviour.recover())
-
-
-def _is_upright(turn: Any) -> bool:
-    """Return whether a quaternion is finite, not too small, and keeps the z axis upright."""
-    x, y, z, w = turn.x, turn.y, turn.z, turn.w
-    squared = x * x + y * y + z * z + w * w
-    return math.isfinite(squared) and squared >= 1e-6 and abs(1 - 2 * (x * x + y * y) / squared - 1) <= 1e-3
+        return self._tried("the recovery behaviour", self._behaviour.recover) is not False
 
 
 def main() -> int:

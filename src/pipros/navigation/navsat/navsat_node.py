@@ -171,12 +171,15 @@ class NavsatNode:
             self._antenna_frame = message.header.frame_id.lstrip("/")
             if message.status.status == _NO_FIX or any(map(math.isnan, position)):
                 return
+            if not all(abs(each) <= plane.MOST for each in position):
+                self._throttle.warning("a fix is dropped: its position must be finite, got %s", position)
+                return
             try:
                 if self._alignment.to_world is None and not self._has_datum:
                     self._alignment.set_fix(*position)
                 in_plane = self._alignment.in_plane(*position)
-            except OutOfRange as error:
-                self._throttle.warning("%s", error)
+            except (OutOfRange, ArithmeticError, ValueError) as error:
+                self._throttle.warning("a fix is dropped: %s", error)
                 return
             self._fix = in_ns(message.header.stamp), in_plane
             self._is_fix_new = True
@@ -186,6 +189,11 @@ class NavsatNode:
 
     def _on_odometry(self, message: Any) -> None:
         pose = pose_of(message.pose.pose.position, message.pose.pose.orientation)
+        if not plane.is_measured(pose):
+            self._throttle.warning(
+                "an odometry message is dropped: its pose is not finite, or has no orientation"
+            )
+            return
         with self._lock:
             self._world_frame = message.header.frame_id.lstrip("/")
             self._base_frame = message.child_frame_id.lstrip("/")
@@ -203,8 +211,9 @@ class NavsatNode:
                 return
             stamp_ns, frame = in_ns(message.header.stamp), message.header.frame_id.lstrip("/")
             mounting = self._find(self._base_frame, frame or self._base_frame, stamp_ns)
-            if mounting is not None:
-                self._alignment.set_attitude(pose_of(_ORIGIN, message.orientation), mounting)
+            attitude = pose_of(_ORIGIN, message.orientation)
+            if mounting is not None and plane.is_measured(attitude):
+                self._alignment.set_attitude(attitude, mounting)
 
     def _find(self, target: str, source: str, stamp_ns: int) -> Pose | None:
         if not (target and source):
@@ -214,7 +223,7 @@ class NavsatNode:
     # -- the cycle -------------------------------------------------------------------
 
     def _cycle(self) -> None:
-        with self._lock:
+        with self._lock, np.errstate(all="ignore"):  # covariances of inputs may be infinite
             if self._alignment.to_world is None:
                 antenna = None
                 if not self._has_datum and self._alignment.attitude is not None:

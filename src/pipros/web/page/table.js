@@ -136,7 +136,9 @@ function copyRow(event) {
 // Returns the rows as text for spreadsheets.
 function csv(columns, rows) {
   const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-  const plain = (content) => (content instanceof Node ? content.textContent : String(content ?? ""));
+  // Names and texts come from peers, and a spreadsheet would run them as formulas.
+  const harmless = (text) => (/^[=+\-@\t\r]/.test(text) && Number.isNaN(Number(text)) ? `'${text}` : text);
+  const plain = (content) => harmless(content instanceof Node ? content.textContent : String(content ?? ""));
   const saved = columns.filter(({ order }) => order); // not those of buttons
   const lines = [saved.map(({ title }) => title), ...rows.map((row) => saved.map(({ text }) => plain(text(row))))];
   return lines.map((line) => `${line.map(quoted).join(",")}\n`).join("");

@@ -5,6 +5,7 @@ import { dataTable } from "../table.js";
 
 const NOTHING = "No act is waiting for approval. Assistants act through pipros mcp --policy FILE, on this machine and as this user.";
 const BUTTONS = [["once", "Approve once"], ["minute", "Approve for a minute"], ["refuse", "Refuse"]];
+const UNSEEN_MS = 700; // after a card has appeared or moved, nobody can have read it
 const COLUMNS = [
   { title: "Time", text: ({ time }) => new Date(time * 1000).toLocaleTimeString(), order: ({ time }) => -time },
   { title: "Tool", text: ({ tool }) => tool, order: ({ tool }) => tool },
@@ -16,11 +17,23 @@ const COLUMNS = [
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" }, NOTHING);
+  const answered = h("div", { class: "note", role: "status" });
   const waiting = h("div", { class: "waiting", role: "list", "aria-label": "Acts that wait" });
   const table = dataTable(COLUMNS, { label: "Acts", keyOf: ({ key }) => key, sortBy: "Time" });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("acts")), error,
-    hint, waiting, h("div", { class: "scroll" }, table.element)));
-  const cards = new Map(); // by id; a card stays as it is while a pointer is on its buttons
+    hint, waiting, answered, h("div", { class: "scroll" }, table.element)));
+  const cards = new Map(); // by id
+
+  // The buttons of a card that has appeared or moved act only after a moment: a click may be meant for another card.
+  function settle() {
+    for (const card of cards.values()) {
+      if (card.top === card.element.offsetTop) continue;
+      card.top = card.element.offsetTop;
+      for (const each of card.buttons) each.disabled = true;
+      clearTimeout(card.timer);
+      if (context.control) card.timer = setTimeout(() => card.buttons.forEach((each) => { each.disabled = false; }), UNSEEN_MS);
+    }
+  }
 
   // The card of an act that waits. Its texts never change, only the time left.
   function cardOf(act) {
@@ -29,19 +42,21 @@ export function open(view, _argument, context) {
       try {
         await context.act("approve", { process: act.process, id: act.id, verdict });
         replace(error);
+        replace(answered, `Answered: ${verdict}. This concerns ${act.tool} ${act.name}, act ${act.id}.`);
       } catch (problem) {
         replace(error, problem.message);
       }
+      settle();
     };
     const rows = { Tool: act.tool, Name: act.name, Values: act.values, Rule: act.rule,
       Master: act.here ? act.master : `${act.master}, not this page's` };
+    const buttons = BUTTONS.map(([verdict, title]) => h("button", { disabled: true, onclick: () => answer(verdict) }, title));
     const element = h("section", { class: "note", role: "listitem", "aria-label": `${act.tool} ${act.name}` },
       h("dl", {}, Object.entries(rows).map(([key, value]) => [h("dt", {}, key), h("dd", {}, h("pre", { class: "mono whole" }, value))]),
         h("dt", {}, "Time left"), left),
-      h("p", {}, BUTTONS.map(([verdict, title]) =>
-        [h("button", { disabled: !context.control, onclick: () => answer(verdict) }, title), " "]),
+      h("p", {}, buttons.map((each) => [each, " "]),
         context.control ? "" : "Start with --control to approve acts."));
-    return { element, left };
+    return { element, left, buttons, top: undefined, timer: undefined };
   }
 
   context.watch("acts", {}, (data) => {
@@ -60,6 +75,10 @@ export function open(view, _argument, context) {
       }
       replace(cards.get(act.id).left, `${act.left_s.toFixed(0)} s`);
     }
+    settle();
     table.show(data.acts.map((act, at) => ({ ...act, key: `${act.process} ${act.time} ${act.outcome} ${data.acts.length - at}` })));
-  }, (problem) => replace(error, problem), { always: true });
+  }, (problem) => {
+    replace(error, problem);
+    settle();
+  }, { always: true });
 }

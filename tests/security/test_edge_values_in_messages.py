@@ -1,0 +1,460 @@
+"""A message with an edge value in any field of any input leaves the effect of the good messages after it.
+
+The nodes of navigation run in this process. Messages are given to their callbacks directly, and their
+periodic work is called directly, so an exception in a callback or a cycle fails the test.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import time
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipros.basics.env import Environment
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.navigation import plane
+from pipros.navigation.amcl import amcl_node
+from pipros.navigation.amcl.amcl_node import AmclNode
+from pipros.navigation.costmap.costmap import Costmap
+from pipros.navigation.costmap.grid import LETHAL
+from pipros.navigation.filter.filter_node import FilterNode
+from pipros.navigation.frames import Frames
+from pipros.navigation.mapping import gmapping_node
+from pipros.navigation.mapping.gmapping_node import GmappingNode
+from pipros.navigation.move_base.move_base_node import MoveBase
+from pipros.navigation.navsat.navsat_node import NavsatNode
+from pipros.navigation.world_parameters import PARAMETERS
+from pipros.node import Node
+from tests.support.edge_values import edge_messages
+from tests.support.ros import RosSystem
+
+BASE = "base_footprint"
+LOG = logging.getLogger("edge_values")
+LOG.setLevel(logging.CRITICAL + 1)
+
+
+class Node1(Node):
+    """A node without links.
+
+    Attributes:
+        inputs: the callbacks of its subscribers, by topic.
+        sent: the messages of its publishers, by topic.
+    """
+
+    def __init__(self, name: str, **options: Any) -> None:
+        self.inputs: dict[str, list[Callable[[Any], object]]] = {}
+        self.sent: dict[str, list[Any]] = {}
+        super().__init__(name, **options)
+
+    def subscribe(self, topic: str, message_class: Any, callback: Any, **_: Any) -> Any:  # type: ignore[override]
+        self.inputs.setdefault(self.resolve(topic), []).append(callback)
+        return SimpleNamespace(unregister=lambda: None, connection_count=1)
+
+    def advertise(self, topic: str, message_class: Any, **_: Any) -> Any:  # type: ignore[override]
+        name = self.resolve(topic)
+        sent = self.sent.setdefault(name, [])
+
+        def publish(message: Any) -> None:
+            sent.append(message)
+            for callback in self.inputs.get(name, []):
+                callback(deepcopy(message))
+
+        return SimpleNamespace(publish=publish, connection_count=1, unregister=lambda: None, topic=name,
+                               publication=SimpleNamespace(listeners=[]))  # fmt: skip
+
+    def serve(self, *_: Any, **__: Any) -> Any:
+        """Offer nothing."""
+
+    def give(self, topic: str, message: Any) -> None:
+        for callback in self.inputs[topic]:
+            callback(message)
+
+
+class Work:
+    """A schedule whose functions are called by `cycle`."""
+
+    in_lockstep = False
+
+    def __init__(self) -> None:
+        self._functions: list[Callable[[], object]] = []
+
+    def every(self, period_s: float, do: Callable[[], object], failed: Any = None) -> Callable[[float], None]:
+        del period_s, failed
+        self._functions.append(do)
+        return lambda changed_s: None
+
+    def cycle(self) -> None:
+        for do in self._functions:
+            do()
+
+
+@pytest.fixture
+def make(ros: RosSystem, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Node1]]:
+    ros.serve_master()
+    for module in (amcl_node, gmapping_node):  # transforms that are not there will not arrive
+        monkeypatch.setattr(module, "TRANSFORM_S", 0.0)
+    monkeypatch.setattr(amcl_node, "INITIAL_POSE_S", 0.0)
+    nodes = []
+
+    def made(name: str, parameters: Any) -> Node1:
+        node = Node1(name, environment=Environment(master_uri=ros.master_uri))
+        nodes.append(node)
+        node.start()
+        for key, value in parameters.items():
+            node.params.set(f"~{key}", value)
+        return node
+
+    yield made
+    for node in nodes:
+        node.shutdown()
+
+
+def message(kind: str, frame: str = "", **fields: Any) -> Any:
+    made: Any = load_message_class(kind)(**fields)
+    if hasattr(made, "header"):
+        made.header.frame_id, made.header.stamp = frame, now()
+    return made
+
+
+def now(ago_s: float = 0.0) -> Time:
+    return Time(*divmod(time.time_ns() - round(ago_s * 1e9), 1_000_000_000))
+
+
+def variances(value: float) -> list[float]:
+    return [value * (index % 7 == 0) for index in range(36)]
+
+
+def transforms(parent: str, child: str, x: float = 0.0, ago_s: float = 0.0) -> Any:
+    return plane.transforms(parent, child, plane.raised((x, 0.0, 0.0)), now(ago_s))
+
+
+def odometry(x: float = 1.0) -> Any:
+    made = message("nav_msgs/Odometry", "odom", child_frame_id="base_link")
+    made.pose.pose.position.x, made.pose.pose.orientation.w = x, 1.0
+    made.pose.covariance, made.twist.covariance = variances(0.01), variances(0.01)
+    return made
+
+
+def imu() -> Any:
+    made = message("sensor_msgs/Imu", "base_link")
+    made.orientation.w, made.linear_acceleration.z = 1.0, 9.8
+    for name in ("orientation", "angular_velocity", "linear_acceleration"):
+        setattr(made, f"{name}_covariance", [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.0, 0.01])
+    return made
+
+
+def posed(frame: str, x: float = 1.0) -> Any:
+    made = message("geometry_msgs/PoseWithCovarianceStamped", frame)
+    made.pose.pose.position.x, made.pose.pose.orientation.w = x, 1.0
+    made.pose.covariance = variances(0.01)
+    return made
+
+
+def scan() -> Any:
+    """Return a scan in a round room with a radius of 1 m."""
+    return message(
+        "sensor_msgs/LaserScan", BASE, angle_min=-3.0, angle_max=3.0, angle_increment=0.1, range_min=0.1,
+        range_max=5.0, ranges=[1.0] * 61,
+    )  # fmt: skip
+
+
+def occupancy() -> Any:
+    """Return a map of the round room, with the origin at its centre."""
+    cells = np.arange(80) * 0.05 - 2.0 + 0.025
+    distance = np.hypot(*np.meshgrid(cells, cells))
+    made = message("nav_msgs/OccupancyGrid", "map", data=np.where(distance > 1.0, 100, 0).ravel().tolist())
+    made.info.width = made.info.height = 80
+    made.info.resolution = 0.05
+    made.info.origin.position.x = made.info.origin.position.y = -2.0
+    made.info.origin.orientation.w = 1.0
+    return made
+
+
+def endures(
+    node: Node1, topic: str, good: Callable[[], Any], has_effect: Callable[[], bool], ago_s: float = 0.0
+) -> None:
+    """Give each edge message to a topic. After each, good messages, which `has_effect` gives, have theirs."""
+    assert has_effect(), f"{topic}: good messages have no effect"
+    failed = []
+    for change, edge in edge_messages(good()):
+        if hasattr(edge, "header") and "header.stamp" not in change:
+            edge.header.stamp = now(ago_s)
+        try:
+            node.give(topic, edge)
+            if not has_effect():
+                failed.append(change)
+        except Exception as error:
+            failed.append(f"{change}: {type(error).__name__}: {error}")
+    assert not failed
+
+
+def finite(sent: Any) -> bool:
+    """Return whether all numbers of a message are finite."""
+    if hasattr(sent, "__slots__") and hasattr(sent, "_slot_types"):
+        return all(finite(getattr(sent, name)) for name in sent.__slots__)
+    if isinstance(sent, list | tuple):
+        return all(map(finite, sent))
+    return not isinstance(sent, float) or math.isfinite(sent)
+
+
+FILTER = {
+    "frequency": 30.0, "sensor_timeout": 0.1, "use_control": True, "stamped_control": False,
+    "odom0": "odom", "odom0_config": [True] * 3 + [False] * 3 + [True] * 3 + [False] * 6,
+    "pose0": "pose", "pose0_config": [True] * 6 + [False] * 9, "pose0_differential": True,
+    "pose1": "relative", "pose1_config": [False] * 5 + [True] + [False] * 9, "pose1_relative": True,
+    "twist0": "twist", "twist0_config": [False] * 6 + [True] * 6 + [False] * 3,
+    "imu0": "imu", "imu0_config": [False] * 3 + [True] * 3 + [False] * 3 + [True] * 6,
+    "imu0_remove_gravitational_acceleration": True,
+    "control_config": [True] * 6, "acceleration_limits": [1.0] * 6, "deceleration_limits": [1.0] * 6,
+    "acceleration_gains": [1.0] * 6, "deceleration_gains": [1.0] * 6,
+}  # fmt: skip
+
+
+def twist_with_covariance() -> Any:
+    made = message("geometry_msgs/TwistWithCovarianceStamped", "base_link")
+    made.twist.covariance = variances(0.01)
+    return made
+
+
+FILTER_INPUTS: dict[str, Callable[[], Any]] = {
+    "/odom": odometry,
+    "/pose": partial(posed, "odom"),
+    "/relative": partial(posed, "odom"),
+    "/twist": twist_with_covariance,
+    "/imu": imu,
+    "/cmd_vel": partial(message, "geometry_msgs/Twist"),
+    "/set_pose": partial(posed, "odom"),
+}
+
+
+@pytest.mark.parametrize("topic", FILTER_INPUTS)
+@pytest.mark.parametrize("kind", ["ekf", "ukf"])
+def test_a_filter_goes_on(make: Any, kind: str, topic: str) -> None:
+    node, work = make("filter", FILTER), Work()
+    with np.errstate(all="raise"):
+        FilterNode(node, LOG, work, unscented=kind == "ukf")  # type: ignore[arg-type]
+    estimates = node.sent["/odometry/filtered"]
+
+    def has_effect() -> bool:
+        before = len(estimates)
+        for name, good in FILTER_INPUTS.items():
+            if name not in ("/cmd_vel", "/set_pose"):
+                node.give(name, good())
+        work.cycle()
+        return len(estimates) > before and finite(estimates[-1])
+
+    endures(node, topic, FILTER_INPUTS[topic], has_effect)
+    for _ in range(150):
+        assert has_effect()
+    place = estimates[-1].pose.pose.position
+    assert (place.x, place.y, place.z) == pytest.approx((1.0, 0.0, 0.0), abs=0.2)
+
+
+@pytest.mark.parametrize("topic", ["/scan", "/initialpose", "/map", "/tf"])
+def test_amcl_goes_on(make: Any, topic: str) -> None:
+    parameters = {**PARAMETERS["amcl"], "use_map_topic": True, "max_particles": 300, "save_pose_rate": -1.0}
+    node, work = make("amcl", parameters), Work()
+    AmclNode(node, LOG, work)  # type: ignore[arg-type]
+    inputs = {"/scan": scan, "/initialpose": partial(posed, "map", 0.0), "/map": occupancy,
+              "/tf": partial(transforms, "odom", BASE)}  # fmt: skip
+    places, frames = node.sent["/amcl_pose"], node.sent["/tf"]
+    node.give("/tf_static", transforms(BASE, "laser"))
+    x = 0.0
+
+    def has_effect() -> bool:
+        nonlocal x
+        before, sent = len(places), len(frames)
+        x = 0.25 - x
+        node.give("/map", occupancy())
+        node.give("/initialpose", posed("map", 0.0))
+        for _ in range(2):
+            node.give("/tf", transforms("odom", BASE, x))
+            measured = scan()
+            node.give("/tf", transforms("odom", BASE, x))
+            node.give("/scan", measured)
+        work.cycle()
+        return len(places) > before and finite(places[-1]) and len(frames) > sent and finite(frames[-1])
+
+    endures(node, topic, inputs[topic], has_effect)
+
+
+def costmap_parameters() -> Any:
+    return {**PARAMETERS["move_base"]["local_costmap"], "global_frame": "odom"}
+
+
+@pytest.mark.parametrize("topic", ["/scan", "/tf"])
+def test_a_costmap_goes_on(make: Any, topic: str) -> None:
+    node, work = make("costmap", {"costmap": costmap_parameters()}), Work()
+    frames = Frames(node, LOG)
+    node.give("/tf", transforms("odom", BASE, ago_s=5.0))
+    costmap = Costmap(node, LOG, frames, work, "costmap")  # type: ignore[arg-type]
+    inputs = {"/scan": scan, "/tf": partial(transforms, "odom", BASE)}
+
+    def has_effect() -> bool:
+        costmap.reset_layers()
+        node.give("/tf", transforms("odom", BASE, ago_s=0.2))
+        measured = scan()
+        measured.header.stamp = now(0.1)
+        node.give("/scan", measured)
+        node.give("/tf", transforms("odom", BASE))
+        work.cycle()
+        with costmap.lock:
+            cells = costmap.grid.costs
+            marked = int((cells == LETHAL).sum())
+        return marked > 30 and costmap.is_current
+
+    endures(node, topic, inputs[topic], has_effect, 0.3)
+
+
+@pytest.mark.parametrize("topic", ["/odometry/filtered", "/gps/fix", "/imu/data"])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_navsat_goes_on(make: Any, topic: str, is_first: bool) -> None:
+    """With `is_first`, the edge message arrives before the transform is known, in a new node each time."""
+
+    def fix() -> Any:
+        made = message("sensor_msgs/NavSatFix", "gps", latitude=50.0, longitude=8.0, altitude=100.0)
+        made.position_covariance = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+        return made
+
+    inputs = {"/odometry/filtered": odometry, "/gps/fix": fix, "/imu/data": imu}
+    edges = list(edge_messages(inputs[topic]()))
+    node = make("navsat", {"publish_filtered_gps": True})
+
+    def new() -> tuple[Work, list[Any], list[Any]]:
+        work = Work()
+        node.inputs.clear()
+        node.sent.clear()
+        NavsatNode(node, LOG, work)  # type: ignore[arg-type]
+        node.give("/tf_static", transforms("base_link", "gps"))
+        return work, node.sent["/odometry/gps"], node.sent["/gps/filtered"]
+
+    def has_effect(work: Work, positions: list[Any], fixes: list[Any]) -> bool:
+        counts = len(positions), len(fixes)
+        for _ in range(2):
+            node.give("/tf", transforms("odom", "base_link"))
+            for name, good in inputs.items():
+                node.give(name, good())
+            work.cycle()
+            work.cycle()
+        outputs = (positions, counts[0]), (fixes, counts[1])
+        return all(len(each) > count and finite(each[-1]) for each, count in outputs)
+
+    made = new()
+    assert is_first or has_effect(*made)
+    failed = []
+    for change, edge in edges:
+        if is_first:
+            made = new()
+        edge.header.stamp = edge.header.stamp if "stamp" in change else now()
+        node.give(topic, edge)
+        made[0].cycle()
+        if not has_effect(*made):
+            failed.append(change)
+    assert not failed
+
+
+@pytest.mark.parametrize(("topic", "is_first"), [("/scan", True), ("/scan", False), ("/tf", False)])
+def test_gmapping_goes_on(make: Any, topic: str, is_first: bool) -> None:
+    sides = {"xmin": -3.0, "xmax": 3.0, "ymin": -3.0, "ymax": 3.0}
+    small = {
+        "particles": 2,
+        "temporalUpdate": 0.0,
+        "maxUrange": 4.0,
+        "map_update_interval": 0.0,
+        "delta": 0.1,
+    }
+    node = make("slam", {"base_frame": BASE, **small, **sides})
+    inputs = {"/scan": scan, "/tf": partial(transforms, "odom", BASE)}
+
+    def new() -> tuple[Work, list[Any]]:
+        work = Work()
+        node.inputs.clear()
+        node.sent.clear()
+        GmappingNode(node, LOG, work)  # type: ignore[arg-type]
+        return work, node.sent["/tf"]
+
+    def has_effect(work: Work, frames: list[Any]) -> bool:
+        maps = node.sent["/map"]
+        count = len(maps)
+        for _ in range(2):
+            node.give("/tf", transforms("odom", BASE))
+            measured = scan()
+            node.give("/tf", transforms("odom", BASE))
+            node.give("/scan", measured)
+        work.cycle()
+        grid = np.array(maps[-1].data) if len(maps) > count else np.zeros(1)
+        return finite(frames[-1]) and bool((grid == 100).any())
+
+    made = new()
+    assert is_first or has_effect(*made)
+    failed = []
+    for change, edge in edge_messages(inputs[topic]()):
+        if is_first:
+            made = new()
+            node.give("/tf", transforms("odom", BASE))
+        if hasattr(edge, "header") and "stamp" not in change:
+            edge.header.stamp = now()
+        node.give(topic, edge)
+        if not has_effect(*made):
+            failed.append(change)
+    assert not failed
+
+
+@pytest.mark.parametrize("topic", ["/move_base_simple/goal", "/odom", "/scan", "/move_base/cancel"])
+def test_move_base_goes_on(make: Any, topic: str) -> None:
+    settings = deepcopy(dict(PARAMETERS["move_base"]))
+    settings["global_costmap"] = {
+        **settings["local_costmap"],
+        "global_frame": "odom",
+        "width": 4,
+        "height": 4,
+    }
+    node, work = make("move_base", settings), Work()
+    goals = 0
+
+    def goal() -> Any:
+        made = message("geometry_msgs/PoseStamped", "odom")
+        made.pose.position.x, made.pose.orientation.w = 0.5, 1.0
+        return made
+
+    # The costmaps wait for the first transform.
+    listen = node.subscribe
+
+    def subscribe(name: str, kind: Any, callback: Any, **options: Any) -> Any:
+        found = listen(name, kind, callback, **options)
+        if name == "/tf":
+            callback(transforms("odom", BASE))
+        return found
+
+    node.subscribe = subscribe
+    MoveBase(node, LOG, work)  # type: ignore[arg-type]
+    commands = node.sent["/cmd_vel"]
+    inputs = {"/move_base_simple/goal": goal, "/odom": odometry, "/scan": scan,
+              "/move_base/cancel": partial(message, "actionlib_msgs/GoalID", stamp=now())}  # fmt: skip
+
+    def has_effect() -> bool:
+        nonlocal goals
+        goals += 1
+        before = len(commands)
+        node.give("/move_base/cancel", message("actionlib_msgs/GoalID"))
+        work.cycle()
+        node.give("/odom", odometry(0.0))
+        node.give("/tf", transforms("odom", BASE))
+        node.give("/scan", scan())
+        node.give("/move_base_simple/goal", goal())
+        for _ in range(3):
+            node.give("/tf", transforms("odom", BASE))
+            work.cycle()
+        sent = commands[before:]
+        return any(each.linear.x > 0 or each.angular.z for each in sent) and all(map(finite, sent))
+
+    endures(node, topic, inputs[topic], has_effect)

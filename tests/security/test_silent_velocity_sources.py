@@ -1,0 +1,83 @@
+"""A source of velocities that falls silent, or sends what is no velocity, does not leave a robot driving."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from pipros.basics.env import Environment
+from pipros.libraries.teleoperation.twist_mux_node import TwistMux
+from pipros.libraries.teleoperation.velocity_mux import VelocitySource
+from pipros.libraries.teleoperation.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
+from pipros.libraries.teleoperation.velocity_smoother_node import SmootherNode
+from pipros.msg import load_message_class
+from pipros.node import Node
+from tests.support.nodes import Inbox
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+TWIST: Any = load_message_class("geometry_msgs/Twist")
+
+
+def driving() -> Any:
+    twist = TWIST()
+    twist.linear.x = 0.2
+    return twist
+
+
+def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> None:
+    ros.serve_master()
+    with Node("mux", environment=Environment(master_uri=ros.master_uri)) as node:
+        TwistMux(node, [VelocitySource("a", "/a", 0.2, 10)], [])
+        with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+            inbox = Inbox()
+            robot.subscribe("/cmd_vel_out", TWIST, inbox)
+            source = robot.advertise("/a", TWIST, queue_size=1)
+            wait_until(lambda: source.connection_count)
+
+            def drives() -> bool:
+                source.publish(driving())
+                return bool(inbox.messages)
+
+            wait_until(drives)
+            wait_until(lambda: inbox.messages[-1] == TWIST())
+            assert inbox.messages.count(TWIST()) == 1
+
+
+def test_a_measured_velocity_that_is_not_finite_does_not_become_a_command() -> None:
+    one = VelocitySmoother(VelocityLimits(), 0.1, Feedback.ODOMETRY, lambda level, text: None)
+    one.command((0.5, 0.0), 1.0)
+    for wrong in ((math.inf, 0.0), (0.0, math.nan), (-math.inf, math.inf)):
+        one.measured(wrong)
+        found = one.step(1.0)
+        assert found is not None
+        assert 0 < found[0] <= 0.5
+        assert found[1] == 0
+
+
+def test_a_smoother_whose_step_fails_stops_the_robot_and_goes_on(
+    ros: RosSystem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ros.serve_master()
+
+    def fails(*_: Any) -> Any:
+        raise ZeroDivisionError("a defect")
+
+    with Node("smoother", environment=Environment(master_uri=ros.master_uri)) as node:
+        inbox = Inbox()
+        node.subscribe("~smooth_cmd_vel", TWIST, inbox)
+        commands = node.advertise("~raw_cmd_vel", TWIST, queue_size=1)
+        smoother = SmootherNode(node)
+
+        def moves() -> bool:
+            commands.publish(driving())
+            return bool(inbox.messages) and inbox.messages[-1].linear.x > 0
+
+        wait_until(moves)
+        with monkeypatch.context() as patch:
+            patch.setattr(VelocitySmoother, "step", fails)
+            wait_until(lambda: inbox.messages[-1].linear.x == 0)
+        wait_until(moves)
+        smoother.close()
