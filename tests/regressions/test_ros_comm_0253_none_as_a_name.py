@@ -43,21 +43,23 @@ rospy.init_node("node")
 examine()
 """
 
-EXPECTED = """
-get_param the default
-get_param KeyError 'parameter: a name must be a string, got None'
-get_param_cached the default
-get_param_cached KeyError 'parameter: a name must be a string, got None'
-has_param False
-delete_param KeyError 'parameter: a name must be a string, got None'
-search_param ValueError a name must be a string, got None
-set_param ValueError a name must be a string, got None
-ServiceProxy ValueError a name must be a string, got None
-wait_for_service ValueError a name must be a string, got None
-Service ValueError service name is not a non-empty string
-Service ValueError service name is not a non-empty string
-True
-""".split("\n")[1:-1]
+EXPECTED = [
+    "",
+    "get_param the default",
+    "get_param KeyError 'parameter: a name must be a string, got None'",
+    "get_param_cached the default",
+    "get_param_cached KeyError 'parameter: a name must be a string, got None'",
+    "has_param False",
+    "delete_param KeyError 'parameter: a name must be a string, got None'",
+    "search_param ValueError a name must be a string, got None",
+    "set_param ValueError a name must be a string, got None",
+    "ServiceProxy ValueError a name must be a string, got None",
+    "wait_for_service ValueError a name must be a string, got None",
+    "Service ValueError service name is not a non-empty string",
+    "Service ValueError service name is not a non-empty string",
+    "True",
+    "",
+][1:-1]
 
 
 def test_none_as_a_name_means_the_default_or_an_error_that_names_it(

@@ -56,7 +56,9 @@ class Publishers:
         return {uri: len(moments) for uri, moments in self.moments.items()}
 
 
-def following(publishers: Publishers, topic: str = "/chatter", **limits: Any) -> tuple[PublisherConnector, list[str]]:
+def following(
+    publishers: Publishers, topic: str = "/chatter", **limits: Any
+) -> tuple[PublisherConnector, list[str]]:
     log, lines = listening_log()
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
     connections: Any = None
