@@ -121,7 +121,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they are internals of the command `roslaunch-deps`; `compute_md5_v1` fails in Noetic",
+        "they are internals of the command `roslaunch-deps`, or have no function in Noetic",
         (
             "roslaunch.depends.calculate_missing",
             "roslaunch.depends.convert_value",
@@ -132,6 +132,7 @@ DIFFERENCES = [
             "roslaunch.depends.resolve_args",
             "roslaunch.depends.rl_file_deps",
             "roslib.gentools.compute_md5_v1",
+            "roslib.srvs.*_verbose",
         ),
     ),
     Difference(

@@ -1,4 +1,4 @@
-"""ros_comm#2371, #2217: reading a launch file without its arguments raised an error that nobody caught."""
+"""ros_comm#2371, #2217: reading a launch file without its arguments raised an unexpected error."""
 
 from __future__ import annotations
 

@@ -26,17 +26,6 @@ class SrvSpecException(Exception):
     """A service definition is invalid."""
 
 
-def is_verbose() -> bool:
-    """Return the last value given to `set_verbose`."""
-    return VERBOSE
-
-
-def set_verbose(v: bool) -> None:
-    """Set the value that `is_verbose` returns. It has no other effect."""
-    global VERBOSE
-    VERBOSE = v
-
-
 def srv_file(package: str, type_: str) -> str:
     """Return the path of a package's definition, even if it does not exist."""
     return resource_file(package, "srv", type_ + EXT)
