@@ -140,7 +140,7 @@ def on_change(config, level):
         return server.config
     return config
 
-server = Server(types.SimpleNamespace(**module_contents(declared)), on_change)
+server = Server(types.SimpleNamespace(**module_contents(declared)), on_change, "~")  # as without "~"
 client = Client("node", timeout=60)
 print(client.get_configuration(60)["gain"], client.update_configuration({"gain": 99})["gain"], levels)
 print(client.update_configuration({"groups": {"Inner": False}})["groups"]["groups"]["Inner"]["state"])

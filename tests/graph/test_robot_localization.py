@@ -73,10 +73,17 @@ def test_a_launched_filter_publishes_pose_transform_and_diagnostics(ros: RosSyst
     assert names == ["filter: Filter diagnostic updater", "filter: odometry/filtered topic status"]
 
 
-def test_a_wrong_configuration_ends_the_node_with_its_name(ros: RosSystem, node: Node) -> None:
-    node.params.set("/filter", {"odom0": "odom", "odom0_config": [True] * 14})
+def test_a_filter_runs_with_a_short_config_and_names_it(ros: RosSystem, node: Node) -> None:
+    node.params.set("/filter", {"odom0": "odom", "odom0_config": [True] * 14, "frequency": 0})
+    command = ("rosrun", "robot_localization", "ukf_localization_node", "__name:=filter")
 
-    ended = ros.pipros.run("rosrun", "robot_localization", "ukf_localization_node", "__name:=filter")
+    ended = ros.pipros.run(*command)
 
     assert ended.returncode == 1
-    assert "~odom0_config must be a list of 15 booleans" in ended.output
+    assert "~frequency must be > 0 and finite" in ended.output
+    node.params.delete("/filter/frequency")
+    running = ros.pipros.start(*command)
+    running.wait_for(r"~odom0_config must be a list of 15 booleans")
+    ros.wait_for_subscriber("/odom")
+    running.press_ctrl_c()
+    assert running.wait() == 0

@@ -123,6 +123,15 @@ print(said)
 """
 
 
+LOGGED = """
+logged = [log("x") for log in (rospy.logdebug, rospy.loginfo, rospy.logwarn, rospy.logerr, rospy.logfatal)]
+print(logged, rospy.is_shutdown_requested())
+for kind in ("throttle", "throttle_identical", "once"):
+    log = getattr(rospy, f"loginfo_{kind}")
+    print(kind, [log(*([60] if kind != "once" else []), "x") for _ in range(3)])
+"""
+
+
 @pytest.mark.parametrize(
     ("code", "parameters", "expected"),
     [
@@ -136,6 +145,16 @@ print(said)
         (ROSOUT, {}, ["4 /node low 5 True say ['/rosout'] True", "False"]),
         (WAITING_AGAIN_AND_AGAIN, {}, ["True"]),
         (THROTTLED, {}, ["['once 0', 'the same', 'always 0', 'always 1']"]),
+        (
+            LOGGED,
+            {},
+            [
+                "[True, True, True, True, True] False",
+                "throttle [True, False, False]",
+                "throttle_identical [True, False, False]",
+                "once [True, False, False]",
+            ],
+        ),
     ],
     ids=[
         "numpy_msg",
@@ -144,6 +163,7 @@ print(said)
         "rosout",
         "nothing is left of a wait",
         "throttled by durations",
+        "logging says whether it logged",
     ],
 )
 def test_it_prints_the_lines_of_noetic(

@@ -10,6 +10,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
+from tests.support.nodes import wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -173,3 +174,19 @@ def test_wrong_arguments_are_refused_without_a_master(ros: RosSystem, command: s
     assert ran.returncode == 1, ran.output
     assert WRONG_ARGUMENTS[command] in ran.output
     assert len(ran.lines) == 1
+
+
+def test_a_mux_may_wait_for_its_subscribers_before_the_first_message(ros: RosSystem) -> None:
+    ros.serve_master()
+    numbers: Any = load_message_class("std_msgs/Float64")
+    got: list[float] = []
+    waits = ("_wait_publisher_initialization:=true", "_wait_publisher_second:=2")
+    with Node("probe", environment=Environment(master_uri=ros.master_uri)) as node:
+        node.subscribe("/out", numbers, lambda message: got.append(message.data))
+        mux = ros.pipros.start_node("topic_tools", "mux", "/out", "/in", *waits)
+        ros.wait_for_subscriber("/in")
+        publisher = node.advertise("/in", numbers, queue_size=1)
+        wait_until_connected(publisher)
+        publisher.publish(numbers(1.0))
+        wait_until(lambda: got == [1.0])
+    mux.press_ctrl_c()

@@ -104,25 +104,35 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they implement the genuine master, launcher and build, and no public package was found that imports "
-        "them; use `rosmaster.master.Master` as a master, `genmsg` to read definitions, and the commands "
-        "`rosgraph`, `roslaunch-deps` and `roslaunch` with `--nodes`, `--args` or `--dump-params`",
+        "they implement the genuine master and launcher; use `rosmaster.master.Master` as a master, and the "
+        "commands `rosgraph` and `roslaunch` with `--nodes` or `--args`",
         (
             "rosgraph.rosgraph_main*",
-            "roslaunch.arg_dump*",
-            "roslaunch.depends*",
             "roslaunch.netapi*",
             "roslaunch.node_args*",
-            "roslaunch.*param_dump*",
             "roslaunch.roslaunch_logs*",
             "roslaunch.server*",
-            "roslib.gentools*",
-            "roslib.srvs*",
             "rosmaster.master_api*",
             "rosmaster.paramserver*",
             "rosmaster.registrations*",
             "rosmaster.util*",
             "rosmaster.validators*",
+        ),
+    ),
+    Difference(
+        Kind.ABSENT,
+        "they are internals of the command `roslaunch-deps`, or have no function in Noetic",
+        (
+            "roslaunch.depends.calculate_missing",
+            "roslaunch.depends.convert_value",
+            "roslaunch.depends.fullusage",
+            "roslaunch.depends.load_mappings",
+            "roslaunch.depends.parse_launch",
+            "roslaunch.depends.print_deps",
+            "roslaunch.depends.resolve_args",
+            "roslaunch.depends.rl_file_deps",
+            "roslib.gentools.compute_md5_v1",
+            "roslib.srvs.*_verbose",
         ),
     ),
     Difference(

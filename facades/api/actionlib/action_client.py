@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from itertools import count
 from threading import Event, RLock
+from time import monotonic
 from traceback import format_exc
 from typing import Any
 from weakref import ref
@@ -122,7 +123,7 @@ class CommStateMachine:
             if found is not None:
                 self.latest_goal_status = found
             try:
-                states = self._goal.on_status(None if found is None else found.status)
+                states = self._goal.on_status(None if found is None else found.status, monotonic())
             except ValueError as error:
                 rospy.logerr("goal %s: %s", self.goal_id, error)
                 return

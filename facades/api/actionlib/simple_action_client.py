@@ -116,22 +116,23 @@ class SimpleActionClient:
             return self.simple_state == SimpleGoalState.DONE
 
     def get_result(self) -> Any:
-        """Return the result of the goal, or None if it has not been received yet."""
+        """Return the result of the goal, or None before `get_state` returns a final status."""
         if self.gh is None:
             rospy.logerr("get_result was called without a goal")
             return None
-        return self.gh.get_result()
+        return self.gh.get_result() if self.gh.get_comm_state() == CommState.DONE else None
 
     def get_state(self) -> int:
         """Return the status of the goal: PENDING, ACTIVE or its final status.
 
-        Return LOST if there is no goal.
+        Statuses and results arrive on separate topics. A status is final only once the result has arrived, as
+        in the C++ client. Return LOST if there is no goal.
         """
         if self.gh is None:
             return GoalStatus.LOST
-        status = self.gh.get_goal_status()
-        visible = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
-        return visible.get(status, status)
+        if self.gh.get_comm_state() == CommState.DONE:
+            return self.gh.get_goal_status()
+        return GoalStatus.ACTIVE if self.simple_state == SimpleGoalState.ACTIVE else GoalStatus.PENDING
 
     def get_goal_status_text(self) -> str:
         """Return the text that the server sent with the status."""

@@ -40,7 +40,7 @@ class Server:
         self.mutex = RLock()
         if namespace and namespace[0] not in "/~":
             namespace = f"~{namespace}"
-        self.ns = f"{namespace}/".replace("//", "/") if namespace else "~"
+        self.ns = f"{namespace}/".replace("//", "/") if namespace not in ("", "~") else "~"
         self.type = type
         self.config = dict(type.defaults)
         self.description = encode_description(type)

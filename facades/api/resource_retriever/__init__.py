@@ -63,5 +63,5 @@ def get(url: str) -> bytes:
 def _from_web_server(url: str) -> bytes:
     if os.environ.get(HTTP_VARIABLE) != "1":
         raise ValueError(f"http:// and https:// require {HTTP_VARIABLE}=1 in the environment")
-    with urlopen(url, timeout=_HTTP_TIMEOUT_S) as response:  # noqa: S310 # the caller has checked the scheme
+    with urlopen(url.replace(" ", "%20"), timeout=_HTTP_TIMEOUT_S) as response:  # noqa: S310 # the caller has checked the scheme
         return bytes(response.read())

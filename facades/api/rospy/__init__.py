@@ -45,6 +45,7 @@ from rospy.client import wait_for_message as wait_for_message
 from rospy.core import get_node_uri as get_node_uri
 from rospy.core import get_ros_root as get_ros_root
 from rospy.core import is_shutdown as is_shutdown
+from rospy.core import is_shutdown_requested as is_shutdown_requested
 from rospy.core import parse_rosrpc_uri as parse_rosrpc_uri
 from rospy.core import signal_shutdown as signal_shutdown
 from rospy.exceptions import ROSException as ROSException

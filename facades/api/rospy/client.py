@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 from pipros.basics.env import Environment
-from pipros.basics.errors import Interrupted, NotFound, Refused, Unreachable
+from pipros.basics.errors import Interrupted, InvalidName, NotFound, Refused, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.names import is_legal_remapping, parse_arguments
@@ -158,7 +158,7 @@ def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
 @_interruptible
 def get_published_topics(namespace: str = "/") -> list[list[str]]:
     """Return `[topic, type]` for every published topic in the namespace."""
-    return session.master.get_published_topics(namespace)
+    return session.master.get_published_topics(namespace or "")
 
 
 def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
@@ -203,12 +203,12 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
     """Return a parameter's value. A namespace is returned as a dictionary.
 
     Raises:
-        KeyError: the parameter is not set, and no default was given.
+        KeyError: the parameter is not set, or its name is not a string, and no default was given.
     """
     try:
         return session.params.get(param_name)
-    except NotFound:
-        return _default(param_name, default)
+    except (NotFound, InvalidName) as error:
+        return _default(error, param_name, default)
 
 
 @_interruptible
@@ -216,14 +216,18 @@ def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
     """Like `get_param`, but cache the value after `init_node`. The master notifies the node of changes."""
     try:
         return session.params.get_cached(param_name)
-    except NotFound:
-        return _default(param_name, default)
+    except (NotFound, InvalidName) as error:
+        return _default(error, param_name, default)
 
 
-def _default(param_name: str, default: Any) -> Any:
+def _default(error: Exception, param_name: str, default: Any) -> Any:
     if default is _unspecified:
-        raise KeyError(param_name) from None
+        raise _key_error(error, param_name) from None
     return default
+
+
+def _key_error(error: Exception, param_name: str) -> KeyError:
+    return KeyError(f"parameter: {error}" if isinstance(error, InvalidName) else param_name)
 
 
 @_interruptible
@@ -235,7 +239,7 @@ def set_param(param_name: str, param_value: Any) -> None:
     Raises:
         TypeError: XML-RPC cannot represent a value, such as None, a set, or a key that is not a string.
         OverflowError: an integer has more than 32 bits.
-        ValueError: a name or a string contains a character that XML forbids.
+        ValueError: a name or a string contains a character that XML forbids, or the name is not a string.
         ROSException: the master rejected the request.
     """
     if session.resolve(param_name) == "/" and not isinstance(param_value, (dict, type(None))):
@@ -249,7 +253,10 @@ def set_param(param_name: str, param_value: Any) -> None:
 @_interruptible
 def has_param(param_name: str) -> bool:
     """Return True if the parameter is set, or is a namespace that contains parameters."""
-    return session.params.has(param_name)
+    try:
+        return session.params.has(param_name)
+    except InvalidName:
+        return False
 
 
 @_interruptible
@@ -261,13 +268,17 @@ def delete_param(param_name: str) -> None:
     """
     try:
         session.params.delete(param_name)
-    except NotFound:
-        raise KeyError(param_name) from None
+    except (NotFound, InvalidName) as error:
+        raise _key_error(error, param_name) from None
 
 
 @_interruptible
 def search_param(param_name: str) -> str | None:
-    """Search for a parameter upwards from the node's namespace. Return its full name, or None."""
+    """Search for a parameter upwards from the node's namespace. Return its full name, or None.
+
+    Raises:
+        ValueError: the name is not a string.
+    """
     return session.params.search(param_name)
 
 

@@ -24,16 +24,17 @@ DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 class Log(Protocol):
     """Function that logs `msg % args`, or `msg` if there are no args.
 
-    `logger_name` names a logger below `rosout`.
+    `logger_name` names a logger below `rosout`. Returns whether the node has started and `msg` was passed to
+    the logger.
     """
 
-    def __call__(self, msg: object, *args: Any, **kwargs: Any) -> None: ...
+    def __call__(self, msg: object, *args: Any, **kwargs: Any) -> bool: ...
 
 
 class LogThrottled(Protocol):
     """Function that logs at most one line per `period` seconds from each place in the code."""
 
-    def __call__(self, period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None: ...
+    def __call__(self, period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> bool: ...
 
 
 class Family(NamedTuple):
@@ -122,29 +123,36 @@ def _logger(kwargs: dict[str, Any]) -> logging.Logger:
 
 
 def _family(level: int) -> Family:
-    def log(msg: object, *args: Any, **kwargs: Any) -> None:
+    def log(msg: object, *args: Any, **kwargs: Any) -> bool:
         """Log `msg % args` at the function's level. `logger_name` names a logger below `rosout`."""
         _logger(kwargs).log(level, msg, *args, stacklevel=2, **kwargs)
+        return session.node is not None
 
-    def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
+    def throttle(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> bool:
         """Log unless this place in the code logged less than `period` seconds ago on the node's clock."""
         logger = _logger(kwargs)
         if _logging_throttle(_caller(), period):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
+            return session.node is not None
+        return False
 
-    def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
+    def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> bool:
         """Like `throttle`, but always log if `msg`, without its args, differs from this place's last one."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)
         if _logging_identical(caller, str(msg)) or is_due:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
+            return session.node is not None
+        return False
 
-    def once(msg: object, *args: Any, **kwargs: Any) -> None:
+    def once(msg: object, *args: Any, **kwargs: Any) -> bool:
         """Log only the first time that this place in the code is reached."""
         logger = _logger(kwargs)
         if _logging_once(_caller()):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
+            return session.node is not None
+        return False
 
     return Family(log, throttle, throttle_identical, once)
 

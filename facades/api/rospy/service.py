@@ -80,7 +80,10 @@ class Service:
 
         Raises:
             ServiceException: this node already provides a service with this name.
+            ValueError: the name is empty or not a string.
         """
+        if not name or not isinstance(name, str):
+            raise ValueError("service name is not a non-empty string")
         self.resolved_name = session.resolve(name)
         self.protocol = ServiceProtocol(self.resolved_name, service_class, buff_size)
         self.buff_size = buff_size

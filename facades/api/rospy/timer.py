@@ -100,7 +100,7 @@ class Timer(rate.Timer):
         period: msg_time.Duration,
         callback: Callable[[TimerEvent], object],
         oneshot: bool = False,
-        reset: bool = False,
+        reset: bool = False,  # noqa: ARG002
     ) -> None:
         """Start the thread. The thread ends if the callback raises an exception.
 
@@ -109,7 +109,7 @@ class Timer(rate.Timer):
                 delays the next call.
             callback: called with a TimerEvent, one call at a time.
             oneshot: whether to end after one call.
-            reset: whether to restart instead of ending if simulated time moves backwards.
+            reset: has no effect since ROS 1.17: a timer always restarts if simulated time moves backwards.
 
         Raises:
             ROSInitException: init_node has not been called.
@@ -127,7 +127,7 @@ class Timer(rate.Timer):
             )
 
         self._period = period
-        super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=reset)
+        super().__init__(clock(), 0, on_tick, oneshot=oneshot, reset=True)
 
     def run(self) -> None:
         """Run the timer.

@@ -94,7 +94,7 @@ def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] 
 
 def resolve_name(name: str, namespace_: str, remappings: Mapping[str, str] | None = None) -> str:
     """Resolve a name relative to the node `namespace_` and apply remappings."""
-    return _names.resolve(name, namespace_, remappings)
+    return _names.resolve(name or "", namespace_, remappings)
 
 
 def script_resolve_name(script_name: str, name: str) -> str:

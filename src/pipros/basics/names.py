@@ -54,6 +54,17 @@ def is_private(name: str) -> bool:
     return name.startswith("~")
 
 
+def text_of(name: object) -> str:
+    """Return a name unchanged.
+
+    Raises:
+        InvalidName: it is not a string. Programs often pass None, the result of a search without success.
+    """
+    if not isinstance(name, str):
+        raise InvalidName(f"a name must be a string, got {name!r}")
+    return name
+
+
 def canonicalize(name: str) -> str:
     """Return the name without doubled and trailing slashes.
 
@@ -119,7 +130,7 @@ def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = No
     >>> resolve("~rate", "/ns/talker"), resolve("rate", "/ns/talker"), resolve("", "/ns/talker")
     ('/ns/talker/rate', '/ns/rate', '/ns/')
     """
-    if not name:
+    if not text_of(name):
         return namespace(node_name)
     name = canonicalize(name)
     if is_global(name):
@@ -210,6 +221,23 @@ def is_legal_remapping(argument: str) -> bool:
     """
     key, sign, _ = argument.partition(":=")
     return bool(sign) and re.fullmatch(_LEGAL_KEY, key) is not None
+
+
+def without_launch_arguments(argv: Iterable[str]) -> list[str]:
+    """Return the arguments without those that roslaunch appends for a `<node>`.
+
+    They are remappings, then `__name:=` and `__log:=`. Other remappings may be values.
+
+    >>> without_launch_arguments(["kill", "-a", "x:=y", "__name:=killer", "__log:=/tmp/killer.log"])
+    ['kill', '-a']
+    >>> without_launch_arguments(["set", "pair", "a:=b"])
+    ['set', 'pair', 'a:=b']
+    """
+    words = list(argv)
+    if any(word.startswith("__name:=") for word in words):
+        while words and is_legal_remapping(words[-1]):
+            words.pop()
+    return words
 
 
 def parse_arguments(argv: Iterable[str]) -> Arguments:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.log_folders import disk_usage, log_folders, oldest_first, readable, size_of
+from pipros.basics.names import without_launch_arguments
 from pipros.cli.entry_point import command
 
 _MEGABYTE = 1024 * 1024
@@ -30,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     purge.add_argument(
         "--size", type=int, help="Maximum total size in MB to keep when deleting old files", metavar="SIZE"
     )
-    options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    options = parser.parse_args(without_launch_arguments(sys.argv[1:] if argv is None else argv))
     code = 0
     for folder, label in log_folders():
         if options.command == "check":

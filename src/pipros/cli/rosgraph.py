@@ -7,6 +7,7 @@ import time
 from collections.abc import Sequence
 
 from pipros.basics.errors import Unreachable
+from pipros.basics.names import without_launch_arguments
 from pipros.basics.printable import printable
 from pipros.cli.entry_point import command
 from pipros.cli.runner import run
@@ -29,7 +30,7 @@ POLL_INTERVAL_S = 1.0
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    arguments = list(sys.argv[1:] if argv is None else argv)
+    arguments = without_launch_arguments(sys.argv[1:] if argv is None else argv)
     if arguments:
         print(USAGE)
         return 0 if arguments[0] in ("-h", "--help") else USAGE_ERROR

@@ -12,6 +12,7 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.errors import NotFound
+from pipros.basics.names import without_launch_arguments
 from pipros.cli.entry_point import command
 from pipros.cli.runner import add_flag, run
 from pipros.launch.check import mistakes
@@ -52,7 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         metavar="PACKAGES",
         help="with --csv: also count as if pipros lacked these packages ('a b')",
     )
-    options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    options, words = parser.parse_args(without_launch_arguments(sys.argv[1:] if argv is None else argv))
     if options.csv or options.survey:
         if bool(words) is bool(options.csv) or (options.csv and options.survey):
             parser.error("give either --survey with directories, or --csv with a file")

@@ -6,13 +6,14 @@ import sys
 from collections.abc import Sequence
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.names import without_launch_arguments
 from pipros.cli.entry_point import command
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the names of the settable arguments on one line. Return 1 silently if the file cannot be read."""
-    words = list(sys.argv[1:] if argv is None else argv)
+    words = without_launch_arguments(sys.argv[1:] if argv is None else argv)
     from pipros.launch.find_launch_files import resolve_files
     from pipros.launch.load_context import LoadContext
     from pipros.launch.xml import load

@@ -8,6 +8,7 @@ from optparse import OptionParser
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.names import without_launch_arguments
 from pipros.cli.entry_point import command
 from pipros.cli.runner import add_flag
 from pipros.launch.check import needed_packages
@@ -24,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
     add_flag(parser, "-v", "--verbose", help="Verbose output")
     add_flag(parser, "-w", "--warn", help="Warn about missing manifest dependencies")
-    options, files = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
+    options, files = parser.parse_args(without_launch_arguments(sys.argv[1:] if argv is None else argv))
     if not files:
         parser.error("please specify a launch file")
     missing = [file for file in files if not Path(file).is_file()]

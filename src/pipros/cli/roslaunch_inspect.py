@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -87,7 +88,7 @@ def print_file_of_node(name: str, launch: Launch, _index: PackageIndex) -> int:
 
 
 def print_node_args(name: str, files: Sequence[str], launch: Launch, index: PackageIndex) -> int:
-    """Print the variables and command line of a node (`--args`). As in Noetic, arguments are not quoted."""
+    """Print the variables and command line of a node (`--args`). As in Noetic, only variables are quoted."""
     name = full_node_name(name)
     node = launch.node(name)
     if node is None:
@@ -104,8 +105,14 @@ def print_node_args(name: str, files: Sequence[str], launch: Launch, index: Pack
     except CannotLaunch as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
-    print(" ".join([*(f'{key}="{value}"' for key, value in variables.items()), *argv]))
+    quoted = (f'{key}="{_in_quotes(value)}"' for key, value in variables.items())
+    print(" ".join([*quoted, *argv]))
     return 0
+
+
+def _in_quotes(value: str) -> str:
+    """Escape the characters that are special within double quotes in a shell."""
+    return re.sub(r'(["$`\\])', r"\\\1", value)
 
 
 def print_arguments(launch: Launch, _index: PackageIndex) -> int:

@@ -41,7 +41,7 @@ class MasterUnreachable(CommandError):
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
     """Return a parser whose usage text has Noetic's format: `Usage: rostopic list [/namespace]`.
 
-    If a command line is invalid, the parser exits with code 2.
+    If a command line is invalid, the parser exits with code 2. Arguments that roslaunch appends are ignored.
     """
     # _DeferredParser passes other attributes on to an OptionParser
     return _DeferredParser(command, f"usage: {command} {usage}", description)  # type: ignore[return-value]
@@ -68,6 +68,9 @@ class _DeferredParser:
             self._complete.add_option(*names, **settings)
 
     def parse_args(self, arguments: list[str]) -> tuple[Any, list[str]]:
+        from pipros.basics.names import without_launch_arguments
+
+        arguments = without_launch_arguments(arguments)
         if self._complete is not None or any(argument.startswith("-") for argument in arguments):
             return self._parser().parse_args(arguments)
         return SimpleNamespace(**self._defaults()), arguments

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import Refused, Unreachable
@@ -50,8 +50,7 @@ def report_node(
 def describe_registrations(master: MasterClient, node: str) -> str:
     """Describe a node's registrations."""
     state = SystemState.from_state(master.get_system_state())
-    # As in Noetic, only the types of published topics are known.
-    types: Mapping[str, str] = dict(master.get_published_topics())
+    types = {topic: kind for topic, kind in master.get_topic_types() if kind != "*"}
     lines = [f"Node [{node}]"]
     for heading, topics in (("Publications", state.publishers), ("Subscriptions", state.subscribers)):
         node_topics = of_node(node, topics)

@@ -31,10 +31,10 @@ def announce_launch(console: Console, launch: Launch, *, local_only: bool) -> No
 def warn_about_arguments(
     console: Console, launch: Launch, arguments: Iterable[str], files: Sequence[str]
 ) -> None:
-    """Warn about command-line arguments that no file declares."""
+    """Warn about command-line arguments that no file declares, except those of a node, such as `__name`."""
     declared = {argument.name for argument in launch.arguments}
     for name in arguments:
-        if name not in declared and files:
+        if name not in declared and files and not name.startswith("__"):
             console.error(f"WARNING: no <arg> named [{name}] is declared in {', '.join(files)}")
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import field, fields
+from itertools import takewhile
 from typing import Any, TypeGuard, TypeVar
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.libraries.reconfiguring.server import Setting
 from pipros.node import Node
+from pipros.node.private_params import converted_list, read
 
 _Kind = TypeVar("_Kind")
 
@@ -21,35 +22,32 @@ class InvalidParameter(PiprosError, ValueError):
 class PrivateParameters:
     """The private parameters of a node, or those in a namespace below `~`.
 
-    As in roscpp, a value of another type is ignored, so that the default applies. However, a float is
-    accepted and rounded for an integer parameter, and an integer is accepted for a float parameter.
+    Values are converted as in roscpp (`pipros.node.private_params`); if that is not possible, defaults apply.
+
+    Attributes:
+        problems: mistakes that the node reports, although it runs.
     """
 
     def __init__(self, values: Mapping[str, Any], name: str = "~") -> None:
         """Store the values. `name` is the prefix of parameter names in error messages."""
         self.values = values
+        self.problems: list[str] = []
         self._name = name
 
     def has(self, name: str) -> bool:
         return name in self.values
 
     def boolean(self, name: str, default: bool) -> bool:
-        value = self.values.get(name)
-        return value if isinstance(value, bool) else default
+        return read(self.values.get(name), default)
 
     def text(self, name: str, default: str) -> str:
-        value = self.values.get(name)
-        return value if isinstance(value, str) else default
+        return read(self.values.get(name), default)
 
     def number(self, name: str, default: float) -> float:
-        value = self.values.get(name)
-        return float(value) if is_number(value) else default
+        return read(self.values.get(name), float(default))
 
     def integer(self, name: str, default: int) -> int:
-        value = self.values.get(name)
-        if not is_number(value) or not math.isfinite(value):
-            return default
-        return math.floor(value + 0.5)
+        return read(self.values.get(name), default)
 
     def read(self, kind: type[_Kind], **known: Any) -> _Kind:
         """Create an instance of a dataclass. Fields that are not in `known`, and have a default of type bool,
@@ -68,23 +66,27 @@ class PrivateParameters:
             InvalidParameter: the parameter is not a list of `length` numbers, or is missing and `default` is
                 empty.
         """
-        return tuple(map(float, self._listed(name, length, default, is_number, "numbers")))
-
-    def booleans(self, name: str, length: int) -> tuple[bool, ...]:
-        """Return a list of booleans.
-
-        Raises:
-            InvalidParameter: the parameter is not a list of `length` booleans.
-        """
-        return tuple(self._listed(name, length, (), lambda value: isinstance(value, bool), "booleans"))
-
-    def _listed(self, name: str, length: int, default: Sequence[Any], fits: Any, kind: str) -> Sequence[Any]:
         if name not in self.values and default:
-            return default
+            return tuple(map(float, default))
+        found = converted_list(self.values.get(name), float)
+        if found is None or len(found) != length:
+            value = self.values.get(name)
+            raise InvalidParameter(f"{self._name}{name} must be a list of {length} numbers, got {value!r}")
+        return tuple(found)
+
+    def flags(self, name: str, length: int) -> tuple[bool, ...]:
+        """Return a list of booleans. Other elements, those after them and missing ones are False.
+
+        Such a mistake is added to `problems`.
+        """
         value = self.values.get(name)
-        if not isinstance(value, list) or len(value) != length or not all(map(fits, value)):
-            raise InvalidParameter(f"{self._name}{name} must be a list of {length} {kind}, got {value!r}")
-        return value
+        given = value[:length] if isinstance(value, list) else []
+        found = list(takewhile(lambda each: isinstance(each, bool), given))
+        if not isinstance(value, list) or len(value) != length or len(found) != length:
+            self.problems.append(
+                f"{self._name}{name} must be a list of {length} booleans, got {value!r}; the others are false"
+            )
+        return (*found, *[False] * (length - len(found)))
 
 
 def tunable(

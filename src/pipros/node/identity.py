@@ -88,7 +88,7 @@ class Identity(NamedTuple):
         As in rospy, two private names resolve differently from the rest of ROS: `~` to the node's name with a
         trailing slash, and `~/x` to `/x`.
         """
-        if names.is_private(name):
+        if names.is_private(names.text_of(name)):
             name = names.canonicalize(name)
             name = names.join(node_name, name[1:])
             return self.remappings.get(name, name)
@@ -100,7 +100,7 @@ class Identity(NamedTuple):
         Raises:
             InvalidName: the name is private.
         """
-        if names.is_private(topic):
+        if names.is_private(names.text_of(topic)):
             raise InvalidName("~name topics cannot be created before init_node() has been called")
         resolved = names.resolve(topic, self.name)
         return names.resolve_remappings(self.arguments.remappings, self.name).get(resolved, resolved)

@@ -11,7 +11,6 @@ import os
 import re
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import FrameType
@@ -316,7 +315,9 @@ def full_text(record: logging.LogRecord) -> str:
 def wall_time(seconds: float, time_format: str | None, digits: int = 6) -> str:
     if time_format is None:
         return f"{seconds:.{digits}f}"
-    return time.strftime(time_format, time.localtime(seconds))
+    from datetime import datetime, timezone  # time.strftime has no %f
+
+    return datetime.fromtimestamp(seconds, timezone.utc).astimezone().strftime(time_format)
 
 
 def logger_levels() -> list[tuple[str, str]]:

@@ -224,7 +224,7 @@ class Parameters:
     def search(self, name: str) -> str | None:
         """Search for a parameter from the node's namespace upwards. Return its full name, or None."""
         try:
-            return self._master.search_param(name)
+            return self._master.search_param(names.text_of(name))
         except Refused:
             return None
 

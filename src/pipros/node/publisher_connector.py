@@ -9,6 +9,7 @@ from pipros.basics.errors import PiprosError, Refused, Unreachable
 from pipros.basics.printable import printable
 from pipros.net import unreachable
 from pipros.node.context import NodeContext
+from pipros.node.publisher_dialer import LOG_TOPICS
 from pipros.node.throttled_warnings import ThrottledWarnings
 
 RETRY_FIRST_S = 0.1
@@ -101,6 +102,10 @@ class PublisherConnector:
                     # ValueError: the publisher registered an invalid URI
                     is_first = False
                     is_lost = isinstance(error, Unreachable) and now() < quiet_until
+                    # Every node publishes its log, and some end before they can unregister.
+                    is_lost |= self._topic in LOG_TOPICS and isinstance(
+                        error.__cause__, ConnectionRefusedError
+                    )
                     if not is_lost and str(error) != explained:  # each problem is logged once
                         explained = str(error)
                         await self._explain(uri, error)

@@ -16,6 +16,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
 from pipros.packages.system_packages import manifest_folders
 from pipros.safe import xml
+from pipros.safe.tolerant_xml import strict_text
 
 _KIND = "nodelets"
 ENTRY_POINTS: Final = f"pipros.{_KIND}"
@@ -107,14 +108,9 @@ def compiled_nodelets(folders: Iterable[str] = ()) -> dict[str, str]:
 def _root(path: str) -> xml.Element | None:
     try:
         # A description may have several roots.
-        return xml.parse(f"<all>{_without_declaration(read_text(path))}</all>", path)
+        return xml.parse(f"<all>{strict_text(read_text(path))}</all>", path)
     except (PiprosError, OSError):
         return None
-
-
-def _without_declaration(text: str) -> str:
-    start, end, rest = text.partition("?>")
-    return rest if end and start.lstrip().startswith("<?xml") else text
 
 
 def _descriptions(folder: str) -> Iterator[str]:

@@ -39,7 +39,7 @@ class Group:
     """A group of parameters and subgroups."""
 
     def __init__(self, numbers: list[int], name: str, type: str, state: bool, parent: Group | None) -> None:  # noqa: A002
-        self.name = name.replace(" ", "_")
+        self.name = _checked_name(name.replace(" ", "_"), "group")
         self.type = type
         self.state = state
         self.id = len(numbers)
@@ -51,7 +51,11 @@ class Group:
         self._source = _source()
 
     def add_group(self, name: str, type: str = "", state: bool = True) -> Group:  # noqa: A002
-        """Add a subgroup, and return it."""
+        """Add a subgroup, and return it.
+
+        Raises:
+            ValueError: the name is invalid.
+        """
         group = Group(self._numbers, name, type, state, self)
         self.groups.append(group)
         return group
@@ -75,11 +79,7 @@ class Group:
         """
         if paramtype not in TYPES:
             raise ValueError(f"type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
-        if not re.fullmatch("[a-zA-Z][a-zA-Z0-9_]*", name):
-            raise ValueError(
-                "a parameter name must begin with a letter and contain only letters, digits and underscores, "
-                f"got {name!r}"
-            )
+        _checked_name(name, "parameter")
         if paramtype in ("str", "bool") and (min is not None or max is not None):
             raise ValueError(f"{name} must not have min or max, because its type is {paramtype}")
         values = zip(("default", "min", "max"), (default, min, max), _BOUNDS[paramtype], strict=True)
@@ -115,6 +115,15 @@ class Group:
 
     def _path(self) -> list[str]:
         return [*(self.parent._path() if self.parent else ()), self.name]
+
+
+def _checked_name(name: str, kind: str) -> str:
+    if not re.fullmatch("[a-zA-Z][a-zA-Z0-9_]*", name):
+        raise ValueError(
+            f"a {kind} name must begin with a letter and contain only letters, digits and underscores, "
+            f"got {name!r}"
+        )
+    return name
 
 
 class ParameterGenerator:

@@ -13,6 +13,9 @@ from xml.parsers import expat
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, process_limits
 
+_JUNK_AFTER_ROOT = 9
+"""Expat's code of the error that something follows the root element."""
+
 
 class XmlError(PiprosError):
     """A document is not well-formed XML, has a document type, or exceeds a limit.
@@ -51,13 +54,20 @@ class Element:
         return next(self.all(tag), None)
 
 
-def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = None) -> Element:
+def parse(
+    content: bytes | str,
+    file: str = "<string>",
+    limits: Limits | None = None,
+    *,
+    ignores_rest: bool = False,
+) -> Element:
     """Return the root element of a document.
 
     An element's text is the concatenation of all text between its children and comments.
 
     Args:
         limits: defaults to the process-wide limits.
+        ignores_rest: whether to ignore text and elements after the root element.
 
     Raises:
         XmlError: the XML is malformed, has a document type, or exceeds the limits on nesting or size.
@@ -100,6 +110,8 @@ def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = 
     try:
         parser.Parse(content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content, True)
     except expat.ExpatError as error:
+        if ignores_rest and error.code == _JUNK_AFTER_ROOT:
+            return roots[0]
         reason = expat.ErrorString(error.code) or "not well-formed"
         raise XmlError(file, error.lineno, error.offset + 1, f"invalid XML: {reason}") from None
     except (LookupError, ValueError) as error:

@@ -18,8 +18,8 @@ from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
+from pipros.node.private_params import number, private
 from pipros.node.roscpp_program import roscpp_program
-from pipros.simulation.private_parameters import InvalidPrivateParameter, private_number, private_text
 
 _NS_PER_S: Final = 1_000_000_000
 
@@ -28,16 +28,12 @@ class FakeLocalization:
     """Publishes the estimates for one robot. Callbacks run in several threads."""
 
     def __init__(self, node: Node) -> None:
-        """Read the parameters, and register the topics.
-
-        Raises:
-            InvalidPrivateParameter: a parameter has an invalid value.
-        """
-        self._odom = private_text(node, "odom_frame_id", "odom")
-        self._base = private_text(node, "base_frame_id", "base_link")
-        self._map = private_text(node, "global_frame_id", "map")
-        self._tolerance_ns = round(private_number(node, "transform_tolerance", 0.1) * _NS_PER_S)
-        x, y, yaw = (private_number(node, f"delta_{axis}", 0.0) for axis in ("x", "y", "yaw"))
+        """Read the parameters, and register the topics."""
+        self._odom = private(node, "odom_frame_id", "odom").lstrip("/")
+        self._base = private(node, "base_frame_id", "base_link").lstrip("/")
+        self._map = private(node, "global_frame_id", "map").lstrip("/")
+        self._tolerance_ns = round(number(node, "transform_tolerance", 0.1) * _NS_PER_S)
+        x, y, yaw = (number(node, f"delta_{axis}", 0.0) for axis in ("x", "y", "yaw"))
         self._offset: Pose = (-x, -y, 0.0, *from_roll_pitch_yaw(0.0, 0.0, -yaw))
         self._log = node.log
         self._lock = threading.Lock()
@@ -129,12 +125,8 @@ def _fill(position: Any, orientation: Any, pose: Pose) -> None:
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the node until it is shut down. Return 1 if a parameter is invalid."""
-    with roscpp_program("fake_localization", "fake_localization", argv) as (node, log):
-        try:
-            FakeLocalization(node)
-        except InvalidPrivateParameter as error:
-            log.error("%s", error)
-            return 1
+    """Run the node until it is shut down."""
+    with roscpp_program("fake_localization", "fake_localization", argv) as (node, _):
+        FakeLocalization(node)
         node.wait_for_shutdown()
     return 0

@@ -13,6 +13,8 @@ MASKS = {
     r"(127\.0\.0\.1|localhost):(?!1\b)\d+": r"\1:PORT",
     r"time=[\d.]+ms": "time=N ms",
     r"average: [\d.]+ms": "average: N ms",
+    # rosnode 1.17 prints the type of a topic without publishers, 1.15 does not
+    r"(?m)^ \* /clock \[(unknown type|rosgraph_msgs/Clock)\]$": " * /clock [rosgraph_msgs/Clock]",
     r"seq: +\d+": "seq: N",  # genuine ROS counts a latched message once for each subscriber
     r"\b1[78]\d{17}\b": "NOW",
     r"(?m)^(NOW|1000000000005|0),\d+,(?=1000000000005|0,)": r"\1,N,",

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,23 @@ def test_files_lists_absolute_paths(file: Path, capsys: pytest.CaptureFixture[st
 def test_args_prints_a_command_line_for_a_shell(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert roslaunch.main(["--args", "one", str(file)]) == 0
     assert capsys.readouterr().out == f'A="1" {file.parent}/talker a b __name:=one\n'
+
+
+def test_args_escapes_what_is_special_in_a_shell(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    value = 'say "hi" to $HOME `id` \\'
+    escaped = value.replace('"', "&quot;")
+    file.write_text(
+        file.read_text().replace('<env name="A" value="1"/>', f'<env name="A" value="{escaped}"/>')
+    )
+    assert roslaunch.main(["--args", "one", str(file)]) == 0
+    (variable,) = capsys.readouterr().out.splitlines()
+    printed = subprocess.run(
+        ["sh", "-c", f'{variable.partition(" /")[0]}; printf %s "$A"'],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert printed.stdout == value
 
 
 def test_args_of_an_unknown_node_names_the_known_ones(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -56,7 +56,9 @@ class Publishers:
         return {uri: len(moments) for uri, moments in self.moments.items()}
 
 
-def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector, list[str]]:
+def following(
+    publishers: Publishers, topic: str = "/chatter", **limits: Any
+) -> tuple[PublisherConnector, list[str]]:
     log, lines = listening_log()
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
     connections: Any = None
@@ -72,7 +74,7 @@ def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector
         PublishCount(),
         Budget(0),
     )
-    return PublisherConnector("/chatter", context, publishers.connect), lines
+    return PublisherConnector(topic, context, publishers.connect), lines
 
 
 def test_each_listed_publisher_gets_one_link() -> None:
@@ -147,6 +149,28 @@ def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once
         assert "cannot receive [/chatter]" in line
         assert "Is it switched on?" in line
         topic.stop()
+
+    run_instantly(run())
+
+
+@pytest.mark.parametrize(("topic", "logged"), [("/rosout", [B]), ("/chatter", [A, B])])
+def test_only_a_log_of_a_node_that_has_ended_is_not_missed(
+    monkeypatch: pytest.MonkeyPatch, topic: str, logged: list[str]
+) -> None:
+    async def explain(_: str) -> str:
+        return ""
+
+    monkeypatch.setattr(unreachable, "explain", explain)
+
+    async def run() -> None:
+        publishers = Publishers()
+        publishers.errors = {A: Unreachable(A, "Connection refused"), B: Unreachable(B, "No route to host")}
+        publishers.errors[A].__cause__ = ConnectionRefusedError()
+        connector, lines = following(publishers, topic=topic)
+        connector.update([A, B])
+        await asyncio.sleep(60)
+        assert [uri for uri in (A, B) if any(f" at {uri}: " in line for line in lines)] == logged
+        connector.stop()
 
     run_instantly(run())
 

@@ -140,6 +140,7 @@ def test_a_file_reads_the_variables_of_noetic_in_a_bare_shell(
         ("raise ValueError('by the file')", "by the file"),
         ("pass", r"did not call generate\(\)"),
         (HEAD + "gen.add('x', int_t, 0, 'd', 1.5)", "must be of type int, got 1.5"),
+        (HEAD + "gen.add_group('a-b')", "a group name must begin with a letter"),
         (HEAD + "gen.add('1x', int_t, 0, 'd')", "a parameter name must begin with a letter"),
         (HEAD + "gen.add('x', str_t, 0, 'd', 'a', 'b')", "must not have min or max"),
         (HEAD + "gen.add('x', 'long', 0, 'd')", "must be one of str, bool, int, double"),

@@ -288,12 +288,12 @@ def test_installed_scripts_name_python_3(workspace: Workspace) -> None:
     workspace.add(
         "p",
         "catkin_install_python(PROGRAMS a.py b.py DESTINATION lib/p)",
-        a_dot_py="#!/usr/bin/env python\nprint()\n",
+        a_dot_py="#! /opt/bin/env  python \r\nprint()\n",
         b_dot_py="#!/usr/bin/python\n",
     )
     workspace.build(installs=True)
     place = workspace.layout.install / "lib/p"
-    assert (place / "a.py").read_text() == "#!/usr/bin/env python3\nprint()\n"
+    assert (place / "a.py").read_bytes() == b"#!/opt/bin/env python3\r\nprint()\n"
     assert (place / "b.py").read_text() == "#!/usr/bin/python\n"
 
 

@@ -8,6 +8,7 @@ import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.node.any_msg import AnyMsg
+from rospy.rostime import wallsleep
 from topic_tools.nodes.output import Input, Output, base_name
 from topic_tools.nodes.switching import Services, selection_of
 
@@ -21,8 +22,12 @@ class Mux:
     subscribes only to the selected topic, and only while the output has subscribers.
     """
 
-    def __init__(self, target: str, selection: Selection, *, lazy: bool, latch: bool) -> None:
+    def __init__(
+        self, target: str, selection: Selection, *, lazy: bool, latch: bool, wait_s: float = 0.0
+    ) -> None:
+        """Subscribe to the inputs. `wait_s` is how long subscribers have to connect at first."""
         self.selection = selection
+        self._wait_s = wait_s
         self._lazy, self._latch = lazy, latch
         self._output = Output(target, self._follow)
         self._lock = threading.RLock()
@@ -35,6 +40,7 @@ class Mux:
     def _on_message(self, topic: str, message: AnyMsg) -> None:
         if self._output.advertise_like(message, self._latch):
             rospy.loginfo("advertising")
+            wallsleep(self._wait_s)
             self._follow()
         if topic != self.selection.selected:
             return
@@ -112,7 +118,9 @@ def main() -> int:
     except BadSelection as error:  # not an input: keep the first input selected
         rospy.logwarn("~initial_topic: %s", error)
     lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
-    mux = Mux(target, selection, lazy=lazy, latch=latch)
+    waits = bool(rospy.get_param("~wait_publisher_initialization", False))
+    wait_s = float(rospy.get_param("~wait_publisher_second", 0.1)) if waits else 0.0
+    mux = Mux(target, selection, lazy=lazy, latch=latch, wait_s=wait_s)
     services = Services("Mux", selection)
 
     def select_by_old_name(topic: str) -> str:

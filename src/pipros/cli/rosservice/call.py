@@ -8,9 +8,11 @@ from typing import Any
 
 from pipros.basics.names import parse_arguments
 from pipros.basics.similar_names import similar_names
-from pipros.cli.runner import option_parser
+from pipros.cli.runner import add_flag, option_parser
 from pipros.graph.client import GraphClient
+from pipros.graph.elide import Elision
 from pipros.graph.errors import GraphError
+from pipros.graph.message_path import Part
 from pipros.graph.service_call import ServiceCaller, wait_for_service
 from pipros.graph.system_state import SystemState
 
@@ -25,6 +27,8 @@ def call_service(argv: Sequence[str]) -> int:
         default=False,
         help="wait for service to be advertised",
     )
+    add_flag(parser, "--nostr", dest="no_texts", help="exclude string fields")
+    add_flag(parser, "--noarr", dest="no_arrays", help="exclude arrays")
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
     if not arguments:
         parser.error("service must be specified")
@@ -39,12 +43,12 @@ def call_service(argv: Sequence[str]) -> int:
         except GraphError as error:
             raise GraphError(f"{error}{_suggestion(graph, service)}") from None
         if arguments[1:] or not caller.takes_arguments:
-            _print_call(caller, [value_of(word) for word in arguments[1:]], verbose=options.verbose)
+            _print_call(caller, [value_of(word) for word in arguments[1:]], options)
             return 0
         if sys.stdin.isatty():
             parser.error("Please specify service arguments")
         for document in documents_of(sys.stdin):
-            _print_call(caller, [document], verbose=options.verbose)
+            _print_call(caller, [document], options)
     return 0
 
 
@@ -55,10 +59,13 @@ def _suggestion(graph: GraphClient, service: str) -> str:
     return f"\n{question}" if question else ""
 
 
-def _print_call(caller: ServiceCaller, values: Sequence[Any], *, verbose: bool) -> None:
-    """Call the service and print its response. If `verbose` is true, print the request, too."""
+def _print_call(caller: ServiceCaller, values: Sequence[Any], options: Any) -> None:
+    """Call the service and print its response. If `options.verbose` is true, print the request, too."""
     request = caller.request(values)
     response = caller.call(request)
-    if verbose:
+    if options.verbose:
         print(f"{request}\n---")
+    if options.no_texts or options.no_arrays:
+        elision = Elision(no_arrays=options.no_arrays, no_texts=options.no_texts)
+        response = elision.of(Part(response, response._type))
     print(response, flush=True)

@@ -105,18 +105,24 @@ MAY_BE_MISSING = frozenset(
 """States in which the server may omit the goal, because the goal has not arrived or was removed."""
 
 
+LOST_RESULT_S = 5.0
+"""How long the server may omit a goal whose final status is known, before its result is considered lost."""
+
+
 class ClientGoal:
     """State of a goal. Each event method returns the states entered, in order."""
 
     def __init__(self) -> None:
         self.state = ClientGoalState.WAITING_FOR_GOAL_ACK
         self.status = Status.PENDING
+        self._omitted_at_s: float | None = None  # when the server first omitted the goal, which had ended
 
-    def on_status(self, status: int | None) -> list[ClientGoalState]:
+    def on_status(self, status: int | None, now_s: float = 0.0) -> list[ClientGoalState]:
         """Handle a status list from the server.
 
         `status` is this goal's status, or None if the list omits the goal. If the goal's current state does
-        not permit an omission, the goal is lost and becomes DONE.
+        not permit an omission, the goal is lost and becomes DONE. If its final status is known, it becomes
+        DONE after `LOST_RESULT_S`, because the result was lost. `now_s` is a monotonic time.
 
         Raises:
             ValueError: the status is unknown, or invalid in the current state. The state is unchanged.
@@ -124,6 +130,11 @@ class ClientGoal:
         if self.state is ClientGoalState.DONE:
             return []
         if status is None:
+            if self.state is ClientGoalState.WAITING_FOR_RESULT:
+                if self._omitted_at_s is None:
+                    self._omitted_at_s = now_s
+                is_overdue = now_s - self._omitted_at_s > LOST_RESULT_S
+                return self._enter((ClientGoalState.DONE,)) if is_overdue else []
             if self.state in MAY_BE_MISSING:
                 return []
             self.status = Status.LOST

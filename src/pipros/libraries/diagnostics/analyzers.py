@@ -7,7 +7,7 @@ are in seconds; all calls must use the same clock.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isinf
 from typing import Any, Protocol
 
@@ -174,6 +174,13 @@ class GenericAnalyzer(Items):
             values = tuple((SLOW_REGEX, pattern) for pattern in self._criteria.patterns.slow)
             header = ComponentStatus(header.name, ERROR, SLOW_REGEX, values=(*header.values, *values))
         return [header, *reported]
+
+
+class DowngradeAnalyzer(GenericAnalyzer):
+    """Analyzer that reports all statuses as OK, with their messages."""
+
+    def report(self, now_s: float) -> list[ComponentStatus]:
+        return [replace(each, level=OK) for each in super().report(now_s)]
 
 
 class DiscardAnalyzer(GenericAnalyzer):
@@ -352,6 +359,7 @@ def _group(name: str, path: str, parameters: Mapping[str, Any], depth: int) -> A
 _MAKERS: Mapping[str, Callable[[str, str, Mapping[str, Any], int], Analyzer]] = {
     "GenericAnalyzer": lambda name, path, found, _: _generic(GenericAnalyzer, name, path, found),
     "DiscardAnalyzer": lambda name, path, found, _: _generic(DiscardAnalyzer, name, path, found),
+    "DowngradeAnalyzer": lambda name, path, found, _: _generic(DowngradeAnalyzer, name, path, found),
     "IgnoreAnalyzer": lambda name, path, *_: IgnoreAnalyzer(name, path),
     "AnalyzerGroup": _group,
 }

@@ -26,8 +26,9 @@ class CloudToScanNode(LazyNode):
         """Advertise `scan`. Blocks until the master answers."""
         self._node, self._warnings = node, Throttle(node.log, 1.0)
         self._scan_class: Any = load_message_class("sensor_msgs/LaserScan")
+        usual: dict[str, Any] = {each.name: each.default for each in dataclasses.fields(CloudToScan)}
         self._settings = CloudToScan(
-            **{each.name: private(node, each.name, each.default) for each in dataclasses.fields(CloudToScan)}
+            **{name: private(node, name, default) for name, default in usual.items()}
         )
         self._target = private(node, "target_frame", "")
         self._tolerance_s = private(node, "transform_tolerance", 0.01)

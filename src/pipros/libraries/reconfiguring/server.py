@@ -14,6 +14,7 @@ from typing import Any, Final
 from pipros.basics.errors import NotFound
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros.node.private_params import read
 
 Value = bool | int | float | str
 
@@ -62,16 +63,15 @@ class Setting:
     def read(self, value: Any) -> Value:
         """Return a parameter's value clamped to the bounds, or the default if it has another type.
 
-        As in roscpp, a float is rounded if the setting is an integer, and an integer is accepted as a float.
+        Values are converted as in roscpp; see `pipros.node.private_params`.
         """
-        kind = type(self.default)
-        if kind is bool or kind is str:
-            return kind(value) if isinstance(value, kind) else self.default
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-            return self.default
         low, high = self.bounds
-        nearest = float(min(max(value, low), high))
-        return math.floor(nearest + 0.5) if kind is int else nearest
+        if isinstance(value, float) and not isinstance(self.default, bool | str):
+            value = min(max(value, low), high)
+        found = read(value, self.default)
+        if isinstance(found, bool | str):
+            return found
+        return self.default if math.isnan(found) else min(max(found, low), high)
 
 
 class Reconfigurable:

@@ -12,7 +12,8 @@ from math import isfinite
 
 from pipros.basics.errors import PiprosError
 from pipros.libraries.transforms.pose import IDENTITY, Pose, from_roll_pitch_yaw
-from pipros.safe.xml import Element, XmlError, parse
+from pipros.safe.tolerant_xml import parse_tolerantly
+from pipros.safe.xml import Element, XmlError
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
@@ -90,7 +91,7 @@ def read_robot(text: str) -> Robot:
 def robot_element(text: str) -> Element:
     """Return the root element of a URDF. Raise `UrdfError` if the text is not XML or not a URDF."""
     try:
-        robot = parse(text, "robot_description")
+        robot = parse_tolerantly(text, "robot_description")
     except XmlError as error:
         raise UrdfError(f"the robot description is not XML: {error}") from None
     if robot.tag != "robot":

@@ -119,7 +119,8 @@ class TransformBuffer:
                 self.waiter.notify()
             return []
         return [
-            f"{refusal} for frame {child} at time {stamp / NS_PER_S:.6f} according to authority {authority}"
+            f"{refusal} for frame {child} (parent {parent}) at time {stamp / NS_PER_S:.6f} "
+            f"according to authority {authority}"
         ]
 
     def clear(self) -> None:

@@ -57,6 +57,8 @@ class FilterNode:
         prefix = node.params.get(found) if found else ""
         self._settings = settings = read_settings(parameters, prefix if isinstance(prefix, str) else "")
         self._timeline = make_timeline(parameters, unscented=unscented)
+        for problem in parameters.problems:
+            log.error("%s", problem)
         self._node, self._log, self._schedule = node, log, schedule
         self._lock = threading.Lock()
         self._frames = Frames(node, log)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from math import inf
@@ -78,8 +79,10 @@ class FilterSettings:
 def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
     """Read the node's settings. `prefix` is the tf prefix of its frames.
 
+    As in the genuine node, mistakes with which the filter can run are only added to `parameters.problems`.
+
     Raises:
-        InvalidParameter: a parameter has an invalid value.
+        InvalidParameter: the frequency is invalid.
     """
 
     def frame(name: str, default: str) -> str:
@@ -93,7 +96,7 @@ def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
     fixed = frames["map_frame"], frames["odom_frame"], frames["base_link_frame"]
     if len(set(fixed)) < 3 or output in fixed[:2]:
         names = "map_frame, odom_frame and base_link_frame (or base_link_frame_output)"
-        raise InvalidParameter(f"{names} must differ, got {', '.join(fixed)} ({output})")
+        parameters.problems.append(f"{names} must differ, got {', '.join(fixed)} ({output})")
     topics = tuple(_read_topics(parameters))
     settings = parameters.read(FilterSettings, **frames, base_link_frame_output=output, topics=topics)
     if not 0 < settings.frequency < inf:
@@ -104,15 +107,15 @@ def read_settings(parameters: PrivateParameters, prefix: str) -> FilterSettings:
 def make_timeline(parameters: PrivateParameters, *, unscented: bool) -> Timeline:
     """Create the filter with its initial estimate, and the timeline that applies measurements to it.
 
-    Raises:
-        InvalidParameter: a list parameter has the wrong length or invalid elements.
+    If a list has the wrong length or invalid elements, this is added to `parameters.problems`, and the
+    default is used.
     """
     frequency = parameters.number("frequency", 30.0)
     timeout_s = parameters.number("sensor_timeout", 1.0 / frequency)
     options: dict[str, Any] = {
         "process_noise": _square(parameters, "process_noise_covariance", DEFAULT_PROCESS_NOISE),
         "covariance": _square(parameters, "initial_estimate_covariance", DEFAULT_COVARIANCE),
-        "state": np.array(parameters.numbers("initial_state", SIZE, [0.0] * SIZE)),
+        "state": np.array(_numbers(parameters, "initial_state", [0.0] * SIZE)),
         "is_noise_dynamic": parameters.boolean("dynamic_process_noise_covariance", False),
     }
     if parameters.boolean("use_control", False):
@@ -131,17 +134,25 @@ def make_timeline(parameters: PrivateParameters, *, unscented: bool) -> Timeline
 
 
 def _square(parameters: PrivateParameters, name: str, default: Array) -> Array:
-    return np.array(parameters.numbers(name, SIZE * SIZE, default.ravel().tolist())).reshape(SIZE, SIZE)
+    return np.array(_numbers(parameters, name, default.ravel().tolist())).reshape(SIZE, SIZE)
+
+
+def _numbers(parameters: PrivateParameters, name: str, default: Sequence[float]) -> Sequence[float]:
+    try:
+        return parameters.numbers(name, len(default), default)
+    except InvalidParameter as error:
+        parameters.problems.append(f"{error}; the default is used")
+        return default
 
 
 def _read_control(parameters: PrivateParameters, timeout_s: float) -> Control:
     def six(name: str, default: Any) -> Any:
-        return np.array(parameters.numbers(name, 6, default))
+        return np.array(_numbers(parameters, name, default))
 
     limits, gains = (six(f"acceleration_{name}", (1.0,) * 6) for name in ("limits", "gains"))
     slower = six("deceleration_limits", tuple(limits)), six("deceleration_gains", tuple(gains))
     flags, timeout_s = (
-        parameters.booleans("control_config", 6),
+        parameters.flags("control_config", 6),
         parameters.number("control_timeout", timeout_s),
     )
     return Control(np.array(flags), limits, gains, *slower, timeout_s)
@@ -156,7 +167,7 @@ def _read_topics(parameters: PrivateParameters) -> list[InputTopic]:
 
 
 def _read_topic(parameters: PrivateParameters, kind: str, name: str) -> InputTopic:
-    flags = np.array(parameters.booleans(f"{name}_config", SIZE))
+    flags = np.array(parameters.flags(f"{name}_config", SIZE))
     relative = parameters.boolean(f"{name}_relative", False)
     differential = parameters.boolean(f"{name}_differential", False)
 

@@ -14,10 +14,10 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.maps.map_file import read_map
 from pipros.node import Node
+from pipros.node.private_params import raw
 from pipros.node.roscpp_program import roscpp_program
 from pipros.node.start_params import is_on
 from pipros.simulation.limits import SimulationLimits
-from pipros.simulation.private_parameters import private_value
 from pipros.simulation.robots.battery import BatterySettings
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import InvalidSettings
@@ -67,7 +67,7 @@ def run(node: Node, log: logging.Logger, make: Any) -> int:
 def _from_parameters(node: Node) -> RobotsNode:
     """Create the simulation that the private parameters describe; docs/simulation.md lists them."""
 
-    get = functools.partial(private_value, node)
+    get = functools.partial(raw, node)
     seed = number(get("seed", 0), "seed")
     speed = number(get("speed", 1.0), "speed")
     if seed < 0 or speed <= 0:

@@ -11,6 +11,7 @@ from pipros.basics.terminals import single_keys
 from pipros.libraries.teleoperation.pressed_keys import pressed_keys
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.private_params import read
 from pipros.node.roscpp_program import roscpp_program
 
 TEXT: Final = f"""\
@@ -44,7 +45,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _scale(node: Node, parameter: str) -> float:
     """Return a parameter in the node's namespace, where launch files set it. The default is 2.0."""
     try:
-        value = node.params.get(parameter)
+        return read(node.params.get(parameter), 2.0)
     except (LookupError, PiprosError):
         return 2.0
-    return float(value) if isinstance(value, int | float) else 2.0

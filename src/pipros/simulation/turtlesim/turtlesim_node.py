@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from pipros.basics import names
-from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros.node.private_params import private
 from pipros.node.service_server import CallFailed
 from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.turtlesim.picture import TurtleColor
@@ -158,14 +158,7 @@ class Turtlesim:
         return TurtleColor(*(self._channel(channel) for channel in _CHANNELS))
 
     def _channel(self, channel: str) -> int:
-        usual: int = getattr(BACKGROUND, channel)
-        try:
-            value = self._node.params.get(f"~background_{channel}")
-        except (LookupError, PiprosError):
-            return usual
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            return usual
-        return round(value) & 0xFF
+        return private(self._node, f"background_{channel}", int(getattr(BACKGROUND, channel))) & 0xFF
 
     def _clear(self, _: Any) -> None:
         with self._change:

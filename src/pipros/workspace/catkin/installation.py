@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -88,7 +89,7 @@ def _name_python_3(script: Path) -> None:
     """Change the shebang `#!/usr/bin/env python` to python3, as Noetic's catkin does."""
     content = script.read_bytes()
     first_line, newline, rest = content.partition(b"\n")
-    if first_line.rstrip() == b"#!/usr/bin/env python":
+    if env := re.fullmatch(rb"#![ \t]*(/[^\r\n]+/env)[ \t]+python[ \t]*(\r?)", first_line):
         times = script.stat()
-        script.write_bytes(b"#!/usr/bin/env python3" + newline + rest)
+        script.write_bytes(b"#!%b python3%b" % env.groups() + newline + rest)
         os.utime(script, ns=(times.st_atime_ns, times.st_mtime_ns))

@@ -89,6 +89,14 @@ def test_items_without_updates_are_stale() -> None:
     assert one(0.0, name="x", num_items=0)["/A"] == (OK, "OK")
 
 
+def test_a_downgrading_analyzer_reports_everything_as_ok() -> None:
+    aggregation = Aggregation(
+        "", {"a": {"type": "diagnostic_aggregator/DowngradeAnalyzer", "path": "A", "startswith": "x"}}
+    )
+    feed(aggregation, 0.0, x1=ERROR, x2=WARN)
+    assert reported(aggregation, 0.0) == {"/A": (OK, "Error"), "/A/x1": (OK, "is 2"), "/A/x2": (OK, "is 1")}
+
+
 def test_unanalyzed_items_may_be_errors_and_disappear_when_stale() -> None:
     aggregation = Aggregation("", {}, other_as_errors=True)
     assert aggregation.report(0.0) == []

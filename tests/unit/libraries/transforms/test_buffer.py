@@ -206,6 +206,7 @@ def test_a_stamp_of_the_far_future_makes_later_ones_old_as_in_tf2(buffer: Transf
     assert buffer.insert("map", "base", (2**32 - 1) * S, at(1), "me") == []
     (refusal,) = buffer.insert("map", "base", 6 * S, at(6), "me")
     assert refusal.startswith("TF_OLD_DATA ignoring data from the past")
+    assert "for frame base (parent map) at time" in refusal
     buffer.clear()
     assert buffer.insert("map", "base", 6 * S, at(6), "me") == []
 

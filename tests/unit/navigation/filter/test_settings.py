@@ -63,12 +63,8 @@ def test_inputs_use_the_variables_of_their_messages() -> None:
 @pytest.mark.parametrize(
     ("values", "text"),
     [
-        ({"odom0": "a"}, "~odom0_config must be a list of 15 booleans, got None"),
-        ({"odom0": "a", "odom0_config": [1] * 15}, "must be a list of 15 booleans"),
-        ({"odom0": "a", "odom0_config": [True] * 6}, "must be a list of 15 booleans"),
         ({"frequency": 0}, "~frequency must be > 0 and finite, got 0.0"),
         ({"frequency": float("inf")}, "~frequency must be > 0 and finite, got inf"),
-        ({"map_frame": "odom"}, "must differ, got odom, odom, base_link"),
     ],
 )
 def test_settings_that_cannot_work_are_explained(values: dict[str, Any], text: str) -> None:
@@ -81,8 +77,48 @@ def test_matrices_may_have_integers_but_not_another_length() -> None:
                                      "control_config": [True] * 6}), unscented=False)  # fmt: skip
 
     assert made.kalman.covariance.sum() == 225.0
-    with pytest.raises(InvalidParameter, match="must be a list of 225 numbers"):
-        make_timeline(PrivateParameters({"process_noise_covariance": [0.0]}), unscented=False)
+
+
+@pytest.mark.parametrize(
+    ("config", "flags"),
+    [
+        (None, []),
+        ([True] * 12, list(range(12))),
+        ([True, True, 1, True], [0, 1]),
+        ([1] * 15, []),
+        ([True] * 20, list(range(15))),
+        ("true", []),
+    ],
+)
+def test_a_filter_runs_with_what_a_config_says_and_names_the_mistake(config: Any, flags: list[int]) -> None:
+    values = {"odom0": "a", "imu0": "b", "imu0_config": ALL} | (
+        {} if config is None else {"odom0_config": config}
+    )
+    given = PrivateParameters(values)
+    odom, imu = read_settings(given, "").topics
+    used = odom.pose.flags | odom.twist.flags
+    assert np.flatnonzero(used).tolist() == [flag for flag in flags if flag < 12]
+    assert imu.is_used
+    (problem,) = given.problems
+    assert problem.startswith(f"~odom0_config must be a list of 15 booleans, got {config!r}")
+
+
+def test_a_filter_runs_with_equal_frames_and_names_them() -> None:
+    given = PrivateParameters({"map_frame": "odom"})
+    assert read_settings(given, "").map_frame == "odom"
+    (problem,) = given.problems
+    assert "must differ, got odom, odom, base_link" in problem
+
+
+@pytest.mark.parametrize("name", ["process_noise_covariance", "initial_estimate_covariance", "initial_state"])
+@pytest.mark.parametrize("value", [[0.5], [0.5] * 16, "0.5", [[0.5] * 15] * 15])
+def test_a_filter_runs_with_defaults_for_lists_of_another_length(name: str, value: Any) -> None:
+    given, usual = PrivateParameters({name: value}), PrivateParameters({})
+    made, expected = (make_timeline(each, unscented=False).kalman for each in (given, usual))
+    assert (made.covariance == expected.covariance).all()
+    assert (made.state == expected.state).all()
+    (problem,) = given.problems
+    assert re.match(rf"~{name} must be a list of \d+ numbers, got .*; the default is used", problem)
 
 
 def test_the_unscented_filter_is_another_filter() -> None:

@@ -9,6 +9,7 @@ from pipros.basics.errors import PiprosError
 from pipros.libraries.laser.scan import Scan
 from pipros.libraries.reconfiguring.server import Setting
 from pipros.libraries.transforms.listener import TransformListener
+from pipros.node.private_params import converted, read
 
 
 class InvalidFilter(PiprosError, ValueError):
@@ -63,10 +64,10 @@ class ScanFilter:
         """
         self.name, self.place = name, place
         self.values: Mapping[str, Any] = {
-            each.name: typed(params, each) for each in (*self.settings, *self.fixed)
+            each.name: read(params.get(each.name), each.default) for each in (*self.settings, *self.fixed)
         }
         for each in self.required:
-            if not is_given(params, each, self._default(each)):
+            if converted(params.get(each), type(self._default(each))) is None:
                 kind = type(self._default(each)).__name__
                 raise InvalidFilter(
                     f"filter {name}: parameter {each} must be of type {kind}, got {params.get(each)!r}"
@@ -90,16 +91,3 @@ class ScanFilter:
     def _default(self, name: str) -> Any:
         described = (*self.settings, *self.fixed)
         return next((each.default for each in described if each.name == name), 0.0)
-
-
-def is_given(params: Mapping[str, Any], name: str, default: Any) -> bool:
-    """Return whether a parameter has the type of `default`; an integer is also accepted for a float."""
-    value = params.get(name)
-    return type(value) is type(default) or (isinstance(default, float) and type(value) is int)
-
-
-def typed(params: Mapping[str, Any], setting: Setting) -> Any:
-    """Return a parameter, or the default if its type is wrong. The setting's bounds are not enforced."""
-    if is_given(params, setting.name, setting.default):
-        return type(setting.default)(params[setting.name])
-    return setting.default
