@@ -13,7 +13,8 @@ import tracemalloc
 
 from pipros.bag.errors import BagError
 from pipros.bag.info import bag_info, info_text
-from pipros.bag.mcap_files import McapReader, recover
+from pipros.bag.mcap_files import McapReader
+from pipros.bag.mcap_repair import recover
 from pipros.basics.limits import Limits
 from tests.fuzz import mutation
 

@@ -86,7 +86,12 @@ def test_samples_are_in_the_order_of_png() -> None:
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        (image("yuv422"), r"got \[yuv422\]"),
+        (image("yuv423"), r"Unrecognized image encoding \[yuv423\]"),
+        (Image(encoding="mono8"), "the image is empty: 0 x 0 pixels"),
+        (Image(encoding="32FC1"), "the image is empty: 0 x 0 pixels"),
+        (CompressedImage(format="jpeg"), "the image is empty"),
+        (CompressedImage(format="jpeg", data=b"no image"), "begins like no known format: 6e 6f 20"),
+        (CompressedImage(format="16UC1; compressedDepth png", data=bytes(12)), "more than 12 bytes, got 12"),
         (image("rgb8", b"x"), "need 2 rows of 6 bytes, got 1 bytes in rows of 6"),
         (image("rgba8"), "need 2 rows of 8 bytes"),
     ],

@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, TypeVar
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
-from pipros.bag.images import image_file
-from pipros.bag.reader import BagReader
+from pipros.bag.images import check_image, image_array_file, image_file
+from pipros.bag.left_out import LeftOut
+from pipros.bag.reader import BagMessage, BagReader, received_at
 from pipros.basics.extras import install_command
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed
-from pipros.cli.rosbag.other_bags import add_reading_options, opened
+from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.runner import CommandError, option_parser
 from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
 from pipros.msg.base import Message
+from pipros.msg.errors import MessageException
 from pipros.msg.time import TVal
 from pipros.pictures.image_message import IMAGE_TYPES
 
 _FORMATS = ("csv", "npz")
+
+Messages = Iterable[BagMessage]
 
 
 def export(argv: Sequence[str]) -> int:
@@ -45,91 +50,129 @@ def export(argv: Sequence[str]) -> int:
         parser.error("You must specify a bag file and a folder.")
     if options.format not in _FORMATS:
         parser.error(f"the format must be one of {', '.join(_FORMATS)}, got {options.format}")
-    folder = Path(arguments[1])
-    with opened(arguments[0], options) as bag:
-        topics = arguments[2:] or sorted({connection.topic for connection in bag.connections})
-        unknown = set(topics) - {connection.topic for connection in bag.connections}
+    folder, left_out = Path(arguments[1]), warned()
+    with opened(arguments[0], options, left_out, arguments[2:]) as bag:
+        of_topic = bag.connections_by_topic()
+        topics = arguments[2:] or sorted(of_topic)
+        unknown = set(topics) - of_topic.keys() - bag.skipped.keys()
         if unknown:
             raise CommandError(f"the bag does not contain the topics {', '.join(sorted(unknown))}")
-        files = _file_names(topics)
         folder.mkdir(parents=True, exist_ok=True)
-        for topic, name in files.items():
-            _export(bag, topic, folder / name, options.format)
-    return 0
+        for topic, name in _file_names(topics, left_out).items():
+            if topic in of_topic:
+                _export(bag, of_topic[topic], folder / name, options.format, left_out)
+    return 1 if left_out else 0
 
 
-def _file_names(topics: Iterable[str]) -> dict[str, str]:
+def _file_names(topics: Iterable[str], left_out: LeftOut) -> dict[str, str]:
     """Return each topic's output file or folder name, without suffix: `a__b` for `/a/b`.
 
-    A number is appended to a name that would collide with an earlier name, ignoring case.
-
-    Raises:
-        CommandError: a topic name is invalid and could point outside the output folder.
+    A number is appended to a name that would collide with an earlier name, ignoring case. Topics with invalid
+    names, which could point outside the output folder, are left out.
     """
     names: dict[str, str] = {}
-    taken: set[str] = set()
+    taken: dict[str, int] = {}
     for topic in topics:
         if not is_legal_topic(topic):
-            raise CommandError(
-                f"[{listed(topic)}] is not a legal topic name. To export other topics, list them after the "
-                "folder"
-            )
+            left_out.whole(topic, "it is not a legal topic name")
+            continue
         base = name = canonicalize(topic).strip("/").replace("/", "__")
-        number = 1
         while name.lower() in taken:
-            number += 1
-            name = f"{base}_{number}"
-        taken.add(name.lower())
+            taken[base.lower()] += 1
+            name = f"{base}_{taken[base.lower()]}"
+        taken[name.lower()] = 1
         names[topic] = name
     return names
 
 
-def _export(bag: BagReader, topic: str, path: Path, form: str) -> None:
-    connections: list[Connection] = bag.connections_of(topic)
-    if connections[0].type in IMAGE_TYPES:
-        written = _images(bag, topic, path)
-    elif form == "npz":
+def _export(
+    bag: BagReader, connections: Sequence[Connection], path: Path, form: str, left_out: LeftOut
+) -> None:
+    """Write the messages of a topic. What cannot be written is left out, and does not affect other topics."""
+    first = connections[0]
+    for other in connections:
+        if _kind(other) != _kind(first):
+            wrong, right = (" ".join(_kind(each)) for each in (other, first))
+            left_out.message(other.topic, f"their type is {wrong}, not {right}")
+    messages = bag.messages(first.topic, where=lambda each: _kind(each) == _kind(first))
+    is_image = first.type in IMAGE_TYPES
+    write: Callable[[Messages, Path, LeftOut], int] = _image_files if is_image else _table
+    if form == "npz":
+        write = _image_arrays if is_image else _arrays
         path = path.with_name(path.name + ".npz")
-        written = _arrays(bag, topic, path)
-    else:
+    elif not is_image:
         path = path.with_name(path.name + ".csv")
-        with path.open("w", encoding="utf-8", newline="") as file:
-            written = _table(bag, topic, file)
-    print(f"{topic}: {written} messages to {path}")
+    try:
+        written = write(messages, path, left_out)
+    except (BagError, MessageException) as error:
+        if not path.is_dir():
+            path.unlink(missing_ok=True)
+        left_out.whole(first.topic, error)
+        return
+    print(f"{first.topic}: {written} messages to {path}")
 
 
-def _table(bag: BagReader, topic: str, file: TextIO) -> int:
+def _kind(connection: Connection) -> tuple[str, str]:
+    return connection.type, connection.md5sum
+
+
+def _table(messages: Messages, path: Path, _: LeftOut) -> int:
     """Write the rows that `rostopic echo -p` prints, with the times from the bag.
 
     Return the number of messages.
     """
     rows, count = MessageRows(), 0
-    for _, message, time, connection in bag.messages(topic):
-        part = Part(message, connection.type)
-        if not count:
-            file.write(rows.heading(part) + "\n")
-        file.write(rows.row(part, time.to_nsec()) + "\n")
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for _topic, message, time, connection in messages:
+            part = Part(message, connection.type)
+            if not count:
+                file.write(rows.heading(part) + "\n")
+            file.write(rows.row(part, time.to_nsec()) + "\n")
+            count += 1
+    return count
+
+
+def _image_files(messages: Messages, folder: Path, left_out: LeftOut) -> int:
+    folder.mkdir(exist_ok=True)
+    count = 0
+    for name, content in _images(messages, image_file, left_out):
+        (folder / (name + content[0])).write_bytes(content[1])
         count += 1
     return count
 
 
-def _images(bag: BagReader, topic: str, folder: Path) -> int:
-    folder.mkdir(exist_ok=True)
-    count = same = 0
-    previous = None
-    for _, message, time, _ in bag.messages(topic):
-        try:
-            suffix, content = image_file(message)
-        except BagError as error:
-            raise CommandError(f"{topic}: {error}") from error
-        same = same + 1 if time == previous else 1
-        name = f"{time.secs}.{time.nsecs:09d}" + (f"_{same}" if same > 1 else "")
-        (folder / (name + suffix)).write_bytes(content)
-        count, previous = count + 1, time
+def _image_arrays(messages: Messages, path: Path, left_out: LeftOut) -> int:
+    """Write an array for each image, named after its time."""
+    count = 0
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, content in _images(messages, image_array_file, left_out):
+            file.writestr(f"{name}.npy", content)
+            count += 1
     return count
 
 
-def _arrays(bag: BagReader, topic: str, path: Path) -> int:
+_Content = TypeVar("_Content")
+
+
+def _images(
+    messages: Messages, convert: Callable[[Any], _Content], left_out: LeftOut
+) -> Iterator[tuple[str, _Content]]:
+    """Yield the name and the content of each image. Damaged images are left out."""
+    same = 0
+    previous = None
+    for topic, message, time, _ in messages:
+        same = same + 1 if time == previous else 1
+        previous = time
+        try:
+            check_image(message)
+            content = convert(message)
+        except BagError as error:
+            left_out.message(topic, f"{received_at(time.to_nsec())}: {error}")
+            continue
+        yield f"{time.secs}.{time.nsecs:09d}" + (f"_{same}" if same > 1 else ""), content
+
+
+def _arrays(messages: Messages, path: Path, _: LeftOut) -> int:
     """Write one array per field, and an array `time` of the message times. Return the number of messages.
 
     Times are in ns. Strings, lists of varying length, and lists of strings, times or messages are omitted.
@@ -141,7 +184,8 @@ def _arrays(bag: BagReader, topic: str, path: Path) -> int:
             f"npz files need numpy, which is not installed. Try: {install_command('numpy')}"
         ) from None
     columns: dict[str, list[Any]] = {"time": []}
-    for _, message, time, _ in bag.messages(topic):
+    topic = ""
+    for topic, message, time, _connection in messages:  # noqa: B007 # used below
         columns["time"].append(time.to_nsec())
         _flatten("", message, columns)
     count = len(columns["time"])

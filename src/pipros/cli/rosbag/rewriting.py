@@ -118,7 +118,7 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
     if target.exists() and source.samefile(target):
         raise BagError(f"the output would be the input itself: {target}")
     if is_mcap(source):
-        from pipros.bag.mcap_files import recover
+        from pipros.bag.mcap_repair import recover
 
         with replaced_file(target) as file:
             damages = recover(source, file, process_limits(), progress)

@@ -50,6 +50,12 @@ def _translated(name: str) -> Iterator[None]:
         raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}") from error
 
 
+def has_magic(path: Path) -> bool:
+    """Return whether a file begins like an SQLite database."""
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
+
+
 class SqliteReader:
     """A `.db3` file, opened read-only.
 
