@@ -51,9 +51,10 @@ def export(argv: Sequence[str]) -> int:
     if options.format not in _FORMATS:
         parser.error(f"the format must be one of {', '.join(_FORMATS)}, got {options.format}")
     folder, left_out = Path(arguments[1]), warned()
-    with opened(arguments[0], options, left_out, arguments[2:]) as bag:
+    chosen = arguments[2:]
+    with opened(arguments[0], options, left_out, lambda name: not chosen or name in chosen) as bag:
         of_topic = bag.connections_by_topic()
-        topics = arguments[2:] or sorted(of_topic)
+        topics = chosen or sorted(of_topic)
         unknown = set(topics) - of_topic.keys() - bag.skipped.keys()
         if unknown:
             raise CommandError(f"the bag does not contain the topics {', '.join(sorted(unknown))}")

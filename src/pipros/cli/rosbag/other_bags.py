@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from optparse import OptionParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 from pipros.bag.left_out import LeftOut
 from pipros.bag.opening import is_ros1_bag, open_bag
@@ -34,6 +34,10 @@ class OtherBags(Protocol):
 
     def is_chosen(self, parser: OptionParser, options: Any) -> bool:
         """Return whether the options request a bag in this format. Exit with an error if they are invalid."""
+        ...
+
+    def recover(self, path: Path, file: BinaryIO) -> list[str]:
+        """Copy the readable records of a database to a new file. Return descriptions of the damage."""
         ...
 
     def target_name(self, source: Path) -> str:
@@ -67,12 +71,15 @@ def warned() -> LeftOut:
 
 
 def opened(
-    path: str | os.PathLike[str], options: Any, left_out: LeftOut, topics: Collection[str] = ()
+    path: str | os.PathLike[str],
+    options: Any,
+    left_out: LeftOut,
+    is_requested: Callable[[str], bool] = lambda _: True,
 ) -> BagReader:
     """Open a bag in any supported format.
 
     The topics and files of the bag that cannot be read, and later its damaged messages, are reported to
-    `left_out`. `topics` are those that are requested, or empty for all.
+    `left_out`. `is_requested` returns whether a topic is requested; the default is that all are.
 
     Raises:
         BagError, OSError: the bag cannot be read.
@@ -82,6 +89,6 @@ def opened(
     for name, reason in bag.skipped_files.items():
         left_out.whole(name, reason)
     for name, reason in bag.skipped.items():
-        left_out.whole(name, reason, is_requested=not topics or name in topics)
+        left_out.whole(name, reason, is_requested=is_requested(name))
     bag.on_bad_message = left_out.message
     return bag

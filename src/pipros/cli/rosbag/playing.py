@@ -12,7 +12,7 @@ from optparse import OptionParser, OptionValueError, Values
 from typing import Any
 
 from pipros.bag.errors import BagError
-from pipros.bag.player import Player, PlayOptions, opened_bags
+from pipros.bag.player import Player, PlayOptions, absolute, is_played, opened_bags
 from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
 from pipros.cli.command_node import command_node
@@ -37,7 +37,8 @@ def play(argv: Sequence[str]) -> int:
         for path in paths:
             say(f"[ INFO] [{time.time():.9f}]: Opening {path}")
         left_out = warned()
-        opener = partial(opened, options=options, left_out=left_out, topics=options.topics)
+        is_requested = partial(is_played, {absolute(topic) for topic in options.topics})
+        opener = partial(opened, options=options, left_out=left_out, is_requested=is_requested)
         with opened_bags(paths, opener) as bags, command_node("play", argv, wall_time=True) as node:
             with single_keys() as is_keyboard:
                 terminal = _Terminal(is_keyboard=is_keyboard, is_quiet=options.quiet)

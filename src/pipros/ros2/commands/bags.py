@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from optparse import OptionParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from pipros.bag.errors import BagError
 
@@ -76,6 +76,13 @@ def is_chosen(parser: OptionParser, options: Any) -> bool:
     if not options.ros2 and (options.storage or options.rules):
         parser.error("--storage and --rules need --ros2.")
     return bool(options.ros2)
+
+
+def recover(path: Path, file: BinaryIO) -> list[str]:
+    """Copy the readable records of an SQLite file to a new one. Return descriptions of the damage."""
+    from pipros.ros2.bags.sqlite_repair import recover
+
+    return recover(path, file)
 
 
 def target_name(source: Path) -> str:
