@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from typing import Any
 
 from pipros.bag.errors import BagFormatError
@@ -14,8 +15,10 @@ from pipros.bag.mcap_records import (
     MESSAGE_START,
     METADATA,
     SCHEMA,
+    McapSummary,
     all_records,
     parsed,
+    read_summary,
 )
 from pipros.bag.scan import Progress
 from pipros.bag.source import Source
@@ -34,6 +37,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
     copy = _Copy(file)
     with open(path, "rb") as old:
         source = Source(old, os.fspath(path), limits)
+        copy.read_ahead(source)
         try:
             with translated(source.name):
                 for kind, data in all_records(source, limits, progress, copy.damage.append):
@@ -55,7 +59,13 @@ class _Copy:
         self._schemas: dict[int, int] = {0: 0}
         self._channels: dict[int, int] = {}
         self._lost: set[int] = set()
+        self._known: McapSummary | None = None
         self.damage: list[str] = []
+
+    def read_ahead(self, source: Source) -> None:
+        """Read the summary, if there is one: it repeats the schemas and channels of damaged chunks."""
+        with suppress(BagFormatError), translated(source.name):
+            self._known = read_summary(source)
 
     def add(self, kind: int, data: bytes) -> None:
         from mcap.records import Attachment, Channel, Header, Metadata, Schema
@@ -65,18 +75,9 @@ class _Copy:
             return
         self._start()
         if kind == SCHEMA:
-            schema = parsed(Schema, data)
-            if schema.id not in self._schemas:
-                new = self._writer.register_schema(schema.name, schema.encoding, schema.data)
-                self._schemas[schema.id] = new
+            self._add_schema(parsed(Schema, data))
         elif kind == CHANNEL:
-            channel = parsed(Channel, data)
-            if channel.id not in self._channels:
-                schema_id = self._schemas.get(channel.schema_id, 0)
-                new = self._writer.register_channel(
-                    channel.topic, channel.message_encoding, schema_id, channel.metadata
-                )
-                self._channels[channel.id] = new
+            self._add_channel(parsed(Channel, data))
         elif kind == METADATA:
             record = parsed(Metadata, data)
             self._writer.add_metadata(record.name, record.metadata)
@@ -87,6 +88,8 @@ class _Copy:
             )
         else:
             number, sequence, time, published = MESSAGE_START.unpack_from(data)
+            if self._known is not None and number in self._known.channels:
+                self._add_channel(self._known.channels[number])
             if number in self._channels:
                 self._writer.add_message(
                     self._channels[number], time, data[MESSAGE_START.size :], published, sequence
@@ -96,6 +99,22 @@ class _Copy:
                 self.damage.append(
                     f"the messages of channel {number} are lost, because its record is damaged"
                 )
+
+    def _add_schema(self, schema: Any) -> None:
+        if schema.id not in self._schemas:
+            new = self._writer.register_schema(schema.name, schema.encoding, schema.data)
+            self._schemas[schema.id] = new
+
+    def _add_channel(self, channel: Any) -> None:
+        if channel.id in self._channels:
+            return
+        if self._known is not None and channel.schema_id in self._known.schemas:
+            self._add_schema(self._known.schemas[channel.schema_id])
+        schema_id = self._schemas.get(channel.schema_id, 0)
+        new = self._writer.register_channel(
+            channel.topic, channel.message_encoding, schema_id, channel.metadata
+        )
+        self._channels[channel.id] = new
 
     def _start(self, profile: str = "ros1") -> None:
         if not self._is_started:
