@@ -347,7 +347,7 @@ class BagReader:
         return [
             Span(number, chunk.start_ns)
             for number, chunk in enumerate(self.layout.chunks)
-            if not ranks.keys().isdisjoint(chunk.counts)
+            if not ranks.keys().isdisjoint(chunk.counts.keys())
             and (start_ns is None or chunk.end_ns >= start_ns)
             and (end_ns is None or chunk.start_ns <= end_ns)
         ]
