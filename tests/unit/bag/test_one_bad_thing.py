@@ -250,7 +250,7 @@ def test_a_wrong_md5_affects_nothing() -> None:
 
 @pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("content", [POINTER, b"", b"no bag"], ids=["pointer", "empty", "other"])
-def test_a_file_that_is_no_bag_does_not_affect_the_others(
+def test_a_file_that_is_not_a_bag_does_not_affect_the_others(
     content: bytes, bad: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     files = ["a.bag", "b.bag", "c.bag"]

@@ -262,7 +262,9 @@ def test_a_missing_library_is_named_in_one_line(missing: str) -> None:
         assert len(ended.stderr.splitlines()) == 1
 
 
-def test_a_name_that_is_no_file_is_a_topic_whatever_it_looks_like(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_that_is_not_a_file_is_a_topic_whatever_it_looks_like(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     topics = ["imu", "/run.bag", "/etc", "~odd/db3"]
     Path("odd.bag").write_bytes(bag_bytes([(topic, Int32(7), 1, 0) for topic in topics]))
 

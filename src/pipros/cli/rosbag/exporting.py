@@ -111,7 +111,7 @@ def _export(
             if _kind(each) == _kind(first):
                 sinks[each.id] = sink
             else:
-                wrong, right = (" ".join(_kind(one)) for one in (each, first))
+                wrong, right = (" ".join(_kind(side)) for side in (each, first))
                 left_out.message(topic, f"their type is {wrong}, not {right}")
     wanted = [each for connections in of_topic.values() for each in connections if each.id in sinks]
     try:

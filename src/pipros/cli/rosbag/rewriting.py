@@ -149,7 +149,7 @@ def _recover_mcap(source: Path, file: Any, progress: Progress) -> list[str]:
 def _recover_sqlite(source: Path, file: Any, _: Progress) -> list[str]:
     others = other_bags()
     if others is None:
-        raise BagError("ROS 2 bags need pipros.ros2, which is not installed")
+        raise BagError("this installation cannot read SQLite files")
     return others.recover(source, file)
 
 

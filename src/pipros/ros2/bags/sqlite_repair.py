@@ -24,6 +24,7 @@ def recover(path: Path, file: BinaryIO) -> list[str]:
     target = Path(file.name)
     with closing(opened_database(path)) as old, closing(sqlite3.connect(target, isolation_level=None)) as new:
         try:
+            old.execute("PRAGMA writable_schema = ON")  # otherwise, SQLite refuses files that are too short
             check_tables(old, str(path))
         except sqlite3.Error as error:
             raise BagFormatError(f"{path} cannot be recovered: {error}") from error
