@@ -51,6 +51,8 @@ def image_npy(message: Any) -> bytes:
     Raises:
         PictureError: the encoding is unknown, or there are no pixels, or pixels are missing.
     """
+    if not message.width or not message.height:
+        raise PictureError(f"the image is empty: {message.width} x {message.height} pixels")
     name = message.encoding
     try:
         found = Encoding(name, "8U", 2) if len(LAYOUTS.get(name, "")) == 4 else None
@@ -58,8 +60,6 @@ def image_npy(message: Any) -> bytes:
     except UnknownEncoding as error:
         raise PictureError(printable(error)) from None
     _check_size(message, found)
-    if not message.width or not message.height:
-        raise PictureError(f"the image is empty: {message.width} x {message.height} pixels")
     rows = message.height
     if name in LAYOUTS:
         rows = plane_rows(name, rows, len(message.data), message.step)
