@@ -20,6 +20,7 @@ from pipros.bag.mcap_records import (
     parsed,
     read_summary,
 )
+from pipros.bag.records import checked_time
 from pipros.bag.scan import Progress
 from pipros.bag.source import Source
 from pipros.basics.limits import Limits
@@ -59,6 +60,7 @@ class _Copy:
         self._schemas: dict[int, int] = {0: 0}
         self._channels: dict[int, int] = {}
         self._lost: set[int] = set()
+        self._odd: set[int] = set()
         self._known: McapSummary | None = None
         self.damage: list[str] = []
 
@@ -88,6 +90,13 @@ class _Copy:
             )
         else:
             number, sequence, time, published = MESSAGE_START.unpack_from(data)
+            try:
+                checked_time(time, f"a message of channel {number} is lost")
+            except BagFormatError as error:
+                if number not in self._odd:
+                    self._odd.add(number)
+                    self.damage.append(str(error))
+                return
             if self._known is not None and number in self._known.channels:
                 self._add_channel(self._known.channels[number])
             if number in self._channels:
