@@ -13,7 +13,8 @@ import tracemalloc
 
 from pipros.bag.errors import BagError
 from pipros.bag.info import bag_info, info_text
-from pipros.bag.mcap_files import McapReader, recover
+from pipros.bag.mcap_files import McapReader
+from pipros.bag.mcap_repair import recover
 from pipros.basics.limits import Limits
 from tests.fuzz import mutation
 
@@ -55,7 +56,13 @@ def _repair(data: bytes) -> None:
             recover(file.name, made, LIMITS, lambda _: None)
         except BagError:
             return
-    for _ in McapReader(made, limits=LIMITS).raw_messages():
+    try:
+        bag = McapReader(made, limits=LIMITS)
+    except BagError as error:
+        if "no topic can be read" in str(error):  # records of other encodings are copied, too
+            return
+        raise
+    for _ in bag.raw_messages():
         pass
 
 

@@ -458,3 +458,24 @@ def test_a_bag_of_ros2_is_played_as_ros1(ros: RosSystem, master: Master, make_no
 
     assert [message.data for message in inbox.wait(20)] == list(range(20))
     assert player.wait() == 0
+
+
+def test_only_topics_that_would_be_played_need_legal_names(
+    ros: RosSystem, master: Master, make_node: MakeNode
+) -> None:
+    rows: list[Any] = [
+        ("/number", Int32(1), 10, 0),
+        ("/number", Int32(2), 11, 0),
+        ("/no topic!", Int32(3), 20, 0),
+    ]
+    (ros.home / "run.bag").write_bytes(bag_bytes(rows))
+    inbox = Inbox()
+    make_node("listener").subscribe("/number", Int32, inbox)
+
+    part = start(ros, master, "play", "-i", "-d", "1", "-u", "5", "run.bag")
+
+    assert part.wait() == 0
+    wait_until(lambda: [message.data for message in inbox.messages] == [1, 2])
+    whole = start(ros, master, "play", "-i", "run.bag")
+    assert whole.wait() == 1
+    assert "[/no topic!] is not a legal topic name" in whole.output

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from pipros.bag import BagFormatError, NotIndexed
-from pipros.bag.mcap_files import McapReader, recover
+from pipros.bag.mcap_files import McapReader
 from pipros.bag.mcap_records import McapSummary
+from pipros.bag.mcap_repair import recover
 from pipros.basics.limits import Limits
 from tests.support.mcap import chunk_record, index_of, mcap_bytes, messages_record, with_summary
 from tests.support.memory import memory_of

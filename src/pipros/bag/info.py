@@ -46,7 +46,10 @@ class BagTopic:
 
 @dataclass(frozen=True, slots=True)
 class BagInfo:
-    """Summary of a bag. `start` and `end` are in seconds, or None if there are no messages."""
+    """Summary of a bag. `start` and `end` are in seconds, or None if there are no messages.
+
+    `left_out` lists the topics and files that cannot be read, with the reasons.
+    """
 
     path: str | None
     version: str
@@ -58,6 +61,7 @@ class BagInfo:
     compressions: Sequence[Compression] = ()
     types: Sequence[tuple[str, str]] = ()
     topics: Sequence[BagTopic] = field(default=())
+    left_out: Sequence[tuple[str, str]] = ()
 
     @property
     def compression(self) -> Compression:
@@ -78,7 +82,9 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
     Raises:
         BagFormatError: a header or an index is damaged.
     """
-    known = BagInfo(path, bag.format_name, bag.size)
+    known = BagInfo(
+        path, bag.format_name, bag.size, left_out=(*bag.skipped_files.items(), *bag.skipped.items())
+    )
     if not bag.message_count and not bag.connections:
         return known
     has_messages = bag.message_count > 0
@@ -93,6 +99,7 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
         compressions=compressions(bag),
         types=sorted({(connection.type, connection.md5sum) for connection in bag.connections}),
         topics=topics(bag, with_frequencies=with_frequencies),
+        left_out=known.left_out,
     )
 
 
@@ -119,10 +126,9 @@ def topics(
     times = bag.times_ns() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)
     found = []
-    for name in sorted({connection.topic for connection in bag.connections}):
+    for name, connections in sorted(bag.connections_by_topic().items()):
         if chosen is not None and name not in chosen:
             continue
-        connections = bag.connections_of(name)
         messages = sum(counts[connection.id] for connection in connections)
         frequency = None
         if with_frequencies and messages > 1:
@@ -153,6 +159,7 @@ def _printable(info: BagInfo) -> BagInfo:
         compressions=[replace(each, name=listed(each.name)) for each in info.compressions],
         types=[(listed(name), listed(md5sum)) for name, md5sum in info.types],
         topics=[replace(each, topic=listed(each.topic), type=listed(each.type)) for each in info.topics],
+        left_out=[(listed(name), listed(reason)) for name, reason in info.left_out],
     )
 
 
@@ -173,6 +180,7 @@ def info_text(info: BagInfo) -> str:
         rows += _compression_rows(info)
         rows += _column("types", _type_lines(info))
         rows += _column("topics", _topic_lines(info))
+    rows += _column("left out", [f"{name}: {reason}" for name, reason in info.left_out])
     width = max(len(label) for label, _ in rows) + 1
     return "\n".join(f"{label + ':' if label else '':{width}} {text}" for label, text in rows).rstrip()
 
@@ -256,8 +264,10 @@ def info_tree(info: BagInfo) -> dict[str, Any]:
     info = _printable(info)
     tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
     tree["version"] = info.version
+    left_out = [{"name": name, "reason": reason} for name, reason in info.left_out]
     if not info.is_indexed:
-        return {**tree, "size": info.size, "indexed": False}
+        tree |= {"size": info.size, "indexed": False}
+        return {**tree, "left_out": left_out} if left_out else tree
     if info.start is not None and info.end is not None:
         tree["duration"] = f"{info.end - info.start:.6f}"
         tree["start"] = f"{info.start:.6f}"
@@ -268,7 +278,7 @@ def info_tree(info: BagInfo) -> dict[str, Any]:
         tree |= {"uncompressed": total.uncompressed, "compressed": total.compressed}
     tree["types"] = [{"type": name, "md5": md5sum} for name, md5sum in info.types]
     tree["topics"] = [_topic_tree(each) for each in info.topics]
-    return tree
+    return {**tree, "left_out": left_out} if left_out else tree
 
 
 def _topic_tree(topic: BagTopic) -> dict[str, Any]:

@@ -50,6 +50,11 @@ class BagLayout:
     damage: list[str] = field(default_factory=list)
 
 
+GIT_LFS = b"version https://git-lfs"
+"""The first bytes of a file that stands for a file in Git's large file storage."""
+IS_POINTER = "is not a bag, but a pointer of Git LFS; `git lfs pull` fetches the file itself"
+
+
 def read_version(source: Source) -> tuple[Version, int]:
     """Return a bag's format version and the position of its first record.
 
@@ -60,6 +65,8 @@ def read_version(source: Source) -> tuple[Version, int]:
     line, newline, _ = start.partition(b"\n")
     if not start:
         raise BagError(f"{source.name} is an empty file")
+    if start.startswith(GIT_LFS):
+        raise BagError(f"{source.name} {IS_POINTER}")
     version = parse_version(line) if newline else None
     if version is None:
         raise BagError(f"{source.name} is not a bag: it must begin with {MAGIC.decode().strip()}")

@@ -10,7 +10,6 @@ The profile is `ros1`: messages have the encoding `ros1`, their definitions are 
 from __future__ import annotations
 
 import errno
-import os
 import struct
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -22,14 +21,13 @@ from pipros.bag.errors import BagError, BagFormatError, NoMessages, NotIndexed
 from pipros.bag.index import ChunkHeader
 from pipros.bag.layout import REPAIR, BagLayout
 from pipros.bag.mcap_messages import McapMessages
-from pipros.bag.mcap_records import CHANNEL, MESSAGE_START, SCHEMA, all_records, parsed, read_summary
+from pipros.bag.mcap_records import read_summary
 from pipros.bag.reader import BagReader
 from pipros.bag.records import Version, checked_time
-from pipros.bag.scan import Progress
-from pipros.bag.source import Source
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits
+from pipros.basics.printable import listed
 from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
 
@@ -77,7 +75,7 @@ def mcap_library() -> Any:
     return mcap
 
 
-def connection_of(channel: Any, schema: Any, name: str) -> Connection:
+def connection_of(channel: Any, schema: Any) -> Connection:
     """Convert a channel into a connection.
 
     Raises:
@@ -87,8 +85,8 @@ def connection_of(channel: Any, schema: Any, name: str) -> Connection:
         encoding = "no schema" if schema is None else schema.encoding
         hint = " (ROS 2 messages)" if channel.message_encoding == "cdr" else ""
         raise BagError(
-            f"{name}: messages on [{channel.topic}] must have the encoding ros1 and a "
-            f"schema with the encoding ros1msg, got {channel.message_encoding} with {encoding}{hint}"
+            "the messages must have the encoding ros1 and a schema with the encoding ros1msg, "
+            f"got {channel.message_encoding} with {encoding}{hint}"
         )
     header = {"topic": channel.topic, "type": schema.name, **channel.metadata}
     fields = {name: value.encode() for name, value in header.items()}
@@ -98,12 +96,14 @@ def connection_of(channel: Any, schema: Any, name: str) -> Connection:
         try:
             fields["md5sum"] = ClassFinder().find(schema.name, "", definition)._md5sum.encode()
         except PiprosError as error:
-            raise BagError(f"{name}: the definition of [{channel.topic}] is broken: {error}") from error
+            raise BagError(f"the definition of {schema.name} is broken: {error}") from error
     return Connection(channel.id, channel.topic, fields)
 
 
 class McapReader(BagReader):
     """Reader for an MCAP file with ROS 1 messages, with the methods of `BagReader`.
+
+    Topics with other messages are skipped, unless there are no others.
 
     Args:
         path: a path, or a binary file open for reading. `close` closes the file.
@@ -111,7 +111,7 @@ class McapReader(BagReader):
     Raises:
         NotIndexed: the file has no readable summary, for example because it is still being written or its
             writer was killed.
-        BagError: the library is missing, the file is damaged, or its messages are not ROS 1 messages.
+        BagError: the library is missing, the file is damaged, or none of its topics has ROS 1 messages.
     """
 
     def __init__(self, path: Any, *, limits: Limits | None = None) -> None:
@@ -129,7 +129,13 @@ class McapReader(BagReader):
             self._summary = summary
             for channel in self._summary.channels.values():
                 schema = self._summary.schemas.get(channel.schema_id)
-                self.layout.connections[channel.id] = connection_of(channel, schema, self._source.name)
+                try:
+                    self.layout.connections[channel.id] = connection_of(channel, schema)
+                except BagError as error:
+                    self.skipped.setdefault(channel.topic, str(error))
+            if self.skipped and not self.layout.connections:
+                topic, reason = next(iter(self.skipped.items()))
+                raise BagError(f"{self._source.name}: no topic can be read; [{listed(topic)}]: {reason}")
         except BaseException:
             self.close()
             raise
@@ -140,6 +146,8 @@ class McapReader(BagReader):
 
     @property
     def message_count(self) -> int:
+        if self.skipped:
+            return sum(self.count_by_connection().values())
         return int(self._summary.statistics.message_count)
 
     def count_by_connection(self) -> dict[int, int]:
@@ -190,47 +198,6 @@ class McapReader(BagReader):
             ):
                 checked_time(time_ns, self._source.name)
                 yield wanted[channel], time_ns, data, chunk, offset
-
-
-def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
-    """Copy the messages that precede the first damaged record of an MCAP file to `file`, and add a summary.
-
-    Return descriptions of the damage; the list is empty if there is none.
-
-    Raises:
-        BagError: the library is missing, or the file contains messages that are not ROS 1 messages.
-    """
-    mcap_library()
-    from mcap.records import Channel, Schema
-
-    writer = McapWriter(file, compression="zstd")
-    schemas: dict[int, Any] = {}
-    connections: dict[int, Connection] = {}
-    with open(path, "rb") as old:
-        source = Source(old, os.fspath(path), limits)
-        try:
-            with translated(source.name):
-                for kind, data in all_records(source, limits, progress):
-                    if kind == SCHEMA:
-                        schema = parsed(Schema, data)
-                        schemas[schema.id] = schema
-                    elif kind == CHANNEL:
-                        channel = parsed(Channel, data)
-                        if channel.id not in connections:
-                            connection = connection_of(channel, schemas.get(channel.schema_id), source.name)
-                            new = writer.add_connection(connection.topic, connection.header)
-                            connections[channel.id] = new
-                    else:
-                        channel_id, _, time, _ = MESSAGE_START.unpack_from(data)
-                        if channel_id in connections:
-                            stamp = divmod(checked_time(time, source.name), NS_PER_S)
-                            writer.write(connections[channel_id], *stamp, data[MESSAGE_START.size :])
-        except BagFormatError as error:
-            damage = [str(error)]
-        else:
-            damage = []
-    writer.finish()
-    return damage
 
 
 class McapWriter:

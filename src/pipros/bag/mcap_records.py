@@ -26,7 +26,8 @@ from pipros.basics.limits import Limits
 
 MAGIC = b"\x89MCAP0\r\n"
 
-FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, CHUNK_INDEX, STATISTICS, DATA_END = 2, 3, 4, 5, 6, 8, 11, 15
+HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK = 1, 2, 3, 4, 5, 6
+CHUNK_INDEX, ATTACHMENT, STATISTICS, METADATA, DATA_END = 8, 9, 11, 12, 15
 
 RECORD = Struct("<BQ")
 MESSAGE_START = Struct("<HIQQ")
@@ -143,6 +144,14 @@ def read_summary(source: Source) -> McapSummary | None:
     return summary
 
 
+def read_profile(source: Source) -> str:
+    """Return the profile in a file's header. Damaged records raise the library's errors."""
+    from mcap.records import Header
+
+    op, position, size = next(records(source, len(MAGIC)))
+    return str(parsed(Header, source.data(position, size)).profile) if op == HEADER else ""
+
+
 def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
     """Yield the kind, content position and content size of each record, starting at `position`.
 
@@ -223,29 +232,37 @@ def message_entries(
 
 
 def all_records(
-    source: Source, limits: Limits, progress: Callable[[int], object]
+    source: Source,
+    limits: Limits,
+    progress: Callable[[int], object],
+    on_damage: Callable[[str], object],
 ) -> Iterator[tuple[int, bytes]]:
-    """Yield the kind and content of each schema, channel and message record in a file.
+    """Yield the kind and content of each header, schema, channel, message, metadata and attachment record.
 
-    The summary is not needed.
+    The summary is not needed. If the content of a chunk is damaged, `on_damage` is called with a description,
+    and the records after the chunk follow.
 
     Raises:
-        BagFormatError: the file is not MCAP or is truncated, or a record is damaged.
+        BagFormatError: the file is not MCAP or is truncated, or a record outside of chunks is damaged.
     """
     if source.read(0, min(source.size, len(MAGIC))) != MAGIC:
         raise BagFormatError(f"{source.name} is not an MCAP file")
     for op, position, size in records(source, len(MAGIC)):
         progress(position)
         if op == CHUNK:
-            chunk = read_chunk(source, position - RECORD.size)
-            data = read_chunk_data(source, chunk.header, limits)
-            check_content(source, chunk, data)
-            for inner, at, length in records_in(data, source.at(position)):
-                if inner in (SCHEMA, CHANNEL, MESSAGE):
-                    yield inner, data[at : at + length]
-        elif op in (SCHEMA, CHANNEL):
+            source.read(position + size - 1, min(size, 1))  # the file ends within a truncated chunk
+            try:
+                chunk = read_chunk(source, position - RECORD.size)
+                data = read_chunk_data(source, chunk.header, limits)
+                check_content(source, chunk, data)
+                for inner, at, length in records_in(data, source.at(position)):
+                    if inner in (SCHEMA, CHANNEL, MESSAGE):
+                        yield inner, data[at : at + length]
+            except BagFormatError as error:
+                on_damage(str(error))
+        elif op in (HEADER, SCHEMA, CHANNEL, METADATA):
             yield op, source.data(position, size)
-        elif op == MESSAGE:
+        elif op in (MESSAGE, ATTACHMENT):
             yield op, source.read(position, size)
         elif op == DATA_END:
             return

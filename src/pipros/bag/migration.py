@@ -12,11 +12,12 @@ from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
 from pipros.bag.migration_rules import MigrationRule
 from pipros.bag.migration_update import Update
-from pipros.bag.reader import BagReader
+from pipros.bag.reader import BagReader, received_at
 from pipros.bag.writer import MessageWriter
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.errors import DeserializationError
 from pipros.msg.time import NS_PER_S
 
 _LONGEST_CHAIN = 50
@@ -49,13 +50,25 @@ class Migrator:
         self._parts: dict[tuple[type[Message], str], type[Message] | None] = {}
 
     def changes(self, bag: BagReader) -> list[TypeChange]:
-        """Return the types in a bag that need migration. Raise `BagError` if a definition is malformed."""
+        """Return the types in a bag that need migration.
+
+        Connections whose definition is malformed are added to `bag.skipped`, and `fix` leaves them out.
+        """
         found: dict[Kind, TypeChange] = {}
+        seen: set[tuple[str, str, str]] = set()
         for connection in bag.connections:
             old = connection.type, connection.md5sum
+            if old in found or (*old, connection.definition) in seen:
+                continue
+            seen.add((*old, connection.definition))
             target = self.target(connection)
-            if target is not None and old not in found:
-                missing = dict.fromkeys(self._missing(bag.class_of(connection), target))
+            if target is not None:
+                try:
+                    made = bag.class_of(connection)
+                except BagError as error:
+                    bag.skipped.setdefault(connection.topic, str(error))
+                    continue
+                missing = dict.fromkeys(self._missing(made, target))
                 found[old] = TypeChange(old, (target._type, target._md5sum), tuple(missing))
         return list(found.values())
 
@@ -177,8 +190,15 @@ class Migrator:
                 )
             written, target = made[connection.id]
             if target is not None:
+                try:
+                    message = bag.decode(stored)
+                except (BagError, DeserializationError) as error:
+                    if bag.on_bad_message is None:
+                        raise
+                    bag.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
+                    continue
                 buffer = io.BytesIO()
-                self.migrate(bag.decode(stored), target).serialize(buffer)
+                self.migrate(message, target).serialize(buffer)
                 data = buffer.getvalue()
             writer.write(written, *divmod(time_ns, NS_PER_S), data)
         writer.finish()

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from typing import Any
 
+from pipros.bag.errors import BagError
+from pipros.bag.layout import GIT_LFS, IS_POINTER
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter
 
@@ -41,6 +43,13 @@ def is_ros1_bag(path: str | os.PathLike[str]) -> bool:
         return False
     with open(path, "rb") as file:
         return file.read(6) != b"SQLite"
+
+
+def check_no_pointer(path: str | os.PathLike[str]) -> None:
+    """Raise `BagError` if a file is a pointer of Git LFS, and `OSError` if it cannot be read."""
+    with open(path, "rb") as file:
+        if file.read(len(GIT_LFS)) == GIT_LFS:
+            raise BagError(f"{os.fspath(path)} {IS_POINTER}")
 
 
 def is_mcap(path: str | os.PathLike[str]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -100,8 +100,8 @@ class Player:
         self._clock_class: Any = None
         self._next_clock_ns = self._steps = 0
         self._advertised_s = self._rate_received_s = 0.0
-        self._topics = {_absolute(topic) for topic in options.topics}
-        self._pause_topics = {_absolute(topic) for topic in options.pause_topics}
+        self._topics = {absolute(topic) for topic in options.topics}
+        self._pause_topics = {absolute(topic) for topic in options.pause_topics}
         self._start_ns, self._end_ns = self._range()
         self._clock = PlaybackClock(self._start_ns, time.monotonic_ns(), options.rate)
 
@@ -139,16 +139,24 @@ class Player:
         wanted = [each for bag in filled for each in filter(self._is_wanted, bag.connections)]
         if not wanted:
             raise BagError("No messages to play on specified topics.  Exiting.")
-        for each in wanted:
-            if not is_legal_topic(self._options.prefix + each.topic):
-                raise BagError(
-                    f"[{self._options.prefix}{each.topic}] is not a legal topic name. "
-                    "Play other topics with --topics"
-                )
+        for bag in filled:
+            self._check_names(bag, start_ns, end_ns)
         return start_ns, end_ns
 
+    def _check_names(self, bag: BagReader, start_ns: int, end_ns: int) -> None:
+        """Refuse illegal names of topics that would be played. The others are not advertised."""
+        illegal = [each for each in filter(self._is_wanted, bag.connections) if not self._is_legal(each)]
+        for connection, *_ in bag.stored_fields(illegal, start_ns, end_ns) if illegal else ():
+            raise BagError(
+                f"[{self._options.prefix}{listed(connection.topic)}] is not a legal topic name. "
+                "Play other topics with --topics"
+            )
+
+    def _is_legal(self, connection: Connection) -> bool:
+        return is_legal_topic(self._options.prefix + connection.topic)
+
     def _is_wanted(self, connection: Connection) -> bool:
-        return not self._topics or _absolute(connection.topic) in self._topics
+        return is_played(self._topics, connection.topic)
 
     # ---- publishers
 
@@ -156,7 +164,7 @@ class Player:
         self._advertised_s = time.monotonic()
         taken: dict[str, str] = {}
         for number, bag in enumerate(self._bags):
-            for connection in filter(self._is_wanted, bag.connections):
+            for connection in filter(self._is_legal, filter(self._is_wanted, bag.connections)):
                 topic = self._options.prefix + connection.topic
                 if taken.get(topic, connection.md5sum) != connection.md5sum:
                     kind = listed(connection.type)
@@ -204,7 +212,7 @@ class Player:
             publisher = self._publishers.get((number, connection.id))
             if publisher is not None:
                 publisher[0].publish(publisher[1](data))
-            if _absolute(connection.topic) in self._pause_topics:
+            if absolute(connection.topic) in self._pause_topics:
                 self._clock.pause(time.monotonic_ns())
         self._wait_until(self._end_ns)
 
@@ -290,8 +298,14 @@ def _class_of(connection: Connection) -> Any:
     )
 
 
-def _absolute(topic: str) -> str:
+def absolute(topic: str) -> str:
+    """Return a topic's name with a slash at its beginning, and none at its end."""
     return "/" + topic.strip("/")
+
+
+def is_played(topics: Container[str], topic: str) -> bool:
+    """Return whether a topic is among the absolute names, which are empty to play all."""
+    return not topics or absolute(topic) in topics
 
 
 def _ns(seconds: float) -> int:

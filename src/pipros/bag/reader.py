@@ -27,6 +27,7 @@ from pipros.bag.scan import Progress, scan
 from pipros.bag.source import SeekableFile, Source
 from pipros.basics.limits import Limits, process_limits
 from pipros.msg.class_finder import ClassFinder, MissingDefinition
+from pipros.msg.errors import DeserializationError
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import NS_PER_S, Time
 
@@ -69,6 +70,10 @@ class BagReader:
 
     Attributes:
         layout: connections and chunks.
+        skipped, skipped_files: map each topic, or file of a bag of several files, that cannot be read to the
+            reason. The others are not affected.
+        on_bad_message: called with the topic and the reason for each message that does not match its
+            definition, which is then left out; None (the default) to raise an error instead.
 
     >>> with BagReader("run.bag") as bag:                              # doctest: +SKIP
     ...     for topic, message, time, _ in bag.messages(["/chatter"]):
@@ -89,6 +94,9 @@ class BagReader:
         self._classes = ClassFinder()
         self._chunk_headers: dict[int, ChunkHeader] = {}
         self._owned: Any = None
+        self.skipped: dict[str, str] = {}
+        self.skipped_files: dict[str, str] = {}
+        self.on_bad_message: Callable[[str, str], object] | None = None
         if isinstance(file, str | os.PathLike):
             name = name or os.fspath(file)
             file = self._owned = Path(file).open("rb")  # noqa: SIM115 # closed by `close`
@@ -339,7 +347,7 @@ class BagReader:
         return [
             Span(number, chunk.start_ns)
             for number, chunk in enumerate(self.layout.chunks)
-            if not ranks.keys().isdisjoint(chunk.counts)
+            if not ranks.keys().isdisjoint(chunk.counts.keys())
             and (start_ns is None or chunk.end_ns >= start_ns)
             and (end_ns is None or chunk.start_ns <= end_ns)
         ]
@@ -398,7 +406,14 @@ class BagReader:
             cls = classes.get(connection.id)
             if cls is None:
                 cls = classes[connection.id] = self.class_of(connection)
-            yield connection, time_ns, cls().deserialize(data)
+            try:
+                message = cls().deserialize(data)
+            except DeserializationError as error:
+                if self.on_bad_message is None:
+                    raise
+                self.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
+                continue
+            yield connection, time_ns, message
 
     def decode(self, stored: StoredMessage) -> Any:
         """Deserialize one message; see `messages` for errors."""
@@ -417,6 +432,13 @@ class BagReader:
         if not isinstance(times, slice) or times.step is not None:
             raise TypeError(f"the index must be a slice without a step, such as bag[10.5:20], got {times!r}")
         return self.messages(None, times.start, times.stop)
+
+    def connections_by_topic(self) -> dict[str, list[Connection]]:
+        """Return all connections, in file order, by topic."""
+        found: dict[str, list[Connection]] = {}
+        for connection in self.layout.connections.values():
+            found.setdefault(connection.topic, []).append(connection)
+        return found
 
     def connections_of(self, topics: Iterable[str] | str | None) -> list[Connection]:
         """Return the connections for the given topics, or all connections if `topics` is None."""
@@ -459,6 +481,11 @@ def usual_headers(connection: int) -> tuple[bytes, bytes]:
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
     return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time
+
+
+def received_at(time_ns: int) -> str:
+    """Describe a message by its time of receipt, for error messages."""
+    return "the message received at {}.{:09d}".format(*divmod(time_ns, NS_PER_S))
 
 
 def ns_of(time: Time | Stamp | float | None) -> int | None:

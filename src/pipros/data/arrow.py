@@ -13,6 +13,7 @@ from pipros.msg.bulk.columns import Column, ListColumn, RecordColumn, TextColumn
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+_ALIGNMENT = 8
 _MAX_OFFSET = (1 << 31) - 1
 """Maximum offset of Arrow's ordinary lists and strings."""
 
@@ -30,6 +31,12 @@ def arrow_table(columns: Mapping[str, Column], gaps: Mapping[str, NDArray[np.boo
     return pa.Table.from_arrays(arrays, list(columns))
 
 
+def _aligned(column: NDArray[Any]) -> NDArray[Any]:
+    """Return a contiguous array at an address that suits Arrow, which would otherwise print warnings."""
+    made = np.ascontiguousarray(column)
+    return made if made.ctypes.data % _ALIGNMENT == 0 else made.copy()
+
+
 def _array(pa: Any, column: Column, gaps: NDArray[np.bool_] | None = None) -> Any:
     if gaps is None or not gaps.any():
         return _whole(pa, column)
@@ -40,7 +47,7 @@ def _array(pa: Any, column: Column, gaps: NDArray[np.bool_] | None = None) -> An
 
 def _whole(pa: Any, column: Column) -> Any:
     if isinstance(column, np.ndarray):
-        flat = pa.array(np.ascontiguousarray(column).reshape(-1))
+        flat = pa.array(_aligned(column).reshape(-1))
         return flat if column.ndim == 1 else pa.FixedSizeListArray.from_arrays(flat, column.shape[1])
     if isinstance(column, RecordColumn):
         names = list(column.columns)
@@ -54,5 +61,5 @@ def _whole(pa: Any, column: Column) -> Any:
         return kind.from_arrays(pa.array(offsets), _whole(pa, column.values))
     kind = "string" if isinstance(column, TextColumn) else "binary"
     text_type = getattr(pa, f"large_{kind}" if is_large else kind)()
-    data = pa.py_buffer(np.ascontiguousarray(column.data))
+    data = pa.py_buffer(_aligned(column.data))
     return pa.Array.from_buffers(text_type, len(column), [None, pa.py_buffer(offsets), data])

@@ -17,7 +17,7 @@ from pipros.bag.errors import BagError, BagFormatError, NoMessages
 from pipros.bag.info import bag_info, info_html
 from pipros.bag.merge import merged_raw
 from pipros.bag.opening import is_ros1_bag, open_bag
-from pipros.bag.reader import BagReader, ns_of
+from pipros.bag.reader import BagReader, ns_of, received_at
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import listed
@@ -25,6 +25,7 @@ from pipros.basics.rooms import offered
 from pipros.data.chunks import MessageGroup, grouped, joined_groups, message_groups
 from pipros.data.limits import DataLimits
 from pipros.data.table import RECEIPT, Table, joined_tables
+from pipros.msg.bulk.columns import Column
 from pipros.msg.bulk.decode import MalformedMessage, decode
 from pipros.msg.bulk.plans import MessagePlan, plan_of
 from pipros.msg.time import NS_PER_S, Time
@@ -70,11 +71,14 @@ class Bags:
 
     Attributes:
         readers: the bags, ordered by the times of their first messages.
+        on_bad_message: called with the topic and the reason for each message that does not match its
+            definition, which is then left out; None (the default) to raise an error instead.
     """
 
     def __init__(self, readers: Iterable[BagReader], limits: Limits | None = None) -> None:
         self.readers = sorted(readers, key=_start_of)
         self._limits = (limits or process_limits()).of(DataLimits)
+        self.on_bad_message: Callable[[str, str], object] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -102,8 +106,9 @@ class Bags:
     def count(self, topic: str) -> int:
         """Return the number of messages on a topic."""
         return sum(
-            bag.count_by_connection().get(each.id, 0)
+            counts.get(each.id, 0)
             for bag in self.readers
+            for counts in [bag.count_by_connection()]
             for each in bag.connections_of(topic)
         )
 
@@ -194,6 +199,8 @@ class Bags:
         """Return the connections of a topic. Raise `NoSuchTopic` if there are none."""
         found = [(bag, each) for bag in self.readers for each in bag.connections_of(topic)]
         if not found:
+            for reason in [bag.skipped[topic] for bag in self.readers if topic in bag.skipped]:
+                raise NoSuchTopic(f"[{listed(topic)}] is left out: {listed(reason)}")
             known = ", ".join(map(listed, self.topics()))
             raise NoSuchTopic(f"no bag has the topic [{listed(topic)}]; the topics are {known or 'none'}")
         return found
@@ -212,18 +219,30 @@ class Bags:
             raise ValueError(f"every must be >= 1, got {every}")
         plan = self._plan(topic)
         done = 0
-        for part in self._parts(topic, ns_of(start), ns_of(end), every, limit):
+        for read in self._parts(topic, ns_of(start), ns_of(end), every, limit):
+            part, columns = self._decoded(topic, plan, read, datetimes)
             times = part.times
-            try:
-                columns = decode(plan, part.data, np.cumsum(part.sizes), datetimes=datetimes)
-            except MalformedMessage as error:
-                time = "{}.{:09d}".format(*divmod(int(times[error.row]), NS_PER_S))
-                raise BagFormatError(f"the message on {listed(topic)} received at {time}: {error}") from None
             receipt = times.view("M8[ns]") if datetimes else times
             yield part, Table(topic, plan.type, {RECEIPT: receipt, **columns})
             done += len(times)
             if progress is not None:
                 progress(done)
+
+    def _decoded(
+        self, topic: str, plan: MessagePlan, part: MessageGroup, datetimes: bool
+    ) -> tuple[MessageGroup, dict[str, Column]]:
+        """Return the messages that match their definition, and their columns."""
+        try:
+            return part, decode(plan, part.data, np.cumsum(part.sizes), datetimes=datetimes)
+        except MalformedMessage as error:
+            if self.on_bad_message is None:
+                time = "{}.{:09d}".format(*divmod(int(part.times[error.row]), NS_PER_S))
+                raise BagFormatError(f"the message on {listed(topic)} received at {time}: {error}") from None
+        bad = dict(_malformed(plan, part, 0))
+        for row, reason in bad.items():
+            self.on_bad_message(topic, f"{received_at(int(part.times[row]))}: {reason}")
+        kept = part.take(np.delete(np.arange(len(part.sizes)), list(bad)))
+        return kept, decode(plan, kept.data, np.cumsum(kept.sizes), datetimes=datetimes)
 
     def _plan(self, topic: str) -> MessagePlan:
         found: dict[tuple[str, str], tuple[str, Any]] = {}
@@ -265,6 +284,22 @@ class Bags:
         for bag in bags:
             wanted = bag.connections_of(topic)
             yield from message_groups(bag, wanted, start, end, limit)
+
+
+def _malformed(plan: MessagePlan, part: MessageGroup, first: int) -> Iterator[tuple[int, str]]:
+    """Yield the number of each message that does not match its definition, counted from `first`.
+
+    The messages are halved until each half is good or a single message.
+    """
+    count = len(part.sizes)
+    try:
+        decode(plan, part.data, np.cumsum(part.sizes))
+    except MalformedMessage as error:
+        if count == 1:
+            yield first, str(error)
+            return
+        for begin, end in ((0, count // 2), (count // 2, count)):
+            yield from _malformed(plan, part.take(np.arange(begin, end)), first + begin)
 
 
 def matching_files(path: BagPath) -> list[str]:

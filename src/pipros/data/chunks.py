@@ -6,7 +6,7 @@ follow from the index. Other bags, MCAP files and ROS 2 bags are read message by
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -127,7 +127,7 @@ def _of_chunks(
     chunks = [
         (chunk, number)
         for number, chunk in enumerate(bag.chunks)
-        if not wanted.isdisjoint(chunk.counts)
+        if not wanted.isdisjoint(chunk.counts.keys())
         and (start_ns is None or chunk.end_ns >= start_ns)
         and (end_ns is None or chunk.start_ns <= end_ns)
     ]
@@ -139,12 +139,13 @@ def _of_chunks(
         raise _Unusual
     numbers = [number for _, number in chunks]
     chunk_reader = _ChunkReader(bag)
-    count = sum(chunk.counts.get(each, 0) for chunk, _ in chunks for each in wanted)
+    count = sum(chunk.counts[each] for chunk, _ in chunks for each in wanted & chunk.counts.keys())
     collected = _CollectedMessages(limit, count)
+    rank_of = {connection.id: rank for rank, connection in enumerate(connections)}
     try:
         for at, (chunk, number) in enumerate(chunks):
             data = chunk_reader.read(number, numbers[at + 1 : at + 9])
-            times, begins, sizes = _messages(bag, number, connections, data)
+            times, begins, sizes = _messages(bag, number, rank_of, data)
             if len(times) and not chunk.start_ns <= times[0] <= times[-1] <= min(chunk.end_ns, TIMES_NS - 1):
                 raise _Unusual
             first = 0 if start_ns is None else int(np.searchsorted(times, start_ns, "left"))
@@ -225,15 +226,15 @@ class _ChunkReader:
 
 
 def _messages(
-    bag: BagReader, number: int, connections: Sequence[Connection], data: NDArray[np.uint8]
+    bag: BagReader, number: int, rank_of: Mapping[int, int], data: NDArray[np.uint8]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Return the times, positions and sizes of the messages in a chunk, in the order of `BagReader`."""
     index = bag.chunk_index(number)
     found = []
-    for rank, connection in enumerate(connections):
-        entries = np.frombuffer(index.get(connection.id, b""), _LENGTH).reshape(-1, 3).astype(np.int64)
+    for identity in rank_of.keys() & index.keys():
+        entries = np.frombuffer(index[identity], _LENGTH).reshape(-1, 3).astype(np.int64)
         times, offsets = entries[:, 0] * NS_PER_S + entries[:, 1], entries[:, 2]
-        headers = [np.frombuffer(each, np.uint8) for each in usual_headers(connection.id)]
+        headers = [np.frombuffer(each, np.uint8) for each in usual_headers(identity)]
         size = len(headers[0])
         begins = offsets + size + 12  # the message follows its time and its size
         if (begins > len(data)).any():
@@ -242,7 +243,9 @@ def _messages(
         if not np.logical_or(*((records == each).all(axis=1) for each in headers)).all():
             raise _Unusual
         sizes = values_at(data, begins - 4, None, _LENGTH).astype(np.int64)
-        found.append((times, begins, sizes, np.full(len(times), rank)))
+        found.append((times, begins, sizes, np.full(len(times), rank_of[identity])))
+    if not found:
+        raise _Unusual
     times, begins, sizes, ranks = (
         found[0] if len(found) == 1 else map(np.concatenate, zip(*found, strict=True))
     )

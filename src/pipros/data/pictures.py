@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from pipros.msg.bulk.columns import Column
+from pipros.pictures.compressed import pixels_of
 from pipros.pictures.encodings import encoding
 from pipros.pictures.errors import PictureError
+from pipros.pictures.yuv import LAYOUTS, plane_rows
 
 _POINT_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Types by `PointField.datatype`."""
@@ -42,16 +44,19 @@ def image_array(row: Mapping[str, Any]) -> Any:
     Raises:
         PictureError: the encoding is unknown, or the rows or the data are too short.
     """
+    name = row["encoding"]
     try:
-        found = encoding(row["encoding"])
+        found = encoding(name if name not in LAYOUTS else "8UC2" if len(LAYOUTS[name]) == 4 else "8UC1")
     except RuntimeError as error:
         raise PictureError(str(error)) from None
     dtype = np.dtype(found.dtype).newbyteorder(">" if row["is_bigendian"] else "<")
     height, width, step, data = int(row["height"]), int(row["width"]), int(row["step"]), row["data"]
+    if name in LAYOUTS:
+        height = plane_rows(name, height, len(data), step)
     line = width * found.channels * dtype.itemsize
     if step < line or len(data) < step * height:
         raise PictureError(
-            f"{width} x {height} pixels of {found.name} need rows of at least {line} bytes, and "
+            f"{width} x {height} pixels of {name} need rows of at least {line} bytes, and "
             f"{max(line, step) * height} bytes in total, got rows of {step}, and {len(data)} in total"
         )
     shape = (height, width) if found.channels == 1 else (height, width, found.channels)
@@ -60,7 +65,7 @@ def image_array(row: Mapping[str, Any]) -> Any:
 
 
 def picture_array(row: Mapping[str, Any]) -> Any:
-    """Return the pixels of a `sensor_msgs/CompressedImage`, in the order blue, green, red.
+    """Return the pixels of a `sensor_msgs/CompressedImage`; see `pixels_of`.
 
     Raises:
         PictureError: the data are not a valid picture.
@@ -68,7 +73,7 @@ def picture_array(row: Mapping[str, Any]) -> Any:
     """
     from pipros.pictures.codecs import codec
 
-    return codec().decode(row["data"])
+    return pixels_of(row["format"], row["data"], codec())
 
 
 def cloud_array(row: Mapping[str, Any]) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.data.bags import open_bags
 from pipros.data.files import print_csv
-from pipros.data.sql import Database, tables_in
+from pipros.data.sql import Database, queried
 
 
 def main() -> int:
@@ -24,9 +24,7 @@ def main() -> int:
             TemporaryDirectory(prefix="tables-") as folder,
             Database(folder, bags.topics()) as database,
         ):
-            for topic, alias in tables_in(sql, bags.topics()).items():
-                database.add(topic, bags.batches(topic), alias=alias)
-            print_csv(database.select(sql))
+            print_csv(queried(database, sql, bags.topics(), bags.batches))
     except (PiprosError, MissingExtra, OSError, MemoryError, ValueError) as error:
         print(str(error) or type(error).__name__, file=sys.stderr)
         return 1

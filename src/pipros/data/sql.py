@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Any
 
@@ -119,6 +119,17 @@ class Database:
         except (self._duckdb.Error, self._arrow.ArrowException) as error:
             raise QueryError(str(error)) from None
 
+    def renamed(self, sql: str, names: Mapping[str, str]) -> str:
+        """Return a query in which tables that are named in double quotes have other names."""
+        data = sql.encode()
+        quoted = {_quoted(old).encode(): _quoted(new).encode() for old, new in names.items()}
+        tokens = [at for at, kind in self._duckdb.tokenize(sql) if kind == self._duckdb.token_type.identifier]
+        for at in reversed(tokens):
+            for old, new in quoted.items():
+                if data.startswith(old, at):
+                    data = data[:at] + new + data[at + len(old) :]
+        return data.decode()
+
     def _work(self, function: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
         """Call a DuckDB function in a thread. In the main thread, many of these functions ignore Ctrl-C."""
         return self._thread.submit(function, *arguments, **options).result()
@@ -130,22 +141,43 @@ class Database:
             raise QueryError(str(error)) from None
 
 
+def queried(
+    database: Database, sql: str, topics: Sequence[str], read: Callable[[str], Iterable[Table]]
+) -> Iterator[Any]:
+    """Add the topics that a query may refer to, and run it; see `Database.select`.
+
+    Names in SQL are not case-sensitive. If topics differ only in case, their tables get other names, and the
+    query must name these topics in double quotes, as they are written.
+    """
+    found = tables_in(sql, topics)
+    counts = Counter(map(str.lower, found))
+    names = {topic: f"{topic} ({number})" for number, topic in enumerate(found) if counts[topic.lower()] > 1}
+    for topic, alias in found.items():
+        database.add(names.get(topic, topic), read(topic), alias=alias)
+    return database.select(database.renamed(sql, names) if names else sql)
+
+
 def tables_in(sql: str, topics: Sequence[str]) -> dict[str, str]:
     """Return the topics that a query may refer to, each with its short name: `imu_data` for `/imu/data`.
 
     The short name is empty if it would be ambiguous. Topics named only in string literals are also
-    returned; this is harmless.
+    returned; this is harmless. Case is ignored, except in names that differ only in case.
     """
     short = {topic: re.sub(r"\W", "_", topic.strip("/")) for topic in topics}
-    counts = Counter([name.lower() for name in (*short.values(), *topics)])
+    shorts = Counter(map(str.lower, (*short.values(), *topics)))
+    exact = Counter((*short.values(), *topics))
+    folded = Counter(map(str.lower, topics))
+    words = set(re.findall(r"\w+", sql)), set(re.findall(r"\w+", sql.lower()))
     text = sql.lower()
     found = {}
     for topic, name in short.items():
-        alias = name if counts[name.lower()] == 1 else ""
-        is_short = bool(alias) and re.search(rf"\b{re.escape(alias.lower())}\b", text) is not None
-        if is_short or topic.lower().replace('"', '""') in text:
-            found[topic] = alias
-    return found
+        is_unique = shorts[name.lower()] == 1
+        is_short = name.lower() in words[1] if is_unique else exact[name] == 1 and name in words[0]
+        whole = topic.replace('"', '""')
+        if is_short or (whole.lower() in text if folded[topic.lower()] == 1 else whole in sql):
+            found[topic] = name if is_unique or exact[name] == 1 else ""
+    aliases = Counter(map(str.lower, found.values()))
+    return {topic: name if aliases[name.lower()] == 1 else "" for topic, name in found.items()}
 
 
 def _quoted(name: str) -> str:

@@ -18,7 +18,8 @@ from typing import Final
 
 from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagError
-from pipros.bag.mcap_files import McapReader, mcap_library, recover
+from pipros.bag.mcap_files import McapReader, mcap_library
+from pipros.bag.mcap_repair import recover
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.rewrite import replaced_file
 from pipros.basics.limits import Limits, process_limits

@@ -8,9 +8,14 @@ same name is not affected.
 
 from __future__ import annotations
 
-from pipros.basics.errors import PiprosError
+import re
+
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.limits import Limits, process_limits
 from pipros.msg.base import Message
+from pipros.msg.language.digest import complete
+from pipros.msg.language.parse import parse_message
+from pipros.msg.language.spec import DefinitionError, MessageSpec
 
 _CLASS_BYTES = 20_000
 """Approximate memory that the class for a small definition uses."""
@@ -70,6 +75,46 @@ def _find(type_name: str, md5sum: str, definition: str) -> type[Message]:
         return installed
     if not definition.strip() and md5sum != _MD5_OF_NO_FIELDS:
         raise MissingDefinition(f"no definition of {type_name} has the md5 sum {md5sum}")
+    try:
+        made = _class_of_text(type_name, definition)
+    except DefinitionError:
+        completed = _completed(type_name, md5sum, definition)
+        if completed is None:
+            raise
+        return completed
+    if made._md5sum != md5sum and md5sum:
+        return _completed(type_name, md5sum, definition) or made
+    return made
+
+
+def _class_of_text(type_name: str, definition: str) -> type[Message]:
     from pipros.msg.dynamic import message_classes_from_text
 
     return message_classes_from_text(type_name, definition)[type_name]
+
+
+def _completed(type_name: str, md5sum: str, definition: str) -> type[Message] | None:
+    """Return the class for a definition that lacks embedded types, or was cut within them.
+
+    rosjava omits them, and some recorders cut long texts. They are taken from installed packages. Return None
+    if the MD5 sum does not then agree.
+    """
+    from pipros.msg.importing.hook import installed_library
+
+    head, *others = re.split(r"^={3,}\s*\n?", definition.replace("\r\n", "\n"), flags=re.MULTILINE)
+    texts = dict(each.removeprefix("MSG: ").split("\n", 1) for each in others if "\n" in each)
+    installed = installed_library().definitions
+
+    def lookup(name: str) -> MessageSpec:
+        try:
+            return installed.message(name)
+        except NotFound:
+            if name not in texts:
+                raise
+            return parse_message(texts[name], name)
+
+    try:
+        whole = complete(parse_message(head, type_name), lookup)
+        return _class_of_text(type_name, whole.full_text()) if whole.md5() == md5sum else None
+    except (DefinitionError, NotFound):
+        return None

@@ -17,6 +17,7 @@ from PIL import Image, ImageDraw
 
 from pipros.basics.printable import printable
 from pipros.pictures.cloud_columns import cloud_columns, point_columns, thinning_step
+from pipros.pictures.compressed import content_of
 from pipros.pictures.encodings import Color
 from pipros.pictures.errors import PictureError
 from pipros.pictures.image_message import encoding_of
@@ -168,7 +169,8 @@ def _image(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[s
 
 def _compressed(message: Any, limit_pixels: int) -> tuple[Image.Image, str, Mapping[str, Any]]:
     try:
-        with Image.open(io.BytesIO(bytes(message.data)), formats=("JPEG", "PNG")) as file:
+        picture = content_of(message.format, bytes(message.data))
+        with Image.open(io.BytesIO(picture), formats=("JPEG", "PNG")) as file:
             size = file.size
             if size[0] * size[1] > limit_pixels:
                 shown = f"{size[0]} x {size[1]}"

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import io
 import struct
 import zlib
 from pathlib import Path
@@ -12,9 +13,10 @@ from sensor_msgs.msg import CompressedImage, Image, JointState
 from std_msgs.msg import Header
 
 from pipros.bag import BagError
-from pipros.bag.images import image_file
+from pipros.bag.images import image_array_file, image_file
 from pipros.cli.rosbag import main
 from pipros.msg.time import Time
+from pipros.pictures.codecs import codec
 from tests.support.bags import bag_bytes
 
 
@@ -86,7 +88,12 @@ def test_samples_are_in_the_order_of_png() -> None:
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        (image("yuv422"), r"got \[yuv422\]"),
+        (image("yuv423"), r"Unrecognized image encoding \[yuv423\]"),
+        (Image(encoding="mono8"), "the image is empty: 0 x 0 pixels"),
+        (Image(encoding="32FC1"), "the image is empty: 0 x 0 pixels"),
+        (CompressedImage(format="jpeg"), "the image is empty"),
+        (CompressedImage(format="jpeg", data=b"no image"), "begins like no known format: 6e 6f 20"),
+        (CompressedImage(format="16UC1; compressedDepth png", data=bytes(12)), "more than 12 bytes, got 12"),
         (image("rgb8", b"x"), "need 2 rows of 6 bytes, got 1 bytes in rows of 6"),
         (image("rgba8"), "need 2 rows of 8 bytes"),
     ],
@@ -103,3 +110,129 @@ def test_mistakes_are_explained(bag: Path, capsys: pytest.CaptureFixture[str]) -
         with pytest.raises(SystemExit) as ended:
             main(["export", *arguments])
         assert ended.value.code == 2
+
+
+def depth_image(encoding: str, values: Any, **more: Any) -> Image:
+    array = numpy.atleast_2d(values)
+    return Image(
+        encoding=encoding,
+        height=array.shape[0],
+        width=array.shape[1],
+        step=array.shape[1] * array.itemsize,
+        data=array.tobytes(),
+        **more,
+    )
+
+
+@pytest.mark.parametrize(
+    ("encoding", "dtype", "is_bigendian"),
+    [
+        ("32FC1", "<f4", 0),
+        ("32FC1", ">f4", 1),
+        ("16SC1", "<i2", 0),
+        ("64FC1", "<f8", 0),
+        ("32SC1", "<i4", 0),
+        ("8SC1", "|i1", 0),
+    ],
+)
+def test_pixels_that_png_cannot_store_become_arrays(encoding: str, dtype: str, is_bigendian: int) -> None:
+    values = numpy.array([[1, 2, -3], [4, 5, 6]], dtype)
+
+    suffix, content = image_file(depth_image(encoding, values, is_bigendian=is_bigendian))
+
+    assert suffix == ".npy"
+    found = numpy.load(io.BytesIO(content))
+    assert (found.dtype, found.tolist()) == (numpy.dtype(dtype), values.tolist())
+
+
+def test_arrays_have_no_padding_and_an_axis_for_channels() -> None:
+    padded = Image(encoding="16SC2", width=1, height=2, step=5, data=b"\1\0\2\0#\3\0\4\0#")
+
+    assert numpy.load(io.BytesIO(image_file(padded)[1])).tolist() == [[[1, 2]], [[3, 4]]]
+
+
+GREEN = {"y": 145, "u": 54, "v": 34}
+
+
+@pytest.mark.parametrize("encoding", ["yuv422", "yuv422_yuy2", "uyvy", "yuyv", "nv12", "nv21"])
+@pytest.mark.parametrize("width", [4, 3])
+def test_yuv_becomes_rgb(encoding: str, width: int) -> None:
+    whole = (width + 1) // 2 * 2
+    if encoding.startswith("nv"):
+        pairs = "uv" if encoding == "nv12" else "vu"
+        rows = "y" * whole * 2 + pairs * (whole // 2)
+    else:
+        rows = ("uyvy" if encoding in ("yuv422", "uyvy") else "yuyv") * (whole // 2) * 2
+    data = bytes(GREEN[each] for each in rows)
+    step = whole if encoding.startswith("nv") else 2 * whole
+
+    suffix, content = image_file(Image(encoding=encoding, width=width, height=2, step=step, data=data))
+
+    assert suffix == ".png"
+    found = numpy.frombuffer(pixels(content), numpy.uint8).reshape(2, 1 + 3 * width)[:, 1:].reshape(-1, 3)
+    assert (abs(found.astype(int) - [0, 255, 1]) <= 1).all()
+    assert (
+        numpy.load(
+            io.BytesIO(
+                image_array_file(Image(encoding=encoding, width=width, height=2, step=step, data=data))
+            )
+        ).dtype
+        == numpy.uint8
+    )
+
+
+@pytest.mark.parametrize(
+    ("start", "suffix"),
+    [
+        (b"\xff\xd8\xff\xe0", ".jpg"),
+        (b"\x89PNG\r\n\x1a\n", ".png"),
+        (b"II*\0", ".tiff"),
+        (b"MM\0*", ".tiff"),
+        (b"BM6\0", ".bmp"),
+        (b"RIFF\x24\0\0\0WEBP", ".webp"),
+        (b"GIF89a", ".gif"),
+    ],
+)
+def test_the_first_bytes_determine_the_suffix(start: bytes, suffix: str) -> None:
+    message = CompressedImage(format="jpeg", data=start + bytes(20))
+
+    assert image_file(message) == (suffix, start + bytes(20))
+
+
+def test_compressed_depths_are_exported_without_their_header() -> None:
+    png = codec().encode(numpy.array([[1000, 65535]], numpy.uint16), "png", 1)
+    message = CompressedImage(format="16UC1; compressedDepth png", data=bytes(12) + png)
+
+    assert image_file(message) == (".png", png)
+    assert numpy.load(io.BytesIO(image_array_file(message))).tolist() == [[1000, 65535]]
+
+
+def test_compressed_depths_of_floats_become_metres() -> None:
+    png = codec().encode(numpy.array([[0, 100]], numpy.uint16), "png", 1)
+    header = struct.pack("<iff", 0, 250.0, -25.0)
+    message = CompressedImage(format="32FC1; compressedDepth", data=header + png)
+
+    suffix, content = image_file(message)
+
+    assert suffix == ".npy"
+    assert numpy.nan_to_num(numpy.load(io.BytesIO(content)), nan=-1).tolist() == [[-1, 2]]
+
+
+def test_images_become_arrays_in_one_npz_file(bag: Path) -> None:
+    png = codec().encode(numpy.array([[7]], numpy.uint8), "png", 1)
+    rows: list[Any] = [
+        ("/depth", depth_image("32FC1", numpy.float32([[0.5, 2]])), 1, 2),
+        ("/depth", depth_image("32FC1", numpy.float32([[3]])), 1, 2),
+        ("/grey", CompressedImage(format="png", data=png), 3, 0),
+    ]
+    Path("run.bag").write_bytes(bag_bytes(rows))
+
+    assert main(["export", "--format", "npz", "run.bag", "out"]) == 0
+
+    with numpy.load("out/depth.npz") as found:
+        assert {name: found[name].tolist() for name in found} == {
+            "1.000000002": [[0.5, 2]],
+            "1.000000002_2": [[3]],
+        }
+    with numpy.load("out/grey.npz") as found:
+        assert found["3.000000000"].tolist() == [[7]]

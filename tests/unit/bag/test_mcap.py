@@ -14,7 +14,8 @@ from std_msgs.msg import String
 
 from pipros.bag import BagError
 from pipros.bag.connection import StoredMessage, received_connection
-from pipros.bag.mcap_files import MAX_CONNECTIONS, McapWriter, recover
+from pipros.bag.mcap_files import MAX_CONNECTIONS, McapWriter
+from pipros.bag.mcap_repair import recover
 from pipros.bag.opening import open_bag
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.rewrite import copy_chosen

@@ -15,8 +15,8 @@ from typing import Any
 import pyarrow
 import pyarrow.parquet
 import pytest
-from sensor_msgs.msg import CompressedImage, JointState
-from std_msgs.msg import Int32, String
+from sensor_msgs.msg import CompressedImage, JointState, LaserScan
+from std_msgs.msg import Header, Int32, String
 
 from pipros.basics.rooms import verbs
 from pipros.cli.complete.options import options, words_after
@@ -260,3 +260,25 @@ def test_a_missing_library_is_named_in_one_line(missing: str) -> None:
         assert (ended.returncode, ended.stdout) == (1, "")
         assert f"needs {missing}, which is not installed. Try: " in ended.stderr
         assert len(ended.stderr.splitlines()) == 1
+
+
+def test_a_name_that_is_not_a_file_is_a_topic_whatever_it_looks_like(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    topics = ["imu", "/run.bag", "/etc", "~odd/db3"]
+    Path("odd.bag").write_bytes(bag_bytes([(topic, Int32(7), 1, 0) for topic in topics]))
+
+    for topic in topics:
+        assert rosbag(["table", "odd.bag", topic, "-o", "one.csv"]) == 0
+        assert Path("one.csv").read_text().splitlines()[1:] == ["1000000000,7"]
+    assert rosbag(["table", topics[0], "odd.bag", topics[1], "-o", "one.csv"]) == 0
+    assert "no such bag: none.bag" in failure(capsys, "table", "odd.bag", "none.bag", "-o", "o.csv")
+    assert "no bag has the topic [none]" in failure(capsys, "table", "odd.bag", "none", "-o", "o.csv")
+
+
+def test_queries_print_no_warnings_of_libraries(capfd: pytest.CaptureFixture[str]) -> None:
+    scan = LaserScan(header=Header(frame_id="odd"), ranges=[1.0] * 100)  # its ranges begin at an odd byte
+    Path("odd.bag").write_bytes(bag_bytes([("/scan", scan, 1, 0)]))
+
+    assert rosbag(["query", "odd.bag", "FROM scan"]) == 0
+    assert capfd.readouterr().err == ""

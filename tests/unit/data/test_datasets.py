@@ -307,3 +307,37 @@ def test_suggested_names_are_quoted(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     table = made(config=text.replace("rate: 10", "rate: 1"))
     assert table["observations.x_rate_9"].to_pylist() == [[1, 2]]
+
+
+@pytest.mark.parametrize("bad", [0, 1, 2])
+@pytest.mark.parametrize("content", [b"no bag", b"version https://git-lfs.github.com/spec/v1\n"])
+def test_a_bag_that_cannot_be_read_does_not_end_a_data_set(
+    content: bytes, bad: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bags = ["a.bag", "b.bag", "c.bag"]
+    for number, name in enumerate(bags):
+        rows = [("/level", Float64(n), 100 * number + n, 0) for n in range(20)]
+        Path(name).write_bytes(content if number == bad else bag_bytes(rows))
+    Path("robot.yaml").write_text(
+        "rate: 1\ntime: receipt\ntolerance: 1\nobservations: {level: {topic: /level}}\n"
+    )
+
+    assert dataset([*bags, "--config", "robot.yaml", "-o", "out", "-j1"]) == 1
+
+    shown = capsys.readouterr()
+    assert shown.out.startswith("2 of 2 episodes, 40 rows, ")
+    assert f"WARNING: {bags[bad]} is left out: {bags[bad]} is not a bag" in shown.err
+
+
+def test_a_row_whose_message_has_a_rounded_stamp_is_not_lost() -> None:
+    rows = [
+        ("/level", Float64(n), 100, int(n * 1e9 / 30)) for n in range(30)
+    ]  # the last one is 0.3 ns too early
+    Path("run.bag").write_bytes(bag_bytes(rows))
+    Path("robot.yaml").write_text(
+        "rate: 30\ntime: receipt\ntolerance: 1\nobservations: {level: {topic: /level}}\n"
+    )
+
+    assert dataset(["run.bag", "--config", "robot.yaml", "-o", "out", "-j1"]) == 0
+
+    assert "| 30 |" in Path("out/report.md").read_text()

@@ -9,13 +9,14 @@ from pathlib import Path
 
 from pipros.bag.compression import BZ2
 from pipros.bag.errors import BagError
+from pipros.bag.left_out import LeftOut
 from pipros.bag.opening import writer_for
 from pipros.bag.reader import BagReader
 from pipros.bag.rerun_file import rerun_file
 from pipros.bag.rewrite import copy_chosen, replaced_file
 from pipros.bag.writer import MessageSink
 from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.cli.rosbag.other_bags import OtherBags, opened, other_bags
+from pipros.cli.rosbag.other_bags import OtherBags, opened, other_bags, warned
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import add_flag, option_parser
 
@@ -53,33 +54,33 @@ def convert(argv: Sequence[str]) -> int:
         parser.error("You must specify an input and an output file, or --output-dir and input files.")
     if not pairs:
         parser.error("You must specify at least one input file.")
-    status = 0
+    status, left_out = 0, warned()
     for source, target in pairs:
         try:
             if others is None:
-                _convert(source, target, options)
+                _convert(source, target, options, left_out)
             else:
-                _convert_to_other(others, source, target, options)
+                _convert_to_other(others, source, target, options, left_out)
         except (OSError, MissingExtra, PiprosError) as error:
             print(f"ERROR converting {source}: {error}", file=sys.stderr)
             status = 1
-    return status
+    return 1 if left_out else status
 
 
 def _target_name(source: Path) -> str:
     return f"{source.stem}{'.bag' if source.suffix == '.mcap' else '.mcap'}"
 
 
-def _convert(source: Path, target: Path, options: Values) -> None:
+def _convert(source: Path, target: Path, options: Values, left_out: LeftOut) -> None:
     _check_target(source, target, force=options.force)
     compression = options.compression
     if target.suffix == ".mcap":
         compression = compression_of(compression, target)
     if target.suffix == ".rrd":
-        with opened(source, options) as bag, rerun_file(target, bag) as sink:
+        with opened(source, options, left_out) as bag, rerun_file(target, bag) as sink:
             _copy(bag, sink, source, is_quiet=options.quiet)
         return
-    with opened(source, options) as bag, replaced_file(target) as file:
+    with opened(source, options, left_out) as bag, replaced_file(target) as file:
         writer = writer_for(target, file, compression=compression or "none")
         _copy(bag, writer, source, is_quiet=options.quiet)
 
@@ -92,8 +93,10 @@ def compression_of(compression: str, target: Path) -> str:
     return "zstd"
 
 
-def _convert_to_other(others: OtherBags, source: Path, target: Path, options: Values) -> None:
-    with opened(source, options) as bag, others.written(target, options) as writer:
+def _convert_to_other(
+    others: OtherBags, source: Path, target: Path, options: Values, left_out: LeftOut
+) -> None:
+    with opened(source, options, left_out) as bag, others.written(target, options, left_out) as writer:
         _copy(bag, writer, source, is_quiet=options.quiet)
 
 

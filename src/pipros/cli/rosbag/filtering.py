@@ -8,12 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError
 from pipros.bag.filter_expression import MessageExpression
-from pipros.bag.opening import open_bag, writer_for
+from pipros.bag.left_out import LeftOut
+from pipros.bag.opening import writer_for
+from pipros.bag.reader import BagReader, received_at
 from pipros.bag.rewrite import copy_chosen, replaced_file
 from pipros.basics.printable import listed, printable_lines
+from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import CommandError, option_parser
+from pipros.msg.errors import MessageException
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError
 
@@ -37,6 +42,7 @@ def filter(argv: Sequence[str]) -> int:  # noqa: A001 # the name of the subcomma
         metavar="PRINT-EXPRESSION",
         help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
     )
+    add_reading_options(parser)
     options, arguments = parser.parse_args(list(argv))
     if not arguments:
         parser.error("You must specify an in bag, an out bag, and an expression.")
@@ -45,7 +51,7 @@ def filter(argv: Sequence[str]) -> int:  # noqa: A001 # the name of the subcomma
     if len(arguments) > 3:
         parser.error("Too many arguments.")
     source, target, text = Path(arguments[0]), Path(arguments[1]), arguments[2]
-    if not source.is_file():
+    if not source.exists():
         print(f"Cannot locate input bag file [{source}]", file=sys.stderr)
         return 2
     if target.exists() and source.samefile(target):
@@ -54,19 +60,25 @@ def filter(argv: Sequence[str]) -> int:  # noqa: A001 # the name of the subcomma
     try:
         wanted = MessageExpression(text)
         shown = None if options.verbose_pattern is None else MessageExpression(options.verbose_pattern)
-        _write(source, target, _choice(wanted, shown))
+        left_out = warned()
+        with opened(source, options, left_out) as bag:
+            _write(bag, target, _choice(wanted, shown, left_out))
     except ExpressionError as error:
         raise CommandError(str(error)) from error
-    return 0
+    return 1 if left_out else 0
 
 
 def _choice(
-    wanted: MessageExpression, shown: MessageExpression | None
+    wanted: MessageExpression, shown: MessageExpression | None, left_out: LeftOut
 ) -> Callable[[Connection, Callable[[], Any], Time], bool]:
     needs_message = wanted.needs_message or (shown is not None and shown.needs_message)
 
     def choose(connection: Connection, decode: Callable[[], Any], time: Time) -> bool:
-        message = decode() if needs_message else None
+        try:
+            message = decode() if needs_message else None
+        except (BagError, MessageException) as error:
+            left_out.message(connection.topic, f"{received_at(time.to_nsec())}: {error}")
+            return False
         is_wanted = bool(wanted.value(connection.topic, message, time))
         if shown is not None:
             value = shown.value(connection.topic, message, time)
@@ -77,8 +89,10 @@ def _choice(
     return choose
 
 
-def _write(source: Path, target: Path, choice: Callable[[Connection, Callable[[], Any], Time], bool]) -> None:
-    with open_bag(source) as bag, replaced_file(target) as file:
+def _write(
+    bag: BagReader, target: Path, choice: Callable[[Connection, Callable[[], Any], Time], bool]
+) -> None:
+    with replaced_file(target) as file:
         progress = Progress(str(target), sum(bag.chunk_header(n).size for n in range(len(bag.chunks))))
         copy_chosen(bag, writer_for(target, file), choice, progress)
         progress.finish()

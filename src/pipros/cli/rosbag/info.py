@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.info import bag_info, info_text, info_value, info_yaml
 from pipros.cli.entry_point import OutputFailed
-from pipros.cli.rosbag.other_bags import add_reading_options, opened
+from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.runner import add_flag, option_parser
 
 
@@ -29,24 +30,25 @@ def info(argv: Sequence[str]) -> int:
         parser.error("You must specify at least 1 bag file.")
     if options.key and not options.yaml:
         parser.error("You can only specify key when printing in YAML format.")
+    status = 0
     for number, path in enumerate(paths):
         if number:
             print("---")
         try:
             _print(path, options)
-        except NotIndexed:
-            print(f"ERROR bag unindexed: {path}.  Run rosbag reindex.", file=sys.stderr)
-            return 1
         except (OutputFailed, BrokenPipeError):
             raise
         except (OSError, BagError) as error:
-            print(f"ERROR reading {path}: {error}", file=sys.stderr)
-            return 1
-    return 0
+            text = f"ERROR reading {path}: {error}"
+            if isinstance(error, NotIndexed) and not os.path.isdir(path):
+                text = f"ERROR bag unindexed: {path}.  Run rosbag reindex."
+            print(text, file=sys.stderr)
+            status = 1
+    return status
 
 
 def _print(path: str, options: Any) -> None:
-    with opened(path, options) as bag:
+    with opened(path, options, warned()) as bag:
         facts = bag_info(bag, path, with_frequencies=bool(options.freq))
     if not options.yaml:
         print(info_text(facts))

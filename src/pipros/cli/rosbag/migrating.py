@@ -6,12 +6,14 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from pipros.bag.left_out import LeftOut
 from pipros.bag.migration import Kind, Migrator, TypeChange, rule_text
 from pipros.bag.migration_plugins import installed_rules, rules_of_files
-from pipros.bag.opening import open_bag, writer_for
+from pipros.bag.opening import writer_for
 from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import replaced_file
 from pipros.basics.printable import listed
+from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.runner import add_flag, option_parser
 from pipros.msg.class_finder import installed_class
 from pipros.workspace.index import PackageIndex
@@ -27,6 +29,7 @@ def check(argv: Sequence[str]) -> int:
     parser.add_option("-g", "--genrules", dest="rulefile", help="generate a rulefile named RULEFILE")
     add_flag(parser, "-a", "--append", help="append to the end of an existing rulefile after loading it")
     add_flag(parser, "-n", "--noplugins", help="do not load rulefiles via plugins")
+    add_reading_options(parser)
     options, arguments = parser.parse_args(list(argv))
     if not arguments:
         parser.error("You must specify a bag file to check.")
@@ -38,11 +41,12 @@ def check(argv: Sequence[str]) -> int:
             parser.error(f"The file {options.rulefile} already exists.  Include -a if you intend to append.")
         rule_files.append(options.rulefile)
     migrator = _migrator(rule_files, has_plugins=not options.noplugins)
-    with open_bag(arguments[0]) as bag:
-        changes = migrator.changes(bag)
+    left_out = warned()
+    with opened(arguments[0], options, left_out) as bag:
+        changes = _changes(migrator, bag, left_out)
         if not changes:
             print("Bag file does not need any migrations.")
-            return 0
+            return 1 if left_out else 0
         print("The following migrations need to occur:")
         _show(changes)
         if not any(change.missing for change in changes):
@@ -52,7 +56,7 @@ def check(argv: Sequence[str]) -> int:
             print(f"\nThe necessary rule files have been written to: {options.rulefile}")
         else:
             print("\nTo generate rules, please run with -g <rulefile>")
-    return 0
+    return 1 if left_out else 0
 
 
 def fix(argv: Sequence[str]) -> int:
@@ -62,6 +66,7 @@ def fix(argv: Sequence[str]) -> int:
     parser.usage = "rosbag fix INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]"
     add_flag(parser, "-n", "--noplugins", help="do not load rulefiles via plugins")
     add_flag(parser, "--force", help="proceed with migrations, even if not all rules defined")
+    add_reading_options(parser)
     options, arguments = parser.parse_args(list(argv))
     if not arguments:
         parser.error("You must pass input and output bag files.")
@@ -69,13 +74,18 @@ def fix(argv: Sequence[str]) -> int:
         parser.error("You must pass an output bag file.")
     source, target = Path(arguments[0]), Path(arguments[1])
     migrator = _migrator(arguments[2:], has_plugins=not options.noplugins)
-    with open_bag(source) as bag:
-        missing = [] if options.force else [change for change in migrator.changes(bag) if change.missing]
+    left_out = warned()
+    with opened(source, options, left_out) as bag:
+        missing = (
+            []
+            if options.force
+            else [change for change in _changes(migrator, bag, left_out) if change.missing]
+        )
         if not missing:
             with replaced_file(target) as file:
                 migrator.fix(bag, writer_for(target, file), force=bool(options.force))
             print("Bag migrated successfully.")
-            return 0
+            return 1 if left_out else 0
     print("Bag could not be migrated.  The following migrations could not be performed:")
     _show(missing)
     print(
@@ -83,6 +93,14 @@ def fix(argv: Sequence[str]) -> int:
         "'--force' option."
     )
     return 1
+
+
+def _changes(migrator: Migrator, bag: BagReader, left_out: LeftOut) -> list[TypeChange]:
+    """Return the types that need migration, and report the topics whose definitions are malformed."""
+    found = migrator.changes(bag)
+    for topic, reason in bag.skipped.items():
+        left_out.whole(topic, reason)
+    return found
 
 
 def _migrator(files: Iterable[str], *, has_plugins: bool) -> Migrator:
@@ -112,9 +130,13 @@ def _write_rules(path: Path, changes: Iterable[TypeChange], bag: BagReader) -> N
     from pipros.msg.dynamic import message_classes_from_text
 
     classes = {}
+    olds = {change.old for change in changes}
     for connection in bag.connections:
-        for made in message_classes_from_text(connection.type, connection.definition).values():
-            classes[made._type, made._md5sum] = made
+        if (connection.type, connection.md5sum) in olds:
+            olds.discard((connection.type, connection.md5sum))
+            text = bag.class_of(connection)._full_text
+            for made in message_classes_from_text(connection.type, text).values():
+                classes[made._type, made._md5sum] = made
     missing = dict.fromkeys(pair for change in changes for pair in change.missing)
     with path.open("a", encoding="utf-8") as file:
         for pair in missing:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from optparse import OptionParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
+from pipros.bag.left_out import LeftOut
 from pipros.bag.opening import is_ros1_bag, open_bag
 from pipros.basics.rooms import offered
 
@@ -23,7 +26,7 @@ class OtherBags(Protocol):
         """Add the options for reading bags in this format."""
 
     def opened(self, path: str | os.PathLike[str], options: Any) -> BagReader:
-        """Open a bag, and print a warning for each topic that cannot be converted."""
+        """Open a bag."""
         ...
 
     def add_writing_options(self, parser: OptionParser) -> None:
@@ -33,12 +36,19 @@ class OtherBags(Protocol):
         """Return whether the options request a bag in this format. Exit with an error if they are invalid."""
         ...
 
+    def recover(self, path: Path, file: BinaryIO) -> list[str]:
+        """Copy the readable records of a database to a new file. Return descriptions of the damage."""
+        ...
+
     def target_name(self, source: Path) -> str:
         """Return the file name of the output for an input bag, for use with `--output-dir`."""
         ...
 
-    def written(self, target: Path, options: Any) -> AbstractContextManager[MessageSink]:
-        """Return a context manager that creates a bag. The bag is complete after the block."""
+    def written(self, target: Path, options: Any, left_out: LeftOut) -> AbstractContextManager[MessageSink]:
+        """Return a context manager that creates a bag. The bag is complete after the block.
+
+        Topics and messages that the format cannot store are reported to `left_out`.
+        """
         ...
 
 
@@ -55,11 +65,30 @@ def add_reading_options(parser: OptionParser) -> None:
         others.add_reading_options(parser)
 
 
-def opened(path: str | os.PathLike[str], options: Any) -> BagReader:
+def warned() -> LeftOut:
+    """Return a collector that prints warnings."""
+    return LeftOut(lambda text: print(f"WARNING: {text}", file=sys.stderr))
+
+
+def opened(
+    path: str | os.PathLike[str],
+    options: Any,
+    left_out: LeftOut,
+    is_requested: Callable[[str], bool] = lambda _: True,
+) -> BagReader:
     """Open a bag in any supported format.
+
+    The topics and files of the bag that cannot be read, and later its damaged messages, are reported to
+    `left_out`. `is_requested` returns whether a topic is requested; the default is that all are.
 
     Raises:
         BagError, OSError: the bag cannot be read.
     """
     others = None if is_ros1_bag(path) else other_bags()
-    return open_bag(path) if others is None else others.opened(path, options)
+    bag = open_bag(path) if others is None else others.opened(path, options)
+    for name, reason in bag.skipped_files.items():
+        left_out.whole(name, reason)
+    for name, reason in bag.skipped.items():
+        left_out.whole(name, reason, is_requested=is_requested(name))
+    bag.on_bad_message = left_out.message
+    return bag

@@ -12,12 +12,12 @@ from optparse import OptionParser, OptionValueError, Values
 from typing import Any
 
 from pipros.bag.errors import BagError
-from pipros.bag.player import Player, PlayOptions, opened_bags
+from pipros.bag.player import Player, PlayOptions, absolute, is_played, opened_bags
 from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
 from pipros.cli.command_node import command_node
 from pipros.cli.entry_point import OutputFailed
-from pipros.cli.rosbag.other_bags import add_reading_options, opened
+from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.runner import CommandError, add_flag, option_parser
 from pipros.msg.time import NS_PER_S
 
@@ -36,7 +36,9 @@ def play(argv: Sequence[str]) -> int:
     try:
         for path in paths:
             say(f"[ INFO] [{time.time():.9f}]: Opening {path}")
-        opener = partial(opened, options=options)
+        left_out = warned()
+        is_requested = partial(is_played, {absolute(topic) for topic in options.topics})
+        opener = partial(opened, options=options, left_out=left_out, is_requested=is_requested)
         with opened_bags(paths, opener) as bags, command_node("play", argv, wall_time=True) as node:
             with single_keys() as is_keyboard:
                 terminal = _Terminal(is_keyboard=is_keyboard, is_quiet=options.quiet)
@@ -53,7 +55,7 @@ def play(argv: Sequence[str]) -> int:
         raise CommandError(f"Error opening file: {error.filename or error}: {error.strerror}") from error
     except BagError as error:
         raise CommandError(str(error)) from error
-    return 0
+    return 1 if left_out else 0
 
 
 def _chosen(parser: OptionParser, options: Values) -> PlayOptions:

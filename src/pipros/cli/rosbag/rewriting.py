@@ -10,14 +10,16 @@ import sys
 from collections.abc import Callable, Sequence
 from optparse import OptionParser, Values
 from pathlib import Path
+from typing import Any
 
 from pipros.bag.compression import BZ2, LZ4, NONE
 from pipros.bag.errors import BagError, NotIndexed
-from pipros.bag.opening import is_mcap
+from pipros.bag.opening import check_no_pointer, is_mcap, is_ros1_bag
 from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex as reindex_file
 from pipros.bag.rewrite import recompress, replaced_file
 from pipros.basics.limits import process_limits
+from pipros.cli.rosbag.other_bags import other_bags
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import add_flag, option_parser
 
@@ -105,6 +107,8 @@ def _with_backup(path: Path, options: Values, work: Work) -> None:
 def _recompress(source: Path, target: Path, options: Values) -> None:
     if target.exists() and source.samefile(target):
         raise BagError(f"the output would be the input itself: {target}")
+    if not is_ros1_bag(source):
+        raise BagError("it is not a ROS 1 bag; rosbag convert --compression compresses other files")
     with BagReader(source) as bag:
         total = sum(bag.chunk_header(number).size for number in range(len(bag.chunks)))
         progress = Progress(str(source), total, is_quiet=options.quiet)
@@ -117,11 +121,13 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
     progress = Progress(str(source), source.stat().st_size, is_quiet=options.quiet)
     if target.exists() and source.samefile(target):
         raise BagError(f"the output would be the input itself: {target}")
-    if is_mcap(source):
-        from pipros.bag.mcap_files import recover
-
+    if source.is_dir():
+        raise BagError("it is a folder; give the .mcap or .db3 files in it")
+    check_no_pointer(source)
+    if not is_ros1_bag(source):
+        recover = _recover_mcap if is_mcap(source) else _recover_sqlite
         with replaced_file(target) as file:
-            damages = recover(source, file, process_limits(), progress)
+            damages = recover(source, file, progress)
         progress.finish()
         _warn(damages, options)
         return
@@ -132,6 +138,19 @@ def _reindex(source: Path, target: Path, options: Values) -> None:
         writer.finish()
     progress.finish()
     _warn(writer.layout.damage, options)
+
+
+def _recover_mcap(source: Path, file: Any, progress: Progress) -> list[str]:
+    from pipros.bag.mcap_repair import recover
+
+    return recover(source, file, process_limits(), progress)
+
+
+def _recover_sqlite(source: Path, file: Any, _: Progress) -> list[str]:
+    others = other_bags()
+    if others is None:
+        raise BagError("this installation cannot read SQLite files")
+    return others.recover(source, file)
 
 
 def _warn(damages: Sequence[str], options: Values) -> None:

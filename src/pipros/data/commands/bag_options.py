@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import glob
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pipros.bag.errors import BagError
 from pipros.basics.errors import MissingExtra, PiprosError
-from pipros.cli.rosbag.other_bags import add_reading_options
+from pipros.cli.rosbag.other_bags import add_reading_options, opened
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import CommandError
 from pipros.msg.time import NS_PER_S
 
 if TYPE_CHECKING:
+    from pipros.bag.left_out import LeftOut
+    from pipros.bag.reader import BagReader
     from pipros.data.bags import Bags
     from pipros.data.table import Table
 
@@ -43,14 +47,36 @@ def row_options(options: Any) -> dict[str, Any]:
     return {name: getattr(options, name) for name in names}
 
 
-def opened_bags(names: Sequence[str], options: Any) -> Bags:
-    """Open bags. Raise `CommandError` if one does not exist, or the selected period lies outside theirs."""
-    from pipros.data import open_bags
+def opened_bags(
+    names: Sequence[str], options: Any, left_out: LeftOut, is_requested: Callable[[str], bool]
+) -> Bags:
+    """Open bags. A file that cannot be read is left out if there are others.
 
+    Raises:
+        CommandError: a file does not exist, or the selected period lies outside those of the bags.
+        BagError, OSError: no file can be read.
+    """
+    from pipros.data import Bags
+    from pipros.data.bags import matching_files
+
+    readers: list[BagReader] = []
+    failed: dict[str, BagError | OSError] = {}
     try:
-        bags = open_bags(*names, msgs=getattr(options, "msgs", ()))
+        for path in [path for name in names for path in matching_files(name)]:
+            try:
+                readers.append(opened(path, options, left_out, is_requested))
+            except FileNotFoundError:
+                raise
+            except (BagError, OSError) as error:
+                failed[path] = error
     except FileNotFoundError as error:
         raise CommandError(f"no such bag: {error.filename}") from None
+    bags = Bags(readers)
+    bags.on_bad_message = left_out.message
+    for path, reason in failed.items():
+        if not readers:
+            raise reason
+        left_out.whole(path, reason)
     ends = [time / NS_PER_S for bag in bags.readers if bag.message_count for time in bag.range_ns]
     start, end = options.start or 0, math.inf if options.end is None else options.end
     if ends and (start > max(ends) or end < min(ends)):
@@ -84,9 +110,35 @@ def shown_batches(bags: Bags, topic: str, options: Any, rows: dict[str, Any]) ->
     bar.finish()
 
 
-def is_bag_name(name: str) -> bool:
-    """Return whether an argument specifies bags rather than a topic."""
-    return os.path.exists(name) or name.endswith((".bag", ".mcap", ".db3")) or not name.startswith("/")
+def bags_and_topics(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Divide arguments into bags, which exist, and topics, whatever they look like.
+
+    If no bag exists, arguments that look like bags are returned as such.
+    """
+    bags = [each for each in arguments if _is_bag(each)]
+    bags = bags or [each for each in arguments if _has_suffix(each) or not each.startswith("/")]
+    return bags, [each for each in arguments if each not in bags]
+
+
+def check_topics(bags: Bags, patterns: Sequence[str]) -> None:
+    """Raise `CommandError` if a topic is unknown and looks like a bag."""
+    for each in patterns:
+        if _has_suffix(each) and not bags.topics(each):
+            raise CommandError(f"no such bag: {each}")
+
+
+def _is_bag(name: str) -> bool:
+    if os.path.isdir(name):
+        return any(_has_suffix(each) or each == "metadata.yaml" for each in os.listdir(name))
+    if os.path.exists(name):
+        return True
+    if not glob.has_magic(name) or (name.startswith("/") and not _has_suffix(name)):
+        return False
+    return bool(glob.glob(name, recursive=True))
+
+
+def _has_suffix(name: str) -> bool:
+    return name.endswith((".bag", ".mcap", ".db3"))
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from typing import Any
 
 from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.cli.entry_point import command
+from pipros.cli.rosbag.other_bags import warned
 
 
 @command
@@ -87,7 +88,8 @@ def _build(chosen: Any) -> int:
         if is_shown:
             print(f"\r {done} of {total} episodes", end="\n" if done == total else "", flush=True)
 
-    options = {"jobs": chosen.jobs, "msgs": chosen.msgs, "shown": shown}
+    left_out = warned()
+    options = {"jobs": chosen.jobs, "msgs": chosen.msgs, "shown": shown, "left_out": left_out.whole}
     results = build(bags, config, chosen.output, chosen.format, **options)
     written = [each for each in results if not each["left_out"]]
     for each in [each for each in results if each["left_out"]][:3]:
@@ -95,4 +97,7 @@ def _build(chosen: Any) -> int:
     rows, findings = (sum(each["rows"] for each in written), sum(len(each["findings"]) for each in results))
     print(f"{len(written)} of {len(results)} episodes, {rows} rows, {findings} findings: ", end="")
     print(chosen.output / "report.md")
-    return 0 if written else 1
+    for each in results:
+        for text in each.get("bad_messages", ())[:1]:
+            left_out.whole(f"{each['bag']}: a message", text)
+    return 0 if written and not left_out else 1

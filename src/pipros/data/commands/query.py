@@ -8,6 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from pipros.cli.rosbag.other_bags import warned
 from pipros.cli.runner import option_parser
 from pipros.data.commands.bag_options import (
     add_row_options,
@@ -38,26 +39,27 @@ def query(argv: Sequence[str]) -> int:
     if len(arguments) < 2:
         parser.error("You must specify a bag file and a query.")
     *names, sql = arguments
+    not_read = warned()
     with (
         one_line_errors(),
-        opened_bags(names, options) as bags,
+        opened_bags(names, options, not_read, lambda topic: topic.lower() in sql.lower()) as bags,
         TemporaryDirectory(prefix="rosbag-query-") as folder,
     ):
         left_out = _query(bags, sql, folder, options)
     for name in left_out:
         print(f"{name} is left out, because CSV cannot store bytes", file=sys.stderr)
-    return 0
+    return 1 if not_read else 0
 
 
 def _query(bags: Bags, sql: str, folder: str, options: Any) -> list[str]:
     from pipros.data.files import print_csv, write_arrow
-    from pipros.data.sql import Database, tables_in
+    from pipros.data.sql import Database, queried
 
     rows = row_options(options)
     output = Path(options.output) if options.output else None
     kind = "csv" if output is None else format_of(output)
     with Database(folder, bags.topics()) as database:
-        for topic, alias in tables_in(sql, bags.topics()).items():
-            database.add(topic, shown_batches(bags, topic, options, rows), alias=alias)
-        batches = database.select(sql)
+        batches = queried(
+            database, sql, bags.topics(), lambda topic: shown_batches(bags, topic, options, rows)
+        )
         return print_csv(batches) if output is None else write_arrow(batches, output, kind)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
+from pipros.cli.rosbag.other_bags import warned
 from pipros.cli.runner import CommandError, option_parser
 from pipros.data.commands.bag_options import (
     add_row_options,
+    bags_and_topics,
+    check_topics,
     format_of,
-    is_bag_name,
     one_line_errors,
     opened_bags,
     row_options,
@@ -46,12 +49,16 @@ def table(argv: Sequence[str]) -> int:
     )
     add_row_options(parser)
     options, arguments = parser.parse_args(list(argv))
-    names = [each for each in arguments if is_bag_name(each)]
-    patterns = [each for each in arguments if not is_bag_name(each)]
+    names, patterns = bags_and_topics(arguments)
     if not names or not patterns or not options.output:
         parser.error("You must specify bags, topics, and an output file with -o.")
-    output = Path(options.output)
-    with one_line_errors(), opened_bags(names, options) as bags:
+    output, left_out = Path(options.output), warned()
+
+    def is_requested(topic: str) -> bool:
+        return any(fnmatchcase(topic, each) for each in patterns)
+
+    with one_line_errors(), opened_bags(names, options, left_out, is_requested) as bags:
+        check_topics(bags, patterns)
         kind = format_of(output)
         rows = row_options(options)
         topics = [topic for pattern in patterns for topic in bags.topics(pattern) or [pattern]]
@@ -66,4 +73,4 @@ def table(argv: Sequence[str]) -> int:
             raise CommandError(f"the output must not be one of the bags, got [{output}]")
         for name in write_arrow((each.to_arrow() for each in tables), output, kind):
             print(f"{name} is left out, because CSV cannot store bytes", file=sys.stderr)
-    return 0
+    return 1 if left_out else 0

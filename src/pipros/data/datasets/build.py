@@ -18,6 +18,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from pipros.bag.errors import BagError
 from pipros.bag.rewrite import replaced_file
 from pipros.basics.errors import PiprosError
 from pipros.data.bags import open_bags
@@ -41,6 +42,7 @@ def build(
     jobs: int = 1,
     msgs: Sequence[str] = (),
     shown: Callable[[int, int], None] | None = None,
+    left_out: Callable[[str, str], object] | None = None,
 ) -> list[dict[str, Any]]:
     """Make a data set, or continue an interrupted run. Return the contents of `checks` for all episodes.
 
@@ -50,6 +52,8 @@ def build(
         kind: the format: `lerobot`, or a key of `WRITERS`.
         msgs: folders with ROS 2 definitions.
         shown: called with the number of finished episodes and the number of all episodes.
+        left_out: called with the name of each bag that cannot be read, and the reason. The others are not
+            affected. None (the default) to raise an error instead.
 
     Raises:
         BadSettings: the description does not fit the bags, the folder contains a different data set or other
@@ -65,15 +69,26 @@ def build(
         library("av", "a video")
     episodes: list[Episode] = []
     for bag in bags:
-        with open_bags(bag, msgs=msgs) as opened:
-            episodes += find_episodes(opened, bag, config, len(episodes))
+        try:
+            with open_bags(bag, msgs=msgs) as opened:
+                episodes += find_episodes(opened, bag, config, len(episodes))
+        except (BagError, OSError) as error:
+            if left_out is None or len(bags) == 1:
+                raise
+            left_out(bag, str(error))
     _begin(folder, kind, config, episodes)
     left = [each for each in episodes if not _check_file(folder, each).exists()]
     jobs = max(1, min(jobs, len(left)))
     threads = max(1, (os.cpu_count() or 1) // jobs)
     work = [(each, config, str(folder), kind, tuple(msgs), threads) for each in left]
     done = len(episodes) - len(left)
-    for _ in _in_processes(work, jobs):
+    for episode, damage in _in_processes(work, jobs):
+        if damage:
+            if left_out is None:
+                raise BadSettings(f"{episode.bag}: {damage}")
+            left_out(episode.bag, damage)
+            episodes.remove(episode)
+            continue
         done += 1
         if shown is not None:
             shown(done, len(episodes))
@@ -87,22 +102,25 @@ def build(
 _Work = tuple[Episode, DatasetConfig, str, str, tuple[str, ...], int]
 
 
-def write_episode(work: _Work) -> None:
-    """Write the files of an episode.
+def write_episode(work: _Work) -> tuple[Episode, str]:
+    """Write the files of an episode. Return it, and the reason if the bag is damaged.
 
     Raises:
-        BadSettings: the description does not fit the bag, or the bag is damaged.
+        BadSettings: the description does not fit the bag.
         MissingExtra: a library is not installed.
     """
     episode, config, name, kind, msgs, threads = work
-    folder = Path(name)
+    folder, bad = Path(name), list[str]()
     try:
         with open_bags(episode.bag, msgs=msgs) as bags:
+            bags.on_bad_message = lambda topic, reason: bad.append(f"{topic}: {reason}")
             rows = episode_rows(bags, episode, config)
             writer = write_lerobot if kind == LEROBOT else WRITERS[kind][0]
             broken = 0 if rows.problem else writer(folder, rows, bags, threads)
     except BadSettings:
         raise
+    except BagError as error:
+        return episode, str(error)
     except PiprosError as error:
         raise BadSettings(f"{episode.bag}: {error}") from None
     found = {
@@ -114,12 +132,14 @@ def write_episode(work: _Work) -> None:
         "rows": 0 if rows.problem else len(rows.times),
         "left_out": rows.problem,
         "broken_pictures": broken,
+        "bad_messages": list(dict.fromkeys(bad)),
         "findings": [asdict(each) for each in rows.findings],
     }
     checks = _check_file(folder, episode)
     checks.parent.mkdir(exist_ok=True)
     _write(checks.with_suffix(".svg"), _picture(rows))
     _write(checks, json.dumps(found, indent=1) + "\n")
+    return episode, ""
 
 
 def _picture(rows: EpisodeRows) -> str:
@@ -156,7 +176,7 @@ def _begin(folder: Path, kind: str, config: DatasetConfig, episodes: Sequence[Ep
         )
 
 
-def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
+def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[tuple[Episode, str]]:
     if jobs == 1:
         yield from map(write_episode, work)
         return
@@ -173,7 +193,7 @@ def _in_processes(work: Sequence[_Work], jobs: int) -> Iterator[None]:
         raise
 
 
-def _submitted(pool: ProcessPoolExecutor, work: Sequence[_Work]) -> list[Future[None]]:
+def _submitted(pool: ProcessPoolExecutor, work: Sequence[_Work]) -> list[Future[tuple[Episode, str]]]:
     """Submit the work with SIGINT blocked.
 
     The new processes inherit the signal mask, so that Ctrl-C during their start causes no tracebacks.
@@ -207,6 +227,7 @@ def _report(results: Sequence[dict[str, Any]]) -> str:
         lines.append(f"| {' | '.join(' '.join(cell.replace('|', '/').split()) for cell in cells)} |")
     for each in results:
         texts = [f"- left out: {each['left_out']}"] if each["left_out"] else []
+        texts += [f"- messages are left out: {text}" for text in each.get("bad_messages", ())[:1]]
         texts += [f"- {found['source']}: {found['check']}: {found['text']}" for found in each["findings"]]
         if each["broken_pictures"]:
             texts.append(f"- {each['broken_pictures']} pictures are damaged; those before them are repeated")

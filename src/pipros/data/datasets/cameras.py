@@ -14,6 +14,7 @@ from pipros.basics.limits import process_limits
 from pipros.data.datasets.signals import RecordedTopic, batches, recorded, times_of
 from pipros.data.extras import library
 from pipros.data.limits import DataLimits
+from pipros.pictures.encodings import COLORS
 from pipros.pictures.errors import PictureError
 from pipros.safe.settings import BadSettings
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from pipros.data.datasets.config import CameraSource
 
 _FORMATS = {"rgb8": "rgb24", "bgr8": "bgr24", "rgba8": "rgba", "bgra8": "bgra", "mono8": "gray"}
+_FORMATS |= {name: name for name in COLORS if name.startswith("bayer") and name.endswith("8")}
 
 Picture = Any
 """The bytes of a JPEG or PNG picture, or an `av.VideoFrame`."""

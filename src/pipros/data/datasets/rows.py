@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from pipros.data.datasets.episodes import Episode
 
 
+_ROUNDED = 0.001
+"""The last row may be later than the last message by this part of an interval, because stamps are rounded."""
+
+
 @dataclass(frozen=True, slots=True)
 class SignalRows:
     """The numbers of a topic, one row in `values` for each row of the episode. Gaps are NaN."""
@@ -75,7 +79,7 @@ def episode_rows(bags: Bags, episode: Episode, config: DatasetConfig) -> Episode
         BagError: the bag is damaged.
     """
     start, end = episode.start, episode.end
-    count = int((end - start) * config.rate / NS_PER_S) + 1
+    count = int((end - start) * config.rate / NS_PER_S + _ROUNDED) + 1
     if count > (limit := process_limits().of(DataLimits).dataset_rows):
         raise BadSettings(
             f"the episode has {count} rows: {limit_text('dataset_rows', limit)}. Reduce the rate"

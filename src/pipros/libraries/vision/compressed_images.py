@@ -7,7 +7,6 @@ The field `format` contains the image's encoding and the channel order of the co
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
@@ -16,11 +15,11 @@ from pipros.basics.errors import PiprosError
 from pipros.libraries.vision.conversions import convert
 from pipros.libraries.vision.extras import numpy as np
 from pipros.pictures.codecs import Codec
+from pipros.pictures.compressed import DEPTH_HEADER, pixels_of
 from pipros.pictures.encodings import COLORS, Color, encoding
 from pipros.pictures.errors import PictureError
 
 _HAS_COLORS = (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
-_DEPTH_HEADER = struct.Struct("<iff")
 _JPEG_TO_16_BITS = 256
 _WHITE = 65535
 
@@ -165,7 +164,7 @@ def compressed_depth(
         data = codec.encode(steps, "png", settings.png_level)
     except PictureError as error:
         raise CompressionError(str(error)) from error
-    return f"{encoding_name}; compressedDepth png", _DEPTH_HEADER.pack(0, quotient, offset) + data
+    return f"{encoding_name}; compressedDepth png", DEPTH_HEADER.pack(0, quotient, offset) + data
 
 
 def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]:
@@ -177,7 +176,7 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
     name, semicolon, how = format_text.partition(";")
     try:
         if "compressedDepth" in how:
-            return _depth(name, data, codec), name
+            return pixels_of(format_text, data, codec), name
         image = codec.decode(data)
         if not semicolon:
             # The format does not contain an encoding, so use the encoding of the decoded image.
@@ -196,23 +195,3 @@ def decompressed(format_text: str, data: bytes, codec: Codec) -> tuple[Any, str]
 def _encoding_of_picture(image: Any) -> str:
     names = {1: "mono", 3: "bgr", 4: "bgra"}
     return f"{names[image.shape[2] if image.ndim == 3 else 1]}{image.dtype.itemsize * 8}"
-
-
-def _depth(name: str, data: bytes, codec: Codec) -> Any:
-    """Decode a depth image.
-
-    16UC1 values are unchanged. 32FC1 values are computed from quantised inverse depths; 0 becomes NaN.
-    """
-    if len(data) < _DEPTH_HEADER.size:
-        raise CompressionError(f"a compressed depth image must have more than 12 bytes, got {len(data)}")
-    _, quotient, offset = _DEPTH_HEADER.unpack_from(data)
-    steps = codec.decode(data[_DEPTH_HEADER.size :])
-    if steps.ndim != 2:
-        raise CompressionError(f"a depth image must have one channel, got {steps.shape[2]}")
-    if name == "16UC1":
-        return steps.astype(np.uint16)
-    if name != "32FC1":
-        raise CompressionError(f"a compressed depth image must be 16UC1 or 32FC1, got [{name}]")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        depths = np.float32(quotient) / (steps.astype(np.float32) - np.float32(offset))
-    return np.where(steps == 0, np.float32(np.nan), depths)

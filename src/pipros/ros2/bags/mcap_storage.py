@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.errors import BagError, BagFormatError, NotIndexed
+from pipros.bag.layout import REPAIR
 from pipros.bag.mcap_files import COMPRESSIONS, mcap_library, translated
 from pipros.bag.mcap_messages import McapMessages
-from pipros.bag.mcap_records import McapSummary, read_summary
+from pipros.bag.mcap_records import McapSummary, read_profile, read_summary
 from pipros.bag.records import checked_time
 from pipros.bag.source import Source
 from pipros.basics.limits import process_limits
@@ -25,6 +26,9 @@ _CHUNK_BYTES = 1024 * 1024
 class McapStorage:
     """An MCAP file open for reading.
 
+    Attributes:
+        profile: the profile in the file's header, such as `ros2`; may be empty.
+
     Raises:
         NotIndexed: the file has no summary.
         BagError: the library `mcap` is missing, or the file is damaged.
@@ -38,8 +42,9 @@ class McapStorage:
             self._source = Source(self._file, os.fspath(path), self._limits)
             with translated(self._source.name):
                 summary = read_summary(self._source)
+                self.profile = read_profile(self._source)
             if summary is None or summary.statistics is None:
-                raise NotIndexed(f"{path} has no summary; `ros2 bag reindex` or `mcap recover` creates one")
+                raise NotIndexed(f"{path} has no summary with statistics. {REPAIR}")
             self._summary: McapSummary = summary
             schemas = summary.schemas
             self.topics = [
@@ -84,8 +89,8 @@ class McapStorage:
         return StoredTopic(channel.id, channel.topic, name, channel.message_encoding, is_latched(profiles))
 
 
-def has_cdr(path: Path) -> bool:
-    """Return whether an MCAP file has channels with ROS 2 messages.
+def is_of_ros2(path: Path) -> bool:
+    """Return whether an MCAP file has the profile `ros2`, or channels with ROS 2 messages.
 
     Return False if its summary is unreadable.
 
@@ -97,7 +102,7 @@ def has_cdr(path: Path) -> bool:
     except (NotIndexed, BagFormatError):
         return False
     storage.close()
-    return any(topic.encoding == "cdr" for topic in storage.topics)
+    return storage.profile == "ros2" or any(topic.encoding == "cdr" for topic in storage.topics)
 
 
 class McapStorageWriter:

@@ -13,17 +13,15 @@ from pipros.bag.errors import BagError, BagFormatError, NoMessages
 from pipros.bag.index import ChunkHeader, ChunkInfo
 from pipros.bag.layout import BagLayout
 from pipros.bag.mcap_files import AFTER_ALL
-from pipros.bag.opening import is_mcap, open_bag
-from pipros.bag.reader import BagReader
+from pipros.bag.opening import open_bag
+from pipros.bag.reader import BagReader, received_at
 from pipros.bag.records import Version
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.basics.input_file import read_text
-from pipros.basics.limits import process_limits
 from pipros.msg.language.digest import complete
 from pipros.msg.language.spec import MessageSpec
-from pipros.ros2.bags.mcap_storage import McapStorage, has_cdr
-from pipros.ros2.bags.metadata import BagMetadata, parse_metadata
-from pipros.ros2.bags.sqlite_files import MAGIC, SqliteReader
+from pipros.ros2.bags.files import bag_files, is_ros2_bag, opened_files
+from pipros.ros2.bags.mcap_storage import McapStorage
+from pipros.ros2.bags.metadata import BagMetadata
 from pipros.ros2.bags.storage import StorageReader, StoredTopic
 from pipros.ros2.conversion.errors import ConversionError, NotConvertible
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
@@ -31,9 +29,9 @@ from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
 from pipros.ros2.interfaces.parse import is_full_name, messages_from_text
+from pipros.ros2.interfaces.parts import owner_of
 from pipros.ros2.interfaces.ros1_text import ros1_definition, ros1_name
 
-_METADATA = "metadata.yaml"
 _LAST_WITHOUT_DISTRIBUTION = 5
 _OPTIONS = "use --msgs to give the folders with ROS 2 definitions"
 
@@ -41,10 +39,11 @@ _OPTIONS = "use --msgs to give the folders with ROS 2 definitions"
 class Ros2BagReader(BagReader):
     """A ROS 2 bag, with the methods of `BagReader`.
 
-    A topic is left out if its type cannot be converted, or its messages are not encoded as CDR.
+    A topic is left out if its type cannot be converted, or its messages are not encoded as CDR. A file that
+    cannot be read is left out if the bag has others.
 
     Args:
-        path: a bag folder, or one of its files.
+        path: a bag folder, with or without `metadata.yaml`, or a single file.
         folders: folders with ROS 2 definitions; see `Catalog`.
 
     Raises:
@@ -52,7 +51,6 @@ class Ros2BagReader(BagReader):
         OSError: a file cannot be read.
 
     Attributes:
-        skipped: maps each topic that is left out to the reason.
         topic_types: maps each topic to its ROS 2 type.
     """
 
@@ -63,15 +61,15 @@ class Ros2BagReader(BagReader):
         folders: Sequence[str | os.PathLike[str]] = (),
         rules: MappingRules = BUILTIN_RULES,
     ) -> None:
-        metadata, paths = _files(path)
+        metadata, paths = bag_files(path)
         self._path = path
-        self._paths = paths
-        self.skipped: dict[str, str] = {}
         self.topic_types: dict[str, str] = {}
-        self._storages: list[StorageReader] = []
-        super().__init__(paths[0], layout=BagLayout(Version(0, 0)), name=os.fspath(path))
+        storages, skipped = opened_files(paths)
+        self._paths, self._storages = list(storages), list(storages.values())
         try:
-            self._storages += [_storage(each) for each in paths]
+            super().__init__(self._paths[0], layout=BagLayout(Version(0, 0)), name=os.fspath(path))
+            self.skipped_files.update(skipped)
+            self._invalid: dict[str, str] = {}
             self._ros1 = _Ros1Types()
             self._catalog = Catalog(_distribution(metadata), self._ros1.definitions, folders)
             self._plans = Plans(self._catalog, self._ros1.definitions, rules)
@@ -148,9 +146,12 @@ class Ros2BagReader(BagReader):
             try:
                 data = plan.to_ros1(cdr)
             except ConversionError as error:
-                raise BagFormatError(
-                    f"{self.name}: a message on {connection.topic} is damaged: {error}"
-                ) from None
+                if self.on_bad_message is None:
+                    raise BagFormatError(
+                        f"{self.name}: a message on {connection.topic} is damaged: {error}"
+                    ) from None
+                self.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
+                continue
             yield connection, time_ns, data, 0, 0
 
     def _stored(
@@ -167,15 +168,21 @@ class Ros2BagReader(BagReader):
         return heapq.merge(*files, key=_time_of)
 
     def _add_definitions(self) -> None:
+        """Add the definitions in the files. One that is invalid affects only the topics of its type."""
         for storage in self._storages:
             for type_name, text in storage.definitions.items():
-                if is_full_name(type_name):
+                # recorders store an empty text if they do not find the definition
+                if is_full_name(type_name) and (text.strip() or not self._is_known(type_name)):
                     try:
                         self._catalog.add(messages_from_text(type_name, text))
                     except PiprosError as error:
-                        raise BagFormatError(
-                            f"{self.name}: invalid definition of {type_name}: {error}"
-                        ) from None
+                        self._invalid[type_name] = f"its definition in the bag is invalid: {error}"
+
+    def _is_known(self, type_name: str) -> bool:
+        try:
+            return bool(owner_of(type_name)) or self._catalog.has_message(type_name)
+        except PiprosError:
+            return True
 
     def _connect(self, storage: StorageReader) -> dict[int, tuple[Connection, ConversionPlan]]:
         found: dict[int, tuple[Connection, ConversionPlan]] = {}
@@ -220,7 +227,7 @@ class Ros2BagReader(BagReader):
             try:
                 whole = self._catalog.complete(self._catalog.message(ros2_type))
             except NotFound as error:
-                raise BagError(f"{error}; {_OPTIONS}") from None
+                raise BagError(self._invalid.get(ros2_type) or f"{error}; {_OPTIONS}") from None
             self._ros1.add([whole.message, *whole.embedded.values()])
             return self._plans.between(ros1_name(ros2_type), ros2_type)
 
@@ -260,42 +267,6 @@ def open_any_bag(
     if is_ros2_bag(path):
         return Ros2BagReader(Path(path), folders=folders)
     return open_bag(path)
-
-
-def is_ros2_bag(path: str | os.PathLike[str]) -> bool:
-    """Return whether a path is a ROS 2 bag. Raises the same errors as `open_any_bag`."""
-    path = Path(path)
-    if path.is_dir():
-        return (path / _METADATA).exists()
-    if is_mcap(path):
-        return has_cdr(path)
-    with path.open("rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
-
-
-def _files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
-    """Return a bag's metadata (None if `path` is a single file) and its files."""
-    if not path.is_dir():
-        return None, [path]
-    where = path / _METADATA
-    try:
-        text = read_text(os.fspath(where), process_limits().file_bytes)
-    except UnicodeDecodeError as error:
-        raise BagFormatError(f"{where}: {error}") from None
-    metadata = parse_metadata(text, os.fspath(where))
-    if metadata.compression:
-        raise BagError(
-            f"{path}: its files or messages are compressed with {metadata.compression}; decompress them first"
-        )
-    # Old versions of rosbag2 include the folder name in the paths.
-    paths = [path / Path(name).name for name in metadata.files]
-    if not paths:
-        raise BagFormatError(f"{where} lists no files")
-    return metadata, paths
-
-
-def _storage(path: Path) -> StorageReader:
-    return McapStorage(path) if is_mcap(path) else SqliteReader(path)
 
 
 def _distribution(metadata: BagMetadata | None) -> Distribution:

@@ -13,11 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.errors import BagError, BagFormatError
+from pipros.bag.layout import REPAIR
 from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
 from pipros.ros2.bags.storage import NewTopic, StoredTopic
 from pipros.ros2.distribution import Distribution
 
 MAGIC = b"SQLite format 3\0"
+TABLES = ("schema", "metadata", "topics", "message_definitions", "messages")
+"""The tables of a bag. Only `topics` and `messages` are required."""
 
 _STEPS_PER_SIGNAL_CHECK = 100_000
 _TOPICS = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
@@ -45,9 +48,39 @@ def _translated(name: str) -> Iterator[None]:
     except sqlite3.OperationalError as error:
         if str(error) == "interrupted":
             raise KeyboardInterrupt from None
-        raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}") from error
+        raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
     except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
-        raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}") from error
+        raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
+
+
+def has_magic(path: Path) -> bool:
+    """Return whether a file begins like an SQLite database."""
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
+
+
+def opened_database(path: Path) -> sqlite3.Connection:
+    """Open a database read-only, as an untrusted one. Raise `BagFormatError` if that is not possible."""
+    uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
+    with _translated(os.fspath(path)):
+        database = sqlite3.connect(uri, uri=True)
+        # Python handles signals while SQLite calls this function. SQLite replaces an exception raised by a
+        # signal handler with its own error, "interrupted".
+        database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
+        database.execute("PRAGMA trusted_schema = OFF")
+    return database
+
+
+def check_tables(database: sqlite3.Connection, name: str) -> None:
+    """Check that the tables exist. Reject views and computed columns: evaluating them may never end."""
+    query = "SELECT lower(name), type, sql FROM sqlite_master"
+    found = [row for row in database.execute(query) if row[0] in TABLES]
+    is_plain = all(kind == "table" and str(sql).startswith("CREATE TABLE") for _, kind, sql in found)
+    computed = [row for each in TABLES for row in database.execute(f"PRAGMA table_xinfo({each})") if row[6]]
+    if not is_plain or computed or not {"topics", "messages"} <= {name for name, *_ in found}:
+        raise BagFormatError(
+            f"{name} is not a ROS 2 bag: a table is missing, is a view, or has computed columns"
+        )
 
 
 class SqliteReader:
@@ -59,16 +92,10 @@ class SqliteReader:
 
     def __init__(self, path: Path) -> None:
         self._name = os.fspath(path)
-        uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
-        with _translated(self._name):
-            self._database = sqlite3.connect(uri, uri=True)
-        # Python handles signals while SQLite calls this function. SQLite replaces an exception raised by a
-        # signal handler with its own error, "interrupted".
-        self._database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
+        self._database = opened_database(path)
         try:
             with _translated(self._name):
-                self._database.execute("PRAGMA trusted_schema = OFF")
-                self._check_tables()
+                check_tables(self._database, self._name)
                 self.topics = [self._topic(row) for row in self._topics()]
                 self.definitions = self._definitions()
                 counts = self._database.execute("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id")
@@ -96,20 +123,6 @@ class SqliteReader:
 
     def close(self) -> None:
         self._database.close()
-
-    def _check_tables(self) -> None:
-        """Check that the tables exist. Reject views and computed columns: evaluating them may never end."""
-        names = ("topics", "messages", "message_definitions")
-        query = "SELECT type, sql FROM sqlite_master WHERE lower(name) IN (?, ?, ?)"
-        found = self._database.execute(query, names).fetchall()
-        is_plain = all(kind == "table" and str(sql).startswith("CREATE TABLE") for kind, sql in found)
-        computed = [
-            row for name in names for row in self._database.execute(f"PRAGMA table_xinfo({name})") if row[6]
-        ]
-        if not is_plain or computed or len(found) < len(names) - 1:
-            raise BagFormatError(
-                f"{self._name} is not a ROS 2 bag: a table is missing, is a view, or has computed columns"
-            )
 
     def _topics(self) -> list[tuple[Any, ...]]:
         known = {row[1] for row in self._database.execute("PRAGMA table_info(topics)")}

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
-import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from optparse import OptionParser
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from pipros.bag.errors import BagError
-from pipros.basics.printable import listed
 
 if TYPE_CHECKING:
+    from pipros.bag.left_out import LeftOut
     from pipros.bag.reader import BagReader
     from pipros.bag.writer import MessageSink
 
@@ -38,17 +37,14 @@ def definition_folders(given: Sequence[str]) -> list[Path]:
 
 
 def opened(path: str | os.PathLike[str], options: Any) -> BagReader:
-    """Open a ROS 2 bag. Print a warning for each topic that cannot be converted.
+    """Open a ROS 2 bag.
 
     Raises:
         BagError, OSError: see `open_any_bag`.
     """
-    from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
+    from pipros.ros2.bags.reader import open_any_bag
 
-    bag = open_any_bag(path, folders=definition_folders(options.msgs))
-    if isinstance(bag, Ros2BagReader):
-        _warn(bag.skipped)
-    return bag
+    return open_any_bag(path, folders=definition_folders(options.msgs))
 
 
 def add_writing_options(parser: OptionParser) -> None:
@@ -82,14 +78,21 @@ def is_chosen(parser: OptionParser, options: Any) -> bool:
     return bool(options.ros2)
 
 
+def recover(path: Path, file: BinaryIO) -> list[str]:
+    """Copy the readable records of an SQLite file to a new one. Return descriptions of the damage."""
+    from pipros.ros2.bags.sqlite_repair import recover
+
+    return recover(path, file)
+
+
 def target_name(source: Path) -> str:
     """Return the name of the output folder for an input bag."""
     return source.stem
 
 
 @contextlib.contextmanager
-def written(target: Path, options: Any) -> Iterator[MessageSink]:
-    """Create a ROS 2 bag. On exit, print a warning for each topic that lacks messages.
+def written(target: Path, options: Any, left_out: LeftOut) -> Iterator[MessageSink]:
+    """Create a ROS 2 bag. Report the topics and messages that are left out.
 
     Raises:
         PiprosError, OSError: an option has an invalid value, or the bag cannot be written.
@@ -117,15 +120,10 @@ def written(target: Path, options: Any) -> Iterator[MessageSink]:
         rules=rules,
     ) as writer:
         yield writer
-    _warn(writer.skipped, writer.incomplete)
-
-
-def _warn(skipped: Mapping[str, str], incomplete: Mapping[str, str] | None = None) -> None:
-    """Print why topics, or some of their messages, are left out."""
-    for topic, reason in skipped.items():
-        print(f"WARNING: {listed(topic)} is left out: {listed(reason)}", file=sys.stderr)
-    for topic, reason in (incomplete or {}).items():
-        print(f"WARNING: messages on {listed(topic)} are left out: {listed(reason)}", file=sys.stderr)
+    for topic, reason in writer.skipped.items():
+        left_out.whole(topic, reason)
+    for topic, reason in writer.incomplete.items():
+        left_out.message(topic, reason)
 
 
 def _read(name: str) -> str:

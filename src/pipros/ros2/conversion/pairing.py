@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from pipros.basics.errors import NotFound
-from pipros.msg.language.digest import Lookup
-from pipros.msg.language.spec import Field, FieldType, MessageSpec, ServiceSpec
+from pipros.msg.language.digest import Lookup, complete
+from pipros.msg.language.spec import DefinitionError, Field, FieldType, MessageSpec, ServiceSpec
 from pipros.ros2.conversion.errors import NotConvertible
 from pipros.ros2.conversion.mapping import Fields, MappingRules
 from pipros.ros2.conversion.values import WHOLE_MESSAGES
@@ -17,6 +17,14 @@ from pipros.ros2.interfaces.spec import NO_FIELDS, Ros2Field, Ros2Message, Ros2T
 
 _STATUS = "_status"
 """Name of the status field in result pairs. Field names in definitions cannot begin with `_`."""
+
+_RENAMED = {
+    "tf/tfMessage": "tf2_msgs/TFMessage",
+    "roslib/Clock": "rosgraph_msgs/Clock",
+    "roslib/Header": "std_msgs/Header",
+    "roslib/Log": "rosgraph_msgs/Log",
+}
+"""Later names of messages in old bags."""
 
 Path = tuple[str, ...]
 """The name of a field, or the names that lead to a field of an embedded message."""
@@ -72,10 +80,11 @@ class Pairing:
         Raises:
             NotConvertible: there is no corresponding ROS 2 type.
         """
-        rule = self._rules.message(ros1=ros1)
+        rule = self._rules.message(ros1=ros1) or self._rules.message(ros1=self._current(ros1))
         if rule is not None:
             return rule.ros2
-        return _first(ros1, self._rules.candidates_in_ros2(ros1), self.catalog.has_message, self.catalog)
+        candidates = self._rules.candidates_in_ros2(self._current(ros1))
+        return _first(ros1, candidates, self.catalog.has_message, self.catalog)
 
     def ros1_type(self, ros2: str) -> str:
         """Return the ROS 1 type for a ROS 2 message. Raises the same errors as `ros2_type`."""
@@ -111,6 +120,7 @@ class Pairing:
             links = tuple(FieldPair((ros1.fields[0].name,), (field.name,)) for field in ros2.fields)
             return Pair(ros1, ros2, links)
         rule = self._rules.message(ros1.type, ros2.type)
+        rule = rule or self._rules.message(self._current(ros1.type), ros2.type)
         return _pair(ros1, ros2, None if rule is None else rule.fields)
 
     def service(self, ros1: ServiceSpec, ros2_type: str) -> tuple[Pair, Pair]:
@@ -167,6 +177,17 @@ class Pairing:
             ),
             _pair(feedback, ros2.feedback, None if rule is None else rule.feedback),
         )
+
+    def _current(self, ros1: str) -> str:
+        """Return the later name of a message that was renamed, if its definition is the same."""
+        later = _RENAMED.get(ros1)
+        if later is None:
+            return ros1
+        try:
+            old, new = (complete(self.lookup(name), self.lookup).md5() for name in (ros1, later))
+        except (NotFound, DefinitionError):
+            return ros1
+        return later if old == new else ros1
 
     def _has_ros1(self, name: str) -> bool:
         return _exists(self.lookup, name)

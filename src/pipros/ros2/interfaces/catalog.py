@@ -27,6 +27,7 @@ from pipros.ros2.interfaces.parse import (
     parse_ros2_message,
     parse_ros2_service,
 )
+from pipros.ros2.interfaces.parts import owner_of, parts_of
 from pipros.ros2.interfaces.spec import CompleteRos2Message, Ros2Message, Ros2Service
 
 
@@ -128,6 +129,9 @@ class Catalog:
                 self._messages[name] = parse_ros2_message(*text)
             elif self._may_derive(name, self._carried.same_messages):
                 self._messages[name] = derived_message(self._ros1.message(name.replace("/msg/", "/")))
+            elif owner := owner_of(name):
+                whole = self.service(owner) if "/srv/" in owner else self.action(owner)
+                self._messages[name] = parts_of(whole)[name]
             else:
                 raise self._unknown(name)
         return self._messages[name]

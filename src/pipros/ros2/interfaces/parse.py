@@ -13,6 +13,7 @@ from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.parse import SECTION_MARK
 from pipros.msg.language.spec import DefinitionError
 from pipros.ros2.interfaces.action_types import Ros2Action
+from pipros.ros2.interfaces.parts import owner_of, parts_of
 from pipros.ros2.interfaces.spec import (
     NO_FIELDS,
     PRIMITIVES,
@@ -100,20 +101,34 @@ def parse_ros2_action(text: str, type_name: str, file: str = "") -> Ros2Action:
 
 
 def messages_from_text(type_name: str, text: str) -> dict[str, Ros2Message]:
-    """Return the definitions in the text of a bag's schema (`ros2msg`), by name; `type_name` comes first.
+    """Return the definitions in the text of a bag's schema (`ros2msg`), by name.
+
+    For a message that belongs to a service or an action, the text may begin with the definition of the whole
+    service or action.
 
     Raises:
         DefinitionError: a definition is invalid.
     """
     head, *others = re.split(rf"^{SEPARATOR}\s*\n", text.replace("\r\n", "\n"), flags=re.MULTILINE)
-    found = {type_name: parse_ros2_message(head, type_name)}
+    if others and not head.strip() and others[0].startswith(("SRV: ", "ACTION: ")):
+        _, _, head = others.pop(0).partition("\n")
+    found = _messages_of_head(type_name, head)
     for part in others:
         title, _, body = part.partition("\n")
         if not title.startswith("MSG: "):
             raise DefinitionError("expected MSG: package/Name after a separator", file=f"<{type_name}>")
         name = full_name(title.removeprefix("MSG: ").strip())
-        found.setdefault(name, parse_ros2_message(body, name))
+        if name not in found:
+            found[name] = parse_ros2_message(body, name)
     return found
+
+
+def _messages_of_head(type_name: str, text: str) -> dict[str, Ros2Message]:
+    owner = owner_of(type_name)
+    if not owner or SECTION_MARK not in map(str.strip, text.split("\n")):
+        return {type_name: parse_ros2_message(text, type_name)}
+    parse = parse_ros2_service if "/srv/" in owner else parse_ros2_action
+    return dict(parts_of(parse(text, owner)))
 
 
 def full_name(name: str, package: str = "") -> str:

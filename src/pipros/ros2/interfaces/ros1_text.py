@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import DefinitionError, MessageSpec
 from pipros.ros2.interfaces.spec import DURATION, HEADER, NO_FIELDS, TIME, Form, Ros2Constant, Ros2Message
@@ -10,8 +12,8 @@ _NAMES = {TIME: "time", DURATION: "duration"}
 
 
 def ros1_name(name: str) -> str:
-    """Return `package/Name` for `package/msg/Name`."""
-    return name.replace("/msg/", "/")
+    """Return `package/Name` for `package/msg/Name`, or for `srv` or `action` in place of `msg`."""
+    return re.sub("/(msg|srv|action)/", "/", name)
 
 
 def ros1_definition(message: Ros2Message) -> MessageSpec:

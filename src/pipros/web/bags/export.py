@@ -10,12 +10,13 @@ from typing import IO, Final
 from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagError
 from pipros.bag.images import image_file
-from pipros.bag.reader import BagReader
+from pipros.bag.left_out import LeftOut
+from pipros.bag.reader import BagReader, received_at
 from pipros.bag.writer import BagWriter
-from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
+from pipros.msg.errors import MessageException
 from pipros.msg.time import NS_PER_S
 from pipros.pictures.image_message import IMAGE_TYPES
 from pipros.web.bags.playback import newest_before
@@ -51,24 +52,27 @@ def export(
     Args:
         form: one of `FORMATS`. Bags begin with the latched messages published before the range. Tables have
             the rows that `rostopic echo -p` prints, with recorded times. With `images`, topics that are not
-            images are skipped.
+            images are skipped. What cannot be written is left out, and listed in `left_out.txt`.
         limit_bytes: maximum total size of the messages; for tables, of the rows.
 
     Raises:
         BagError: the messages exceed the limit, or the bag is damaged.
-        PiprosError: a message cannot be converted.
     """
     budget = _SizeBudget(limit_bytes)
     if form == "bag":
         _bag(reader, topics, range_ns, file, budget)
         return
+    lines: list[str] = []
+    left_out = LeftOut(lines.append)
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for topic in sorted(topics):
             name = _entry_name(topic)
             if form == "csv":
-                _table(reader, topic, range_ns, archive, name, budget)
+                _table(reader, topic, range_ns, archive, name, budget, left_out)
             elif any(each.type in IMAGE_TYPES for each in reader.connections_of(topic)):
-                _images(reader, topic, range_ns, archive, name, budget)
+                _images(reader, topic, range_ns, archive, name, budget, left_out)
+        if lines:
+            archive.writestr("left_out.txt", "".join(f"{line}\n" for line in lines))
 
 
 def _entry_name(topic: str) -> str:
@@ -118,13 +122,17 @@ def _table(
     archive: zipfile.ZipFile,
     name: str,
     budget: _SizeBudget,
+    left_out: LeftOut,
 ) -> None:
     rows, is_first = MessageRows(), True
     with archive.open(f"{name}.csv", "w", force_zip64=True) as table:
         for message in reader.stored_messages(reader.connections_of(topic), *range_ns):
-            part = Part(
-                reader.class_of(message.connection)._from_bytes(message.data), message.connection.type
-            )
+            try:
+                decoded = reader.decode(message)
+            except (BagError, MessageException) as error:
+                left_out.message(topic, f"{received_at(message.time_ns)}: {error}")
+                continue
+            part = Part(decoded, message.connection.type)
             if is_first:
                 table.write(rows.heading(part).encode() + b"\n")
                 is_first = False
@@ -140,12 +148,15 @@ def _images(
     archive: zipfile.ZipFile,
     name: str,
     budget: _SizeBudget,
+    left_out: LeftOut,
 ) -> None:
-    for number, message in enumerate(reader.stored_messages(reader.connections_of(topic), *range_ns)):
+    images = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
+    for number, message in enumerate(reader.stored_messages(images, *range_ns)):
         budget.take(len(message.data))
         try:
-            suffix, content = image_file(reader.class_of(message.connection)._from_bytes(message.data))
-        except PiprosError as error:
-            raise BagError(f"{topic}: {error}") from error
+            suffix, content = image_file(reader.decode(message))
+        except (BagError, MessageException) as error:
+            left_out.message(topic, f"{received_at(message.time_ns)}: {error}")
+            continue
         seconds, nanoseconds = divmod(message.time_ns, NS_PER_S)
         archive.writestr(f"{name}/{number:06d}_{seconds}.{nanoseconds:09d}{suffix}", content)

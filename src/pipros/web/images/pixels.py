@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Mapping
 from typing import Any
 
 from pipros.basics.printable import printable
+from pipros.pictures.compressed import DEPTH_HEADER, PNG
 from pipros.pictures.encodings import Color
 from pipros.pictures.errors import PictureError
 from pipros.pictures.image_message import encoding_of
@@ -16,10 +16,6 @@ from pipros.web.messages.known_topic import LONGEST_NAME
 
 LARGEST_BYTES = 2_000_000
 """Size in bytes above which raw images are subsampled to every second, third, … row and column."""
-
-_DEPTH_HEADER = struct.Struct("<iff")
-"""Header of a compressed depth image: format, quotient and offset of the quantised inverse depths."""
-_PNG = b"\x89PNG\r\n\x1a\n"
 
 
 def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[str, Any], bytes]:
@@ -67,17 +63,17 @@ def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
     head = {"compressed": "png" if "png" in how.lower() or "png" in name.lower() else "jpeg"}
     if "compressedDepth" not in how:
         return {**head, "format": message.format[:LONGEST_NAME]}, data
-    if len(data) < _DEPTH_HEADER.size or name not in ("16UC1", "32FC1"):
-        rule = f"must be 16UC1 or 32FC1 with at least {_DEPTH_HEADER.size} bytes"
+    if len(data) < DEPTH_HEADER.size or name not in ("16UC1", "32FC1"):
+        rule = f"must be 16UC1 or 32FC1 with at least {DEPTH_HEADER.size} bytes"
         found = f"[{printable(name)}] with {len(data)} bytes"
         raise RequestRefused(f"a compressed depth image {rule}, got {found}")
-    if not data.startswith(_PNG, _DEPTH_HEADER.size):
+    if not data.startswith(PNG, DEPTH_HEADER.size):
         raise RequestRefused("the page can only show compressed depth images in PNG format, not RVL")
-    _, quotient, offset = _DEPTH_HEADER.unpack_from(data)
+    _, quotient, offset = DEPTH_HEADER.unpack_from(data)
     values = {"encoding": name, "quantised": [quotient, offset] if name == "32FC1" else None}
     if not math.isfinite(quotient) or not math.isfinite(offset):
         raise RequestRefused("the depth quantisation of a compressed depth image must be finite")
-    return {"compressed": "depth", **values}, data[_DEPTH_HEADER.size :]
+    return {"compressed": "depth", **values}, data[DEPTH_HEADER.size :]
 
 
 def _step(encoding: str, size: int, largest_bytes: int) -> int:

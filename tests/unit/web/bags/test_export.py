@@ -7,6 +7,7 @@ import struct
 import zipfile
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -14,6 +15,7 @@ from pipros.bag import BagError, BagReader, BagWriter
 from pipros.msg import load_message_class
 from pipros.web.bags.export import FORMATS, export
 from pipros.web.bags.playback import newest_before
+from tests.support.bags import bag_bytes
 
 SECOND = 10**9
 
@@ -102,3 +104,21 @@ def test_an_exported_bag_begins_with_the_latched_messages(tmp_path: Path) -> Non
         ("/tf_static", b"b"),
         ("/tf_static", b"c"),
     ]
+
+
+@pytest.mark.parametrize("bad", [0, 1, 2])
+def test_an_image_that_cannot_be_written_does_not_end_the_export(bad: int, tmp_path: Path) -> None:
+    kind: Any = load_message_class("sensor_msgs/Image")
+    good = kind(height=1, width=1, step=1, encoding="mono8", data=b"x")
+    rows = [("/camera", kind() if number == bad else good, number, 0) for number in range(3)]
+    (tmp_path / "images.bag").write_bytes(bag_bytes(rows))
+
+    with BagReader(tmp_path / "images.bag") as bag, (tmp_path / "out.zip").open("w+b") as file:
+        export(bag, ["/camera"], (0, 9 * 10**9), "images", file, 1 << 20)
+    with zipfile.ZipFile(tmp_path / "out.zip") as archive:
+        names = sorted(archive.namelist())
+        reason = archive.read("left_out.txt").decode()
+
+    seconds = [number for number in range(3) if number != bad]
+    assert names == [f"camera/{n:06d}_{n}.000000000.png" for n in seconds] + ["left_out.txt"]
+    assert f"messages on /camera are left out: the message received at {bad}.000000000: the image" in reason

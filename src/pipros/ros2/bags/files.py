@@ -1,0 +1,76 @@
+"""Files of a ROS 2 bag: those that `metadata.yaml` lists, or all in a folder without it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.bag.errors import BagError, BagFormatError
+from pipros.bag.opening import check_no_pointer, is_mcap
+from pipros.basics.input_file import read_text
+from pipros.basics.limits import process_limits
+from pipros.ros2.bags.mcap_storage import McapStorage, is_of_ros2
+from pipros.ros2.bags.metadata import BagMetadata, parse_metadata
+from pipros.ros2.bags.sqlite_files import SqliteReader, has_magic
+from pipros.ros2.bags.storage import StorageReader
+
+_METADATA = "metadata.yaml"
+_SUFFIXES = (".mcap", ".db3")
+
+
+def is_ros2_bag(path: str | os.PathLike[str]) -> bool:
+    """Return whether a path is a ROS 2 bag. See `opened_files` for errors."""
+    path = Path(path)
+    if path.is_dir():
+        return True
+    if is_mcap(path):
+        return is_of_ros2(path)
+    return has_magic(path)
+
+
+def bag_files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
+    """Return a bag's metadata (None if `path` is a single file) and its files."""
+    if not path.is_dir():
+        return None, [path]
+    where = path / _METADATA
+    if not where.exists():
+        found = sorted(
+            each for each in path.iterdir() if each.suffix in _SUFFIXES and ".orig." not in each.name
+        )
+        if not found:
+            raise BagError(f"{path} is a folder without {_METADATA} and without .mcap or .db3 files")
+        return None, found
+    try:
+        text = read_text(os.fspath(where), process_limits().file_bytes)
+    except UnicodeDecodeError as error:
+        raise BagFormatError(f"{where}: {error}") from None
+    metadata = parse_metadata(text, os.fspath(where))
+    if metadata.compression:
+        raise BagError(
+            f"{path}: its files or messages are compressed with {metadata.compression}; decompress them first"
+        )
+    # Old versions of rosbag2 include the folder name in the paths.
+    paths = list(dict.fromkeys(path / Path(name).name for name in metadata.files))
+    if not paths:
+        raise BagFormatError(f"{where} lists no files")
+    return metadata, paths
+
+
+def opened_files(paths: Sequence[Path]) -> tuple[dict[Path, StorageReader], dict[str, str]]:
+    """Open the files of a bag. Return those that can be read, and the reasons for the others.
+
+    Raises:
+        BagError, OSError: no file can be read.
+    """
+    found: dict[Path, StorageReader] = {}
+    skipped: dict[str, str] = {}
+    for path in paths:
+        try:
+            check_no_pointer(path)
+            found[path] = McapStorage(path) if is_mcap(path) else SqliteReader(path)
+        except (BagError, OSError) as error:
+            if len(skipped) == len(paths) - 1:
+                raise
+            skipped[os.fspath(path)] = str(error)
+    return found, skipped
