@@ -214,7 +214,7 @@ def test_pipros_install_resolves_builds_and_installs(
     (user / "CMakeLists.txt").write_text("project(user)\nfind_package(catkin)\ncatkin_package()\n")
     installed.run("pipros", "wheel", package, "-o", tmp_path / "wheels")
     plan = installed.shell(f"pipros install --dry-run --find-links wheels {user}", folder=tmp_path)
-    assert re.search(r"my_robot_msgs +wheel in a folder +ros1-my-robot-msgs +user", plan)
+    assert re.search(r"my_robot_msgs +wheel in a folder +ros1-my-robot-msgs==1.2.0 +user", plan)
     assert installed.files() == before
     installed.shell(f"pipros install --find-links wheels {user}", folder=tmp_path)
     assert sorted(installed.run("rospack", "depends1", "user").split()) == ["my_robot_msgs", "rospy"]

@@ -207,21 +207,37 @@ def copy_file(source: Path, target: Path, say: Say, *, mode: int = FILE_MODE) ->
 
 def _copy_folder(item: Copy, source: Path, target: Path, say: Say) -> None:
     target.mkdir(parents=True, exist_ok=True)
-    for folder, folders, files in os.walk(source):
+    for path in paths_to_copy(item, target):
+        made = Path(os.path.normpath(target / path.relative_to(source)))
+        if path.is_dir() and not path.is_symlink():
+            made.mkdir(exist_ok=True)
+        else:
+            mode = FILE_MODE if path.is_symlink() and path.is_dir() else _mode_of(item, str(path))
+            copy_file(path, made, say, mode=mode)
+
+
+def paths_to_copy(item: Copy, target: Path | None = None) -> Iterator[Path]:
+    """Yield the folders, files and links that a copy of a folder writes, each folder before its contents.
+
+    Args:
+        target: the folder of the copy, which is not searched if it is inside of the source.
+    """
+    for folder, folders, files in os.walk(item.source):
         folders[:] = [
             name
             for name in folders
-            if name != "__pycache__" and not _is_excluded(item, os.path.join(folder, name))
+            if name != "__pycache__"
+            and Path(folder, name) != target
+            and not _is_excluded(item, os.path.join(folder, name))
         ]
-        below = target / os.path.relpath(folder, source)
-        below.mkdir(exist_ok=True)
+        yield Path(folder)
         links = [name for name in folders if os.path.islink(os.path.join(folder, name))]
         for name in links if not item.only_matching else ():  # os.walk() does not follow links to folders
-            copy_file(Path(folder, name), Path(os.path.normpath(below / name)), say)
+            yield Path(folder, name)
         for name in files:
             path = os.path.join(folder, name)
             if not _is_excluded(item, path) and (_matching(item, path) or not item.only_matching):
-                copy_file(Path(path), Path(os.path.normpath(below / name)), say, mode=_mode_of(item, path))
+                yield Path(path)
 
 
 def _matching(item: Copy, path: str) -> list[CopyPattern]:

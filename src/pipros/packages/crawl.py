@@ -97,8 +97,12 @@ class Crawl:
         return all(package.is_current() for package in self.packages)
 
 
-def crawl(root: str) -> Crawl:
-    """Return the packages in `root` and below it. Unreadable folders count as empty."""
+def crawl(root: str, unreadable: list[str] | None = None) -> Crawl:
+    """Return the packages in `root` and below it. Unreadable folders and manifests are left out.
+
+    If `unreadable` is given, it receives a line for each folder and manifest below `root` that is left out.
+    """
+    left_out = [] if unreadable is None else unreadable
     newest_trusted_ns = time.time_ns() - _RACY_NS
     folders: list[tuple[str, int]] = []
     packages: list[CrawledPackage] = []
@@ -114,12 +118,16 @@ def crawl(root: str) -> Crawl:
             visited.add(identity)
             with os.scandir(folder) as listing:
                 entries = {entry.name: entry for entry in listing}
-        except OSError:
+        except OSError as error:
+            if folder != root:
+                left_out.append(f"{folder}: {error.strerror}")
             continue
         package = None
         if not _IGNORE_MARKERS & entries.keys():
             if MANIFEST in entries:
                 package = read_package(folder, newest_trusted_ns)
+                if package is None and not _is_folder(entries[MANIFEST]):
+                    left_out.append(f"{entries[MANIFEST].path}: cannot be read, or is not a regular file")
             elif DRY_MANIFEST in entries:
                 package = _dry_package(entries[DRY_MANIFEST], folder, newest_trusted_ns)
         if package is not None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.wheels.archive import ArchiveEntry, write_source_archive
@@ -41,7 +41,7 @@ def prepare_metadata_for_build_wheel(metadata_directory: str, config_settings: S
     """Write the `.dist-info` folder of the wheel, and return its name."""
     package = _package()
     with tempfile.TemporaryDirectory(prefix="pipros-wheel-") as folder:
-        project = read_package(package, Path(folder), surroundings_of([package]), {}, _say)
+        project = read_package(package, Path(folder), surroundings_of([package]), lambda _name: (), _say)
         return _write_info(package, metadata_of(package, project, WheelOptions()), metadata_directory)
 
 
@@ -80,15 +80,24 @@ def _package() -> SourcePackage:
     folder = Path.cwd()
     if not (folder / "package.xml").is_file():
         raise WheelRefused(f"{folder} has no package.xml")
-    (package,) = source_packages([folder])
+    space = source_packages([folder])
+    _check(space.errors)
+    (package,) = space.packages
     return package
+
+
+def _check(errors: Sequence[str]) -> None:
+    if errors:
+        raise WheelRefused("\n".join(errors))
 
 
 def _build(folder: str, settings: Settings, *, is_editable: bool) -> str:
     options = WheelOptions(
         is_strict=_is_on(settings, "strict"), is_whole=_is_on(settings, "whole"), is_editable=is_editable
     )
-    (wheel,) = build_wheels([_package()], Path(folder), options, _say)
+    build = build_wheels([_package()], Path(folder), options, _say)
+    _check([*build.errors, *build.left_out])
+    (wheel,) = build.wheels
     for note in wheel.notes:
         _say(f"{wheel.package.name}: {note}")
     return wheel.file.name

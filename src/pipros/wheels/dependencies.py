@@ -28,11 +28,16 @@ _VERSIONS = {
 
 
 class DependencySource(Enum):
-    """What provides a dependency."""
+    """What provides a dependency.
+
+    `UNKNOWN` is a ROS package in a `CMakeLists.txt` that nothing provides. A wheel does not require it,
+    because pip would ask a public index for it, where anyone can register its name.
+    """
 
     PIPROS = auto()
     PYPI = auto()
     ROS = auto()
+    UNKNOWN = auto()
     OTHER = auto()
 
 
@@ -50,6 +55,19 @@ class Dependency:
     requirement: str = ""
 
 
+def run_dependencies(package: SourcePackage) -> dict[str, list[str]]:
+    """Return the names of a package's run-time dependencies, with version limits such as `>=1.2`."""
+    versions: dict[str, list[str]] = {}
+    for kind in ("exec_depends", "build_export_depends"):
+        for item in getattr(package.manifest, kind):
+            if item.evaluated_condition is not False:
+                bounds = versions.setdefault(str(item.name), [])
+                bounds += [
+                    f"{sign}{getattr(item, name)}" for name, sign in _VERSIONS.items() if getattr(item, name)
+                ]
+    return versions
+
+
 def dependencies_of(
     package: SourcePackage,
     project: Project | None,
@@ -64,14 +82,7 @@ def dependencies_of(
             wheel, for example a package in the same workspace.
         keys: requirements by rosdep key.
     """
-    versions: dict[str, list[str]] = {}
-    for kind in ("exec_depends", "build_export_depends"):
-        for item in getattr(package.manifest, kind):
-            if item.evaluated_condition is not False:
-                bounds = [
-                    f"{sign}{getattr(item, name)}" for name, sign in _VERSIONS.items() if getattr(item, name)
-                ]
-                versions.setdefault(str(item.name), []).extend(bounds)
+    versions = run_dependencies(package)
     named: set[str] = set()
     if project is not None:
         for name in project.message_dependencies:
@@ -83,8 +94,10 @@ def dependencies_of(
     versions.pop(package.name, None)
     found = []
     for name, bounds in sorted(versions.items()):
-        is_known = is_ros_package(name) or (name in named and not _is_elsewhere(name, keys))
-        found.append(classify(name, is_known, keys, bounds))
+        if name in named and not is_ros_package(name) and not _is_elsewhere(name, keys):
+            found.append(Dependency(name, DependencySource.UNKNOWN))
+        else:
+            found.append(classify(name, is_ros_package(name), keys, bounds))
     return found
 
 

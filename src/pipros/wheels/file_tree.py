@@ -9,15 +9,70 @@ from pathlib import Path
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
+from pipros.cmake.copying import paths_to_copy
 from pipros.wheels.archive import ArchiveEntry
 from pipros.wheels.limits import WheelLimits
-from pipros.workspace.catkin.project import PYTHON_DESTINATION
+from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
+from pipros.workspace.setup_py import PythonSetup
 
 _NOT_INSTALLED = frozenset(("__pycache__", "build", "dist"))
 
 
 class WheelRefused(PiprosError):
     """A package cannot be built as a wheel."""
+
+
+def check_sources(project: Project, setup: PythonSetup | None, package: Path, build: Path) -> None:
+    """Check what a package installs: each file must be inside of the package, or made by its build.
+
+    Args:
+        setup: what the package's `setup.py` installs.
+        build: the temporary folder of the build.
+
+    Raises:
+        WheelRefused: a file is outside, or the folders to copy are too large in total.
+    """
+    allowed = tuple(folder.resolve() for folder in (package, build))
+    sources = [(item.place, item.source) for item in project.installations]
+    sources += [(project.file, interface.path) for interface in project.interfaces]
+    sources += [(project.file, os.path.join(package, file)) for file in project.config_files]
+    sources += [(project.file, hook.source) for hook in project.hooks]
+    sources += [(f"{package}/setup.py", path) for path in (setup.files if setup else ())]
+    for place, path in sources:
+        real = Path(os.path.realpath(path))
+        if path and not any(real.is_relative_to(root) for root in allowed):
+            raise WheelRefused(
+                f"{place}: the package installs {path}, which is outside of the package; copy it into "
+                "the package"
+            )
+    limit_bytes, total_bytes = process_limits().of(WheelLimits).wheel_bytes, 0
+    for item in project.installations:
+        for file in paths_to_copy(item.copy) if item.copy is not None and item.copy.is_folder else ():
+            total_bytes += file.lstat().st_size
+            if total_bytes > limit_bytes:
+                raise WheelRefused(
+                    f"{item.place}: the files exceed {limit_bytes} bytes (wheel_bytes); install fewer"
+                )
+
+
+def replace_links(project: Project, prefix: Path, package: Path) -> None:
+    """Replace installed links whose target is in the package but not installed by copies of the target."""
+    for item in project.installations:
+        if item.copy is None:
+            continue
+        target = prefix / item.copy.target
+        source = Path(item.copy.source)
+        pairs = [(source, target / (item.copy.rename or source.name))]
+        if item.copy.is_folder:
+            base = target if item.copy.source.endswith("/") else target / source.name
+            pairs = [(path, base / path.relative_to(source)) for path in paths_to_copy(item.copy)]
+        for path, made in pairs:
+            made = Path(os.path.normpath(made))
+            if made.is_symlink() and not made.exists() and path.exists():
+                real = path.resolve()
+                if real.is_relative_to(package.resolve()) and not path.is_relative_to(real):
+                    made.unlink()
+                    (copy_whole if real.is_dir() else shutil.copy2)(real, made)
 
 
 def source_entries(folder: Path) -> dict[str, ArchiveEntry]:

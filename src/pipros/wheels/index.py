@@ -15,6 +15,7 @@ import zipfile
 import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from email.message import Message
 from email.parser import HeaderParser
 from html import escape
 from pathlib import Path
@@ -58,13 +59,17 @@ class BadWheel(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class IndexedWheel:
-    """A wheel in a folder. `name` is normalized; `requires_python` is empty if unspecified."""
+    """A wheel in a folder. `name` is normalized; `requires_python` is empty if unspecified.
+
+    `requires` are the requirements as written in its metadata.
+    """
 
     file: Path
     name: str
     version: str
     sha256: str
     requires_python: str
+    requires: tuple[str, ...] = ()
 
 
 def read_wheel_name(file_name: str) -> tuple[str, str]:
@@ -81,29 +86,59 @@ def read_wheel_name(file_name: str) -> tuple[str, str]:
     return normalized(found["name"]), found["version"].replace("_", "-")
 
 
-def wheels_in(folder: Path) -> list[IndexedWheel]:
+def names_in(folders: Iterable[Path]) -> set[str]:
+    """Return the normalized names of the distributions that have wheels in folders."""
+    return {found[0] for folder in folders for file in folder.glob("*.whl") if (found := _name_of(file))}
+
+
+def _name_of(file: Path) -> tuple[str, str] | None:
+    try:
+        return read_wheel_name(file.name)
+    except BadWheel:
+        return None
+
+
+def wheels_in(folder: Path, errors: list[str]) -> list[IndexedWheel]:
     """Return the wheels in a folder, sorted by name and file.
 
-    Raises:
-        BadWheel: a `.whl` file is not a valid wheel.
-        OSError: a file cannot be read.
+    Args:
+        errors: receives the reason for each `.whl` file that is left out, because it is not a valid wheel or
+            cannot be read.
     """
-    return sorted(map(_read, folder.glob("*.whl")), key=lambda wheel: (wheel.name, wheel.file.name))
+    found = []
+    for file in sorted(folder.glob("*.whl")):
+        try:
+            found.append(read_wheel(file))
+        except (BadWheel, OSError) as error:
+            errors.append(str(error))
+    return sorted(found, key=lambda wheel: (wheel.name, wheel.file.name))
 
 
-def _read(file: Path) -> IndexedWheel:
+def read_wheel(file: Path) -> IndexedWheel:
+    """Return a wheel's name, version, hash and requirements.
+
+    Raises:
+        BadWheel: the file is not a wheel.
+        OSError: the file cannot be read.
+    """
     name, version = read_wheel_name(file.name)
     digest = hashlib.sha256()
     with file.open("rb") as opened:
         while chunk := opened.read(_CHUNK_BYTES):
             digest.update(chunk)
+    metadata = metadata_of_wheel(file)
     return IndexedWheel(
-        file, name, version, digest.hexdigest(), metadata_of_wheel(file).get("Requires-Python", "")
+        file,
+        name,
+        version,
+        digest.hexdigest(),
+        " ".join(str(metadata.get("Requires-Python", "")).split()),
+        tuple(" ".join(str(item).split()) for item in metadata.get_all("Requires-Dist") or ()),
     )
 
 
-def metadata_of_wheel(file: Path) -> dict[str, str]:
-    """Return the headers in a wheel's `METADATA`. If a header is repeated, the first value is returned.
+def metadata_of_wheel(file: Path) -> Message:
+    """Return the headers in a wheel's `METADATA`.
 
     Raises:
         BadWheel: the file is not a wheel.
@@ -113,8 +148,7 @@ def metadata_of_wheel(file: Path) -> dict[str, str]:
             for info in archive.infolist():
                 folder, _, name = info.filename.partition("/")
                 if folder.endswith(".dist-info") and name == "METADATA" and info.file_size <= _METADATA_BYTES:
-                    parsed = HeaderParser().parsestr(_content(archive, info).decode("utf-8", "replace"))
-                    return {key: str(value) for key, value in reversed(parsed.items())}
+                    return HeaderParser().parsestr(_content(archive, info).decode("utf-8", "replace"))
     except _DAMAGES as error:
         raise BadWheel(f"{file} is not a wheel: {error}") from None
     raise BadWheel(f"{file} is not a wheel: it has no METADATA")
@@ -134,18 +168,21 @@ def _content(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
         return opened.read(info.file_size)
 
 
-def write_index(folder: Path) -> list[Path]:
+def write_index(folder: Path, errors: list[str]) -> list[Path]:
     """Write the index and the lock file of the wheels in a folder, and return the paths of the files.
 
     Index pages of distributions that have no wheels in the folder are removed.
 
+    Args:
+        errors: receives the reason for each `.whl` file that is left out.
+
     Raises:
-        BadWheel: a file is not a wheel, or the folder contains no wheels.
-        OSError: a file cannot be read or written.
+        BadWheel: the folder contains no wheels.
+        OSError: a file cannot be written.
     """
-    wheels = wheels_in(folder)
+    wheels = wheels_in(folder, errors)
     if not wheels:
-        raise BadWheel(f"{folder} has no wheels; pipros wheel -o {folder} builds them")
+        raise BadWheel("\n".join([*errors, f"{folder} has no wheels; pipros wheel -o {folder} builds them"]))
     simple = folder / INDEX_FOLDER
     names = sorted({wheel.name for wheel in wheels})
     pages = {simple / "index.html": _page("Index", [_link(f"{name}/", name) for name in names])}
@@ -168,7 +205,7 @@ def lock_text(wheels: Sequence[IndexedWheel]) -> str:
     lines = ["# Written by pipros index. pip install --require-hashes -r requirements.lock"]
     for name in dict.fromkeys(wheel.name for wheel in wheels):
         matching = [wheel for wheel in wheels if wheel.name == name]
-        newest = max(matching, key=lambda wheel: _version_key(wheel.version)).version
+        newest = max(matching, key=lambda wheel: version_key(wheel.version)).version
         hashes = sorted(wheel.sha256 for wheel in matching if wheel.version == newest)
         lines.append(
             " \\\n    ".join([f"{name}=={newest}", *(f"--hash=sha256:{digest}" for digest in hashes)])
@@ -176,10 +213,15 @@ def lock_text(wheels: Sequence[IndexedWheel]) -> str:
     return "\n".join([*lines, ""])
 
 
-def _version_key(version: str) -> tuple[tuple[int, ...], int, str]:
-    """Return a key for versions such as 1.10.2; a pre-release such as 1.10.2rc1 precedes its release."""
+def version_key(version: str) -> tuple[tuple[int, ...], int, str]:
+    """Return a key for versions such as 1.10.2; a pre-release such as 1.10.2rc1 precedes its release.
+
+    1.10 and 1.10.0 are equal.
+    """
     numbers = re.match(r"(?:\d+!)?((?:\d+\.)*\d+)", version)
-    release = tuple(int(part[:9]) for part in numbers[1].split(".")) if numbers else ()
+    release = (
+        tuple(int(part[:9]) for part in re.sub(r"(\.0)+$", "", numbers[1]).split(".")) if numbers else ()
+    )
     rest = version[numbers.end() :] if numbers else version
     is_final = not rest or rest.startswith((".post", "+"))
     return release, int(is_final), rest

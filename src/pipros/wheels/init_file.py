@@ -14,7 +14,8 @@ build-backend = "pipros.wheels.backend"
 
 ADVICE = (
     "pip and uv look for pipros in an index. Until it is on PyPI, first run pip wheel --wheel-dir FOLDER "
-    "PATH/TO/pipros, then PIP_FIND_LINKS=FOLDER pip install . or UV_FIND_LINKS=FOLDER uv pip install ."
+    "PATH/TO/pipros, then PIP_NO_INDEX=1 PIP_FIND_LINKS=FOLDER pip install . or uv pip install --no-index "
+    "--find-links FOLDER ."
 )
 """Advice to print as long as pipros is not on PyPI."""
 

@@ -16,6 +16,7 @@ from pipros.basics.errors import PiprosError
 from pipros.wheels.index import read_wheel_name
 
 _QUERY_LIMIT_S = 120.0
+_FURTHER_INDEXES = ("PIP_EXTRA_INDEX_URL", "UV_EXTRA_INDEX_URL", "UV_INDEX")
 
 
 class NoInstaller(PiprosError):
@@ -49,19 +50,29 @@ class Installer:
         words += ["--index-url", self.index_url] if self.index_url else []
         return [*words, *(word for folder in self.folders for word in ("--find-links", str(folder)))]
 
-    def install(self, requirements: Sequence[str], wheels: Sequence[Path] = ()) -> None:
-        """Install requirements and built wheels. Blocks; the installer's output is not captured.
+    def install(
+        self, requirements: Sequence[str], wheels: Mapping[Path, str], only_wheels: Sequence[str] = ()
+    ) -> None:
+        """Install wheels, then requirements. Blocks; the installer's output is not captured.
 
-        The wheels replace installed distributions even if the version is the same, because ROS packages are
-        often changed without a new version.
+        Exactly these wheels are installed. What they require is not looked up anywhere, so the requirements
+        must contain what is missing. The wheels replace installed distributions even if the version is the
+        same, because ROS packages are often changed without a new version.
+
+        Args:
+            wheels: the wheels, each with its SHA-256, or an empty text for a wheel that was just built.
+            only_wheels: names of the required distributions whose source archives must not be used.
 
         Raises:
             InstallFailed: the installer failed.
         """
-        same = [file for file in wheels if _is_installed(file)]
-        self._install([*map(str, wheels), *requirements])
+        same = {file: digest for file, digest in wheels.items() if _is_installed(file)}
+        if wheels:
+            self._install(["--no-deps", *_words(wheels)])
         if same:
-            self._install(["--force-reinstall", "--no-deps", *map(str, same)])
+            self._install(["--force-reinstall", "--no-deps", *_words(same)])
+        if requirements:
+            self._install([*(f"--only-binary={name}" for name in only_wheels), *requirements])
 
     def _install(self, more: Sequence[str]) -> None:
         words = [*self.command, "install", *self.options(), *more]
@@ -69,15 +80,16 @@ class Installer:
         if code != 0:
             raise InstallFailed(f"[{' '.join(words[:4])} …] failed with exit code {code}")
 
-    def has(self, distribution: str) -> bool:
-        """Return whether a distribution is installed, or available in the index or the folders.
+    def has_wheel(self, distribution: str) -> bool:
+        """Return whether the index or the folders have a wheel of a distribution.
 
-        Nothing is installed. Blocks for up to two minutes, and returns False after that time.
+        Nothing is installed, and source archives, whose code would have to run, are ignored. Blocks for up to
+        two minutes, and returns False after that time.
         """
-        words = [*self.command, "install", *self.options(), "--dry-run", "--no-deps", "--quiet", distribution]
+        words = ["--dry-run", "--no-deps", "--quiet", "--only-binary=:all:", distribution]
         try:
             ended = subprocess.run(  # noqa: S603
-                words,
+                [*self.command, "install", *self.options(), *words],
                 env=self.environment(os.environ),
                 stdin=subprocess.DEVNULL,
                 capture_output=True,
@@ -92,18 +104,30 @@ class Installer:
         """Return the environment for pip and uv, in which isolated builds find pipros in the same folders."""
         folders = list(map(str, self.folders))
         found = dict(variables)
+        if self.index_url or self.no_index:  # there is no other index
+            for name in _FURTHER_INDEXES:
+                found.pop(name, None)
         for name, separator in (("PIP_FIND_LINKS", " "), ("UV_FIND_LINKS", ",")):
             found[name] = separator.join(filter(None, [variables.get(name, ""), *folders]))
         return found
 
 
+def installed_version(distribution: str) -> str | None:
+    """Return the version of a distribution in the running environment, or None if it is not installed."""
+    try:
+        return importlib.metadata.version(distribution)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
 def _is_installed(wheel: Path) -> bool:
     """Return whether a wheel's distribution is installed in the running environment in the same version."""
-    name, version = read_wheel_name(wheel.name)[:2]
-    try:
-        return importlib.metadata.version(name) == version
-    except importlib.metadata.PackageNotFoundError:
-        return False
+    name, version = read_wheel_name(wheel.name)
+    return installed_version(name) == version
+
+
+def _words(wheels: Mapping[Path, str]) -> list[str]:
+    return [f"{file.as_uri()}#sha256={digest}" if digest else str(file) for file, digest in wheels.items()]
 
 
 def find_installer(name: str = "") -> tuple[str, ...]:

@@ -60,7 +60,11 @@ def metadata_text(package: SourcePackage, project: Project | None, dependencies:
         "Description-Content-Type: text/plain",
     ]
     body = [f"The ROS package {package.name}.", "", description]
-    others = [item.name for item in dependencies if item.source is DependencySource.OTHER]
+    others = [
+        item.name
+        for item in dependencies
+        if item.source in (DependencySource.OTHER, DependencySource.UNKNOWN)
+    ]
     if others:
         body += ["", f"Dependencies that pip does not install: {', '.join(others)}"]
     compiled = [reason.target for reason in project.needs_cmake if reason.target] if project else []

@@ -8,7 +8,7 @@ environment's prefix.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from filecmp import cmp
 from pathlib import Path
@@ -20,14 +20,15 @@ from pipros.msg.language.definitions import Definitions
 from pipros.packages.installed_packages import EDITABLE, MODULES
 from pipros.reconfigure import cfg_file
 from pipros.wheels.archive import ArchiveEntry
-from pipros.wheels.file_tree import WheelRefused, collected, copy_whole
+from pipros.wheels.dependencies import is_shipped
+from pipros.wheels.file_tree import WheelRefused, check_sources, collected, copy_whole, replace_links
 from pipros.wheels.names import ON_PYPI, own_modules
 from pipros.workspace.catkin.context import FoundPackage
 from pipros.workspace.catkin.installation import Installation
 from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
 from pipros.workspace.catkin.project_reader import read_project
 from pipros.workspace.catkin.step_runner import StepRunner
-from pipros.workspace.devel import MADE, install_package
+from pipros.workspace.devel import MADE, install_package, python_setup
 from pipros.workspace.layout import SourcePackage, WorkspaceFolders
 from pipros.workspace.validate import check_interfaces, check_manifest
 
@@ -37,7 +38,12 @@ if TYPE_CHECKING:
 FindFolder = Callable[[str], Path | None]
 """Function that returns the folder of a package, or None."""
 
+_WARNING = "-- WARNING: "
 _USUAL_FOLDERS = ("config", "launch", "maps", "meshes", "nodes", "param", "params", "rviz", "scripts", "urdf")
+
+
+class ProvidedByPipros(WheelRefused):
+    """pipros itself installs the package, and its Python modules would overwrite those of pipros."""
 
 
 @dataclass(slots=True)
@@ -55,13 +61,17 @@ class PackageFiles:
 
 
 def read_package(
-    package: SourcePackage, folder: Path, find_folder: FindFolder, projects: Mapping[str, Project], say: Say
+    package: SourcePackage,
+    folder: Path,
+    find_folder: FindFolder,
+    extras_of: Callable[[str], Sequence[str]],
+    say: Say,
 ) -> Project:
     """Read the package's `CMakeLists.txt`, if it has one. Output is written below `folder`.
 
     Args:
         find_folder: function that finds required packages, some of which may be missing.
-        projects: the packages in the same workspace that have already been read.
+        extras_of: function that returns the CMake files of a package for the packages that find it.
 
     Raises:
         PiprosError: the file or a message definition is invalid; the error text names the file and line.
@@ -72,9 +82,7 @@ def read_package(
         return project
 
     def find_for_cmake(name: str) -> FoundPackage | None:
-        if name in projects:
-            return FoundPackage(extras=projects[name].cfg_extras)
-        return FoundPackage() if find_folder(name) is not None else None
+        return FoundPackage(extras=extras_of(name)) if find_folder(name) is not None else None
 
     lines: list[str] = []
     version = str(package.manifest.version)
@@ -139,8 +147,11 @@ def package_files(
     StepRunner(project.steps, project.binary, os.environ, say).run_wanted(
         item.source for item in project.installations
     )
+    setup = python_setup(project)
+    check_sources(project, setup, package.folder, folder)
     definitions = Definitions(DefinitionFiles(find_folder))
-    install_package(project, layout, definitions, settings_of(folder), lambda _line: None)
+    install_package(project, layout, definitions, settings_of(folder), _warnings(result), setup)
+    replace_links(project, prefix, package.folder)
     has_installed = any(item.copy is not None for item in project.installations)
     unfollowed = [reason for reason in project.needs_cmake if not reason.target]
     if unfollowed or is_whole or not has_installed:
@@ -166,6 +177,14 @@ def package_files(
     for module in sorted(_top_modules(result.entries)):
         result.entries[f"data/data/share/{MODULES}/{module}"] = ArchiveEntry(f"{package.name}\n".encode())
     return result
+
+
+def _warnings(result: PackageFiles) -> Say:
+    def say(line: str) -> None:
+        if line.startswith(_WARNING):
+            result.notes.append(line.removeprefix(_WARNING))
+
+    return say
 
 
 def editable_files(package: SourcePackage) -> PackageFiles:
@@ -266,6 +285,11 @@ def _remove_modules_of_others(package: str, result: PackageFiles) -> None:
     for name in sorted(_top_modules(result.entries) & owners.keys()):
         files = [path for path in result.entries if path.startswith((f"{name}/", f"{name}.py"))]
         has_code = any(path.endswith(".py") and not _is_made(result.entries[path]) for path in files)
+        if has_code and is_shipped(package) and package not in ON_PYPI:
+            raise ProvidedByPipros(
+                f"not built, because pipros itself installs this package, and its Python module {name}: a "
+                "wheel without the module would mix the two. Rename both to use another version"
+            )
         for path in files:
             del result.entries[path]
         if has_code:

@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 
 from pipros.basics.errors import InvalidName
 from pipros.packages.apt_names import PROGRAM_PACKAGES
-from pipros.wheels.dependencies import DependencySource, classify, is_shipped
-from pipros.wheels.index import read_wheel_name
-from pipros.wheels.names import distribution_name, normalized
+from pipros.wheels.dependencies import DependencySource, classify, is_shipped, run_dependencies
+from pipros.wheels.folder_wheels import FolderWheels, split_requirement
+from pipros.wheels.index import IndexedWheel
+from pipros.wheels.installer import installed_version
+from pipros.wheels.names import ON_PYPI, PREFIX, distribution_name
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.layout import SourcePackage
 
@@ -43,12 +45,14 @@ class PlanStep:
     Attributes:
         target: the distribution, Debian package, requirement or folder; empty if there is none.
         needed_by: the packages that depend on it.
+        wheel: the file to install, and no other, if a folder provides it.
     """
 
     name: str
     provider: Provider
     target: str = ""
     needed_by: tuple[str, ...] = ()
+    wheel: IndexedWheel | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +61,8 @@ class Places:
 
     Attributes:
         folders: folders with wheels.
-        has_in_index: function that returns whether a distribution is in the chosen index or already
-            installed; None if no index was chosen.
+        has_in_index: function that returns whether the chosen index has a wheel of a distribution; None if
+            no index was chosen.
         keys: requirements by rosdep key.
     """
 
@@ -67,50 +71,112 @@ class Places:
     keys: Mapping[str, str] | None = None
 
 
-def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[PlanStep]:
+@dataclass(slots=True)
+class _Need:
+    """A dependency: the packages that need it, and their limits on its version."""
+
+    users: list[str] = field(default_factory=list)
+    bounds: list[str] = field(default_factory=list)
+
+
+def make_plan(packages: Sequence[SourcePackage], places: Places, errors: list[str]) -> list[PlanStep]:
     """Return the steps for packages and their run-time dependencies, sorted by name.
 
     A dependency is provided by the first of these: the given packages, a wheel in a folder, pipros, a PyPI
-    project, a wheel in the index, an installed package, or a Debian package, which is only listed.
+    project, an installed wheel, a wheel in the index, an installed package, or a Debian package, which is
+    only listed. What the wheels in folders require is added.
+
+    Args:
+        errors: receives the reason for each needed file in a folder that is not a valid wheel.
     """
     names = {package.name for package in packages}
-    users: dict[str, list[str]] = {name: [] for name in names}
+    built = {distribution_name(name) for name in names}
+    needs: dict[str, _Need] = {name: _Need() for name in names}
+    requirements: dict[str, _Need] = {}
     for package in packages:
-        for name in sorted(run_dependencies(package)):
-            users.setdefault(name, []).append(package.name)
-    known = _wheels_in(places.folders)
-    index = PackageIndex.from_environment()
+        for name, bounds in run_dependencies(package).items():
+            need = needs.setdefault(name, _Need())
+            need.users.append(package.name)
+            need.bounds += bounds
+        if package.name in ON_PYPI:
+            requirements.setdefault(ON_PYPI[package.name][1], _Need()).users.append(package.name)
+    planner = _Planner(places, FolderWheels(places.folders, errors))
     steps = []
-    for name, needed_by in sorted(users.items()):
-        if name in names:
-            step = PlanStep(name, Provider.SOURCE, distribution_name(name))
-        else:
-            step = _step(name, known, places, index)
-        steps.append(PlanStep(step.name, step.provider, step.target, tuple(needed_by)))
-    return steps
+    for name, need in needs.items():
+        found = (
+            PlanStep(name, Provider.SOURCE, distribution_name(name))
+            if name in names
+            else planner.step(name, ",".join(need.bounds))
+        )
+        steps.append(replace(found, needed_by=tuple(sorted(need.users))))
+    known = built | {step.wheel.name for step in steps if step.wheel}
+    pending = [(step.wheel.requires, step.wheel.name) for step in steps if step.wheel]
+    pending += [((text,), user) for text, need in requirements.items() for user in need.users]
+    while pending:
+        texts, user = pending.pop(0)
+        for text in texts:
+            step = planner.required(text, user)
+            if step is not None and step.name not in known:
+                known.add(step.name)
+                steps.append(step)
+                pending += [(step.wheel.requires, step.wheel.name)] if step.wheel else []
+    return sorted(steps, key=lambda step: step.name)
 
 
-def run_dependencies(package: SourcePackage) -> set[str]:
-    """Return the names of a package's run-time dependencies."""
-    return package.dependencies("exec_depends", "build_export_depends")
+class _Planner:
+    def __init__(self, places: Places, wheels: FolderWheels) -> None:
+        self._places = places
+        self._wheels = wheels
+        self._index = PackageIndex.from_environment()
+
+    def step(self, name: str, bounds: str) -> PlanStep:
+        """Return the step for a dependency in a manifest."""
+        found = classify(name, False, self._places.keys or {})
+        distribution = _distribution(name)
+        wheel = self._wheels.find(distribution, bounds)
+        if wheel is None and found.source is DependencySource.PYPI:
+            return replace(self._project(found.requirement), name=name)
+        if wheel is not None:
+            return _of_wheel(name, wheel)
+        if found.source is DependencySource.PIPROS:
+            return PlanStep(name, Provider.PIPROS, "pipros" if is_shipped(name) else "")
+        if distribution and (step := self._distribution(name, distribution)):
+            return step
+        package = self._index.get(name)
+        if package is not None:
+            return PlanStep(name, Provider.INSTALLED, str(package.path))
+        debian = debian_package(name)
+        return PlanStep(name, Provider.DEBIAN, debian) if debian else PlanStep(name, Provider.UNKNOWN)
+
+    def required(self, text: str, user: str) -> PlanStep | None:
+        """Return the step for a requirement of a wheel, named after the distribution; None for pipros."""
+        name, bounds = split_requirement(text)
+        if name == "pipros" or "extra ==" in text:
+            return None
+        if not name.startswith(PREFIX):
+            return replace(self._project(text), name=name, needed_by=(user,))
+        wheel = self._wheels.find(name, bounds or "")
+        step = _of_wheel(name, wheel) if wheel else self._distribution(name, name)
+        return replace(step or PlanStep(name, Provider.UNKNOWN), needed_by=(user,))
+
+    def _project(self, requirement: str) -> PlanStep:
+        """Return the step for a PyPI project, which a folder may have, too."""
+        name, bounds = split_requirement(requirement)
+        wheel = None if bounds is None else self._wheels.find(name, bounds)
+        return _of_wheel(name, wheel) if wheel else PlanStep(name, Provider.PYPI, requirement)
+
+    def _distribution(self, name: str, distribution: str) -> PlanStep | None:
+        """Return the step for the wheel of a ROS package that is installed, or in the chosen index."""
+        if (version := installed_version(distribution)) is not None:
+            return PlanStep(name, Provider.INSTALLED, f"{distribution}=={version}")
+        has_in_index = self._places.has_in_index
+        if has_in_index is not None and has_in_index(distribution):
+            return PlanStep(name, Provider.INDEX, distribution)
+        return None
 
 
-def _step(name: str, known: set[str], places: Places, index: PackageIndex) -> PlanStep:
-    found = classify(name, False, places.keys or {})
-    wheel = _distribution(name)
-    if wheel in known:
-        return PlanStep(name, Provider.FOLDER, wheel)
-    if found.source is DependencySource.PYPI:
-        return PlanStep(name, Provider.PYPI, found.requirement)
-    if found.source is DependencySource.PIPROS:
-        return PlanStep(name, Provider.PIPROS, "pipros" if is_shipped(name) else "")
-    if wheel and places.has_in_index is not None and places.has_in_index(wheel):
-        return PlanStep(name, Provider.INDEX, wheel)
-    package = index.get(name)
-    if package is not None:
-        return PlanStep(name, Provider.INSTALLED, str(package.path))
-    debian = debian_package(name)
-    return PlanStep(name, Provider.DEBIAN, debian) if debian else PlanStep(name, Provider.UNKNOWN)
+def _of_wheel(name: str, wheel: IndexedWheel) -> PlanStep:
+    return PlanStep(name, Provider.FOLDER, f"{wheel.name}=={wheel.version}", wheel=wheel)
 
 
 def _distribution(name: str) -> str:
@@ -118,10 +184,6 @@ def _distribution(name: str) -> str:
         return distribution_name(name)
     except InvalidName:
         return ""
-
-
-def _wheels_in(folders: Iterable[Path]) -> set[str]:
-    return {normalized(read_wheel_name(file.name)[0]) for folder in folders for file in folder.glob("*.whl")}
 
 
 def debian_package(name: str) -> str:

@@ -14,77 +14,60 @@ from pipros.basics.input_file import read_file
 from pipros.safe import yaml
 from pipros.wheels.names import is_requirement
 
+_SAME_NAMES = """
+    alembic argcomplete autobahn babel bitarray bitstring boto3 cachetools cairosvg catkin-pkg cbor
+    cbor2 click colorama colorcet construct coverage crcmod cryptography cython decorator defusedxml
+    deprecated dill docker docopt docutils evdev fastapi filterpy flake8 flask flask-cors flask-socketio
+    future geographiclib geojson geopandas geopy gevent grpcio h5py httpx humanfriendly hypothesis ifcfg
+    imageio influxdb inputs jinja2 joblib jsonpickle jsonschema kitchen lxml mako markdown matplotlib
+    mock msgpack mypy natsort netaddr netifaces networkx nose ntplib numba numpy numpy-stl open3d
+    packaging paho-mqtt pandas parameterized paramiko parse passlib pathos peewee pep8 pexpect pika
+    pillow plotly ply prettytable protobuf psutil pybullet pycodestyle pycollada pydantic pydot
+    pyelftools pyftdi pygame pykalman pylint pymap3d pymodbus pymongo pymysql pynmea2 pynput pypng
+    pyproj pyqt5 pyqtgraph pyquaternion pyrealsense2 pyro4 pysnmp pytest pytest-cov pytest-mock
+    pytest-timeout pyudev pyvista qrcode rdflib redis regex requests requests-oauthlib requests-toolbelt
+    rtree ruamel.yaml schedule schema scipy scp seaborn semver shapely simplejson six sounddevice
+    soundfile speechrecognition sphinx sqlalchemy statsmodels sympy tables tabulate termcolor texttable
+    toml toposort tornado tqdm transforms3d transitions trimesh twisted tzlocal ujson urllib3 utm
+    uvicorn vcstool virtualenv voluptuous werkzeug wheel xlrd xlsxwriter xmltodict zeroconf
+"""
+"""Keys without the prefix `python3-` whose PyPI project has the same name.
+
+A rule for all keys would be a guess: if the project has another name, anyone could register this one.
+"""
+
 _PROJECTS = {
-    "argcomplete": "argcomplete",
-    "autobahn": "autobahn",
-    "boto3": "boto3",
+    **{name: name for name in _SAME_NAMES.split()},
+    "argparse": "",
+    "bs4": "beautifulsoup4",
     "bson": "pymongo",
-    "catkin-pkg": "catkin_pkg",
-    "cbor2": "cbor2",
-    "coverage": "coverage",
-    "cryptography": "cryptography",
+    "can": "python-can",
     "dateutil": "python-dateutil",
-    "defusedxml": "defusedxml",
-    "deprecated": "Deprecated",
-    "docopt": "docopt",
+    "dotenv": "python-dotenv",
     "empy": "empy<4",
-    "flask": "Flask",
-    "future": "future",
-    "imageio": "imageio",
-    "jinja2": "Jinja2",
-    "jsonschema": "jsonschema",
-    "lxml": "lxml",
-    "matplotlib": "matplotlib",
-    "mock": "mock",
-    "msgpack": "msgpack",
-    "networkx": "networkx",
-    "numpy": "numpy",
-    "opencv": "opencv-python-headless<5",
-    "packaging": "packaging",
-    "paho-mqtt": "paho-mqtt",
-    "pandas": "pandas",
-    "paramiko": "paramiko",
-    "pexpect": "pexpect",
-    "pil": "pillow",
-    "pillow": "pillow",
+    "enum34": "",
+    "git": "GitPython",
+    "github": "PyGithub",
+    "gitlab": "python-gitlab",
+    "gnupg": "python-gnupg",
+    "grpc-tools": "grpcio-tools",
     "imaging": "pillow",
-    "protobuf": "protobuf",
-    "psutil": "psutil",
+    "opencv": "opencv-python-headless<5",
+    "pil": "pillow",
+    "progressbar": "progressbar2",
+    "psycopg2": "psycopg2-binary",
     "pycryptodome": "pycryptodomex",
-    "pydot": "pydot",
-    "pygame": "pygame",
-    "pymodbus": "pymodbus",
-    "pymongo": "pymongo",
-    "pyproj": "pyproj",
-    "pytest": "pytest",
-    "redis": "redis",
-    "requests": "requests",
     "rospkg": "",
-    "ruamel.yaml": "ruamel.yaml",
-    "scipy": "scipy",
-    "semver": "semver",
     "serial": "pyserial",
     "setuptools": "setuptools<82",
-    "shapely": "shapely",
-    "simplejson": "simplejson",
-    "six": "six",
     "skimage": "scikit-image",
     "sklearn": "scikit-learn",
-    "sympy": "sympy",
-    "tabulate": "tabulate",
-    "termcolor": "termcolor",
-    "toml": "toml",
-    "tornado": "tornado",
-    "tqdm": "tqdm",
-    "twisted": "Twisted",
     "typing": "",
-    "enum34": "",
-    "argparse": "",
-    "urllib3": "urllib3",
+    "tz": "pytz",
     "usb": "pyusb",
+    "vlc": "python-vlc",
     "websocket": "websocket-client",
     "websockets": "",
-    "xmltodict": "xmltodict",
     "yaml": "",
     "zmq": "pyzmq",
 }

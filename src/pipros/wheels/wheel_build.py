@@ -5,23 +5,30 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
-from email.parser import HeaderParser
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pipros.basics.errors import InvalidName, PiprosError
 from pipros.packages.crawl import MANIFEST
 from pipros.wheels.archive import ArchiveEntry, write_wheel
-from pipros.wheels.dependencies import dependencies_of, is_shipped
+from pipros.wheels.dependencies import Dependency, DependencySource
 from pipros.wheels.file_tree import WheelRefused
 from pipros.wheels.metadata import TAG, base_name, metadata_text, wheel_text
-from pipros.wheels.names import PREFIX, distribution_name
-from pipros.wheels.package_build import FindFolder, editable_files, package_files, read_package
+from pipros.wheels.names import distribution_name
+from pipros.wheels.package_build import (
+    FindFolder,
+    ProvidedByPipros,
+    editable_files,
+    package_files,
+    read_package,
+)
 from pipros.wheels.python_keys import PYTHON_KEYS
+from pipros.wheels.surroundings import Surroundings
 from pipros.workspace.catkin.project import Project
-from pipros.workspace.index import PackageIndex
-from pipros.workspace.layout import WORKSPACE_MARKER, SourcePackage, read_source_space
+from pipros.workspace.layout import WORKSPACE_MARKER, SourcePackage, SourceSpace, read_source_space
 
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
@@ -36,12 +43,14 @@ class WheelOptions:
         is_whole: whether each package's folder is added as a whole.
         is_editable: whether the wheels only point to the packages' folders.
         keys: requirements by rosdep key.
+        folders: folders with wheels of further packages.
     """
 
     is_strict: bool = False
     is_whole: bool = False
     is_editable: bool = False
     keys: Mapping[str, str] = field(default_factory=lambda: PYTHON_KEYS)
+    folders: Sequence[Path] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,30 +62,47 @@ class BuiltWheel:
     notes: tuple[str, ...] = ()
 
 
-def source_packages(folders: Sequence[Path]) -> list[SourcePackage]:
+@dataclass(frozen=True, slots=True)
+class WheelBuild:
+    """The result of a build.
+
+    Attributes:
+        wheels: the wheels, in build order.
+        left_out: packages that are not built because pipros itself installs them, each with the reason.
+        errors: packages that could not be built, each with the reason.
+    """
+
+    wheels: list[BuiltWheel] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+
+
+def source_packages(folders: Sequence[Path]) -> SourceSpace:
     """Return the packages below folders, in build order. In a workspace, only `src` is searched.
 
+    Packages that cannot be built are not returned but named in `errors`: those with an invalid manifest or
+    name, those that share their name or the distribution's name, and those that depend on each other.
+
     Raises:
-        WheelRefused: a manifest is invalid, there is no package, or two packages would have the same
-            distribution name.
-        InvalidName: a package name cannot be converted to a distribution name.
-        WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
+        WheelRefused: there is no package.
     """
     sources = [_source_of(folder) for folder in folders]
-    space = read_source_space(sources[0], os.environ, *sources[1:])
-    if space.errors:
-        raise WheelRefused("\n".join(space.errors))
-    if not space.packages:
+    space = read_source_space(sources[0], os.environ, *sources[1:], is_lenient=True)
+    if not space.packages and not space.errors:
         raise WheelRefused(f"there is no package.xml in {', '.join(map(str, folders))}, or below")
-    known: dict[str, str] = {}
+    users: dict[str, list[SourcePackage]] = {}
     for package in space.packages:
-        name = distribution_name(package.name)
-        other = known.setdefault(name, package.name)
-        if other != package.name:
-            raise WheelRefused(
-                f"packages {other} and {package.name} would both be distributed as {name}; rename one"
-            )
-    return space.packages
+        try:
+            users.setdefault(distribution_name(package.name), []).append(package)
+        except InvalidName as error:
+            space.errors.append(f"{package.manifest_file}: {error}")
+    for name, packages in users.items():
+        if len(packages) > 1:
+            both = " and ".join(package.name for package in packages)
+            space.errors.append(f"packages {both} would both be distributed as {name}; rename one")
+    kept = {packages[0].name for packages in users.values() if len(packages) == 1}
+    space.packages[:] = [package for package in space.packages if package.name in kept]
+    return space
 
 
 def _source_of(folder: Path) -> Path:
@@ -87,71 +113,122 @@ def _source_of(folder: Path) -> Path:
 
 def build_wheels(
     packages: Sequence[SourcePackage], output: Path, options: WheelOptions, say: Say
-) -> list[BuiltWheel]:
-    """Build a wheel for each package, and return the wheels in the same order.
+) -> WheelBuild:
+    """Build a wheel for each package. The result has the wheels in the same order.
 
-    If a build fails, no wheel is written.
+    If a package cannot be built, the packages that depend on it are left out, and all others are built.
 
     Raises:
-        PiprosError, OSError: a package cannot be built, or a wheel cannot be written.
+        OSError: the folder for the wheels cannot be written.
     """
-    projects: dict[str, Project] = {}
-    surroundings = _Surroundings(packages)
-    installed: dict[str, str] = {}
-    built = []
+    result = WheelBuild()
     output.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="pipros-wheel-") as name:
+    with tempfile.TemporaryDirectory(prefix="pipros-wheel-") as folder:
+        builder = _Builder(packages, Path(folder), options, say)
+        failed: set[str] = set()
         for package in packages:
-            folder = Path(name, package.name)
-            if options.is_editable:
-                files, project = editable_files(package), None
-            else:
-                project = read_package(package, folder, surroundings.folder, projects, say)
-                projects[package.name] = project
-                files = package_files(
-                    package,
-                    project,
-                    folder,
-                    surroundings.folder,
-                    say,
-                    is_strict=options.is_strict,
-                    is_whole=options.is_whole,
+            try:
+                culprits = sorted(
+                    package.dependencies("build_depends", "build_export_depends", "exec_depends") & failed
                 )
-            for path in files.entries:
-                other = installed.setdefault(path.removeprefix("data/"), package.name)
-                if other != package.name:
-                    raise WheelRefused(
-                        f"packages {other} and {package.name} both install {path.removeprefix('data/')}"
-                    )
-            metadata = metadata_of(package, project, options, surroundings.is_ros_package)
-            made = Path(name, f"{base_name(package)}-{TAG}.whl")
-            _write(package, files.entries, metadata, made)
-            built.append(BuiltWheel(package, output / made.name, tuple(files.notes)))
-            shutil.rmtree(folder, ignore_errors=True)
-        for wheel in built:
-            shutil.move(Path(name, wheel.file.name), wheel.file)
-    return built
+                if culprits:
+                    raise WheelRefused(f"it is left out, because it needs {culprits[0]}, which failed")
+                result.wheels.append(builder.build(package, output))
+            except ProvidedByPipros as reason:
+                builder.leave_out(package.name)
+                result.left_out.append(f"{package.name}: {reason}")
+            except (PiprosError, OSError) as error:
+                failed.add(package.name)
+                result.errors.append(f"{package.name}: {error}")
+    return result
 
 
-def metadata_of(
-    package: SourcePackage,
-    project: Project | None,
-    options: WheelOptions,
-    is_ros_package: Callable[[str], bool] | None = None,
-) -> str:
-    """Return the metadata of a package's wheel.
+class _Builder:
+    """Builds the wheels of some packages, one after the other."""
 
-    Args:
-        is_ros_package: function that returns whether a name belongs to a ROS package with its own wheel; by
-            default, packages in sibling folders and installed packages are known.
-    """
-    known = is_ros_package or _Surroundings([package]).is_ros_package
-    return metadata_text(package, project, dependencies_of(package, project, known, options.keys))
+    def __init__(
+        self, packages: Sequence[SourcePackage], folder: Path, options: WheelOptions, say: Say
+    ) -> None:
+        self._folder = folder
+        self._options = options
+        self._say = say
+        self._surroundings = Surroundings(packages, options.folders)
+        self._packages = {package.name: package for package in packages}
+        self._projects: dict[str, Project | None] = {}
+        self._installed: dict[str, str] = {}
+
+    def leave_out(self, name: str) -> None:
+        """Let no later wheel require a package whose wheel is not built."""
+        self._surroundings.without_wheel.add(name)
+
+    def build(self, package: SourcePackage, output: Path) -> BuiltWheel:
+        """Build the wheel of a package."""
+        folder = self._folder / package.name
+        if self._options.is_editable:
+            files, project = editable_files(package), None
+        else:
+            project = self._read(package, self._say)
+            files = package_files(
+                package,
+                project,
+                folder,
+                self._surroundings.folder,
+                self._say,
+                is_strict=self._options.is_strict,
+                is_whole=self._options.is_whole,
+            )
+        for path in files.entries:
+            other = self._installed.get(path.removeprefix("data/"))
+            if other is not None:
+                raise WheelRefused(
+                    f"packages {other} and {package.name} both install {path.removeprefix('data/')}"
+                )
+        dependencies = self._surroundings.dependencies_of(package, project, self._options.keys)
+        made = self._folder / f"{base_name(package)}-{TAG}.whl"
+        _write(package, files.entries, metadata_text(package, project, dependencies), made)
+        shutil.move(made, output / made.name)
+        shutil.rmtree(folder / "install", ignore_errors=True)  # but not `build`, which has CFG_EXTRAS
+        self._installed |= dict.fromkeys((path.removeprefix("data/") for path in files.entries), package.name)
+        notes = [*files.notes, *_advice(dependencies)]
+        return BuiltWheel(package, output / made.name, tuple(notes))
+
+    def _read(self, package: SourcePackage, say: Say) -> Project:
+        project = self._projects.get(package.name)
+        if project is None:
+            self._projects[package.name] = None  # while it is read, so that a cycle ends
+            folder = self._folder / package.name
+            project = read_package(package, folder, self._surroundings.folder, self._extras, say)
+            self._projects[package.name] = project
+        return project
+
+    def _extras(self, name: str) -> Sequence[str]:
+        """Return the CMake files of a package for packages that find it, whatever the order of the build."""
+        project, package = self._projects.get(name), self._packages.get(name)
+        if project is None and package is not None and name not in self._projects:
+            with suppress(PiprosError, OSError):  # reported when the package itself is built
+                project = self._read(package, lambda _line: None)
+        return project.cfg_extras if project is not None else ()
+
+
+def _advice(dependencies: Sequence[Dependency]) -> list[str]:
+    unknown = [item.name for item in dependencies if item.source is DependencySource.UNKNOWN]
+    if not unknown:
+        return []
+    return [
+        f"does not require {', '.join(unknown)}, because no such package is in the workspace, installed, or "
+        "in a folder that PIP_FIND_LINKS names; anyone could publish such a project. --keys FILE adds it"
+    ]
+
+
+def metadata_of(package: SourcePackage, project: Project | None, options: WheelOptions) -> str:
+    """Return the metadata of the wheel of a package that is built alone."""
+    found = Surroundings([package], options.folders).dependencies_of(package, project, options.keys)
+    return metadata_text(package, project, found)
 
 
 def surroundings_of(packages: Sequence[SourcePackage]) -> FindFolder:
     """Return a function that finds the given packages, packages in sibling folders, and installed ones."""
-    return _Surroundings(packages).folder
+    return Surroundings(packages).folder
 
 
 def _write(package: SourcePackage, files: Mapping[str, ArchiveEntry], metadata: str, file: Path) -> None:
@@ -161,60 +238,3 @@ def _write(package: SourcePackage, files: Mapping[str, ArchiveEntry], metadata: 
     entries[f"{info}/METADATA"] = ArchiveEntry(metadata.encode())
     entries[f"{info}/WHEEL"] = ArchiveEntry(wheel_text().encode())
     write_wheel(file, entries, info)
-
-
-class _Surroundings:
-    """The packages known to a build: those to build, those in sibling folders, and installed packages."""
-
-    def __init__(self, packages: Sequence[SourcePackage]) -> None:
-        self._folders = {package.name: package.folder for package in packages}
-        self._index = PackageIndex.from_environment()
-        self._named: set[str] = set()
-        for parent in dict.fromkeys(package.folder.parent for package in packages):
-            for manifest in parent.glob(f"*/{MANIFEST}"):
-                self._folders.setdefault(manifest.parent.name, manifest.parent)
-        for package in packages:
-            self._named |= _names_in_source_archive(package.folder)
-
-    def folder(self, name: str) -> Path | None:
-        """Return the folder of a package, or None."""
-        folder = self._folders.get(name)
-        if folder is None:
-            found = self._index.get(name)
-            folder = None if found is None else found.path
-        return folder
-
-    def is_ros_package(self, name: str) -> bool:
-        """Return whether a ROS package with this name is or could be distributed as a wheel."""
-        if name in self._folders or distribution_like(name) in self._named:
-            return True
-        return (
-            not is_shipped(name) and self._index.get(name) is not None and not _is_debians(self._index, name)
-        )
-
-
-def _is_debians(index: PackageIndex, name: str) -> bool:
-    from pipros.packages.system_packages import is_share_folder
-
-    package = index.get(name)
-    return package is not None and is_share_folder(str(package.path.parent))
-
-
-def distribution_like(name: str) -> str:
-    """Return the distribution name that a package with this name would have."""
-    return PREFIX + name.replace("_", "-").lower()
-
-
-def _names_in_source_archive(folder: Path) -> set[str]:
-    """Return the distribution names of the ROS packages that the metadata of a source archive requires.
-
-    The set is empty if `folder` is not an unpacked source archive.
-    """
-    try:
-        text = (folder / "PKG-INFO").read_text("utf-8")
-    except (OSError, UnicodeDecodeError):
-        return set()
-    required = HeaderParser().parsestr(text).get_all("Requires-Dist") or []
-    return {
-        item.split(">")[0].split("<")[0].split("=")[0].strip() for item in required if item.startswith(PREFIX)
-    }

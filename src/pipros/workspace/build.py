@@ -35,6 +35,7 @@ from pipros.workspace.catkin.step_runner import StepRunner
 from pipros.workspace.cmake_runs import NativeBuildFailed
 from pipros.workspace.devel import (
     install_package,
+    python_setup,
     python_sources,
     write_devel_files,
     write_over_genuine,
@@ -470,8 +471,9 @@ class _Build:
                 project = self._result.projects[package.name]
                 try:
                     settings = self._settings(package)
-                    install_package(project, self._layout, definitions, settings, self._say)
-                except PiprosError as error:
+                    setup = python_setup(project)
+                    install_package(project, self._layout, definitions, settings, self._say, setup)
+                except (PiprosError, OSError) as error:
                     self._fail(package, f"{project.file}: {error}")
         write_setup_files(self._layout.install, [], underlays)
 

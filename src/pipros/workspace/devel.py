@@ -36,6 +36,23 @@ sys.path[0] = os.path.dirname(script)
 runpy.run_path(script, run_name="__main__")
 """
 
+_RELAYED_MODULE = """\
+# Created by pipros's catkin_make. Executes the module in the source space.
+__file__ = {file!r}
+with open(__file__, encoding="utf-8") as _source:
+    exec(compile(_source.read(), __file__, "exec"))
+"""
+
+_ENTRY_POINT = """\
+#!/usr/bin/env python3
+# Created by pipros's catkin_make. Calls the function that setup.py names.
+import importlib
+import operator
+import sys
+
+sys.exit(operator.attrgetter({function!r})(importlib.import_module({module!r}))())
+"""
+
 MADE = '"""Made by catkin_make of pipros: the Python modules of the ROS package '
 """The beginning of each `__init__.py` that the build writes."""
 
@@ -48,15 +65,25 @@ The classes of its messages and services are made from their definitions when th
 '''
 )
 
+_FOLDER_PACKAGE = _PACKAGE + "\n__path__.insert(0, {folder!r})\n"
+
 _RELAYED_PACKAGE = (
-    _PACKAGE
-    + """
-__path__.insert(0, {folder!r})
+    _FOLDER_PACKAGE
+    + """\
 _init = __path__[0] + "/__init__.py"
 with open(_init, encoding="utf-8") as _source:
     exec(compile(_source.read(), _init, "exec"))
 """
 )
+
+
+def python_setup(project: Project) -> PythonSetup | None:
+    """Return what the package's `setup.py` installs, or None if the package has no Python setup.
+
+    Raises:
+        SetupPyError: the file fails.
+    """
+    return read_setup_py(project.folder) if project.has_python_setup else None
 
 
 def python_sources(project: Project) -> list[str]:
@@ -76,7 +103,7 @@ def write_devel_files(project: Project, layout: WorkspaceFolders, definitions: D
         NotFound, BadConfigFile: a `.cfg` file does not exist or raises an error.
         OSError: the devel space cannot be written.
     """
-    setup = read_setup_py(project.folder) if project.has_python_setup else None
+    setup = python_setup(project)
     for file in project.config_files:
         # The module is generated on import. As in Noetic, run the file to report errors during the build.
         say(f"Generating dynamic reconfigure files from {file}")
@@ -84,11 +111,29 @@ def write_devel_files(project: Project, layout: WorkspaceFolders, definitions: D
         if not path.is_file():
             raise NotFound(f"{path} does not exist; {project.file} names it as a .cfg file")
         cfg_file.read(path)
+    for line in _missing(setup):
+        say(f"-- WARNING: {line}")
     _write_python_packages(project, setup, layout.devel, say)
     if project.interfaces:
         _write_stubs(project, definitions, layout.devel)
     _write_relays(project, setup, layout.devel)
     _write_hooks(project, layout.devel, is_installed=False)
+
+
+def _missing(setup: PythonSetup | None) -> list[str]:
+    """Return a line for each folder and file that `setup.py` names but that does not exist.
+
+    Raises:
+        PiprosError: a script does not exist, which is an error in genuine catkin, too.
+    """
+    if setup is None:
+        return []
+    for script in setup.scripts:
+        if not os.path.isfile(script):
+            raise PiprosError(f"{script} does not exist; setup.py lists it in scripts")
+    return [
+        f"setup.py names {path}, which does not exist" for path in setup.files if not os.path.exists(path)
+    ]
 
 
 def write_over_genuine(project: Project, devel: Path) -> None:
@@ -101,7 +146,7 @@ def write_over_genuine(project: Project, devel: Path) -> None:
         SetupPyError: the package's `setup.py` fails.
         OSError: the devel space cannot be written.
     """
-    setup = read_setup_py(project.folder) if project.has_python_setup else None
+    setup = python_setup(project)
     _write_relays(project, setup, devel)
     _write_hooks(project, devel, is_installed=False)
 
@@ -113,10 +158,25 @@ def _write_relays(project: Project, setup: PythonSetup | None, devel: Path) -> N
         if item.is_python and item.copy is not None and not os.path.isabs(item.copy.target):
             relays[devel / item.copy.target / os.path.basename(item.source)] = item.source
     for script in setup.scripts if setup else ():
-        relays[devel / "lib" / project.name / os.path.basename(script)] = script
+        for folder in _script_folders(project, devel):
+            relays[folder / os.path.basename(script)] = script
     for relay, script in relays.items():
         write_if_changed(relay, _RELAY.format(script=script))
         relay.chmod(0o755)
+    if setup is not None:
+        _write_entry_points(setup, devel)
+
+
+def _script_folders(project: Project, prefix: Path) -> tuple[Path, Path]:
+    """Return the folders of scripts in `setup.py`: genuine catkin's, and that of `rosrun`."""
+    return prefix / "bin", prefix / "lib" / project.name
+
+
+def _write_entry_points(setup: PythonSetup, prefix: Path) -> None:
+    for name, target in setup.entry_points.items():
+        module, _, function = target.partition(":")
+        write_if_changed(prefix / "bin" / name, _ENTRY_POINT.format(module=module, function=function))
+        (prefix / "bin" / name).chmod(0o755)
 
 
 def _write_hooks(project: Project, prefix: Path, *, is_installed: bool) -> None:
@@ -142,11 +202,15 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
     for name, folder in packages.items():
         if "." in name:
             continue  # Python finds subpackages through their parent package
-        init = modules / name / "__init__.py"
-        if folder and os.path.isfile(os.path.join(folder, "__init__.py")):
-            write_if_changed(init, _RELAYED_PACKAGE.format(name=name, folder=folder))
-        else:
-            write_if_changed(init, _PACKAGE.format(name=name))
+        template = _PACKAGE
+        if folder and os.path.isdir(folder):
+            has_init = os.path.isfile(os.path.join(folder, "__init__.py"))
+            template = _RELAYED_PACKAGE if has_init else _FOLDER_PACKAGE
+        write_if_changed(modules / name / "__init__.py", template.format(name=name, folder=folder))
+    for name, file in setup.modules.items() if setup else ():
+        write_if_changed(
+            modules.joinpath(*name.split(".")).with_suffix(".py"), _RELAYED_MODULE.format(file=file)
+        )
     if project.interfaces:
         say(f"Generating Python msg __init__.py for {project.name}")
         say(f"[100%] Built target {project.name}_generate_messages")
@@ -168,6 +232,7 @@ def install_package(
     definitions: Definitions,
     settings: Mapping[str, str],
     say: Say,
+    setup: PythonSetup | None,
 ) -> None:
     """Copy the files that a package installs, and write type stubs for its messages.
 
@@ -175,6 +240,7 @@ def install_package(
 
     Args:
         settings: CMake variables for `install(CODE)` and `install(SCRIPT)`.
+        setup: the package's `setup.py`, which `python_setup` reads.
 
     Raises:
         PiprosError, OSError: a file is missing, or cannot be copied.
@@ -186,19 +252,34 @@ def install_package(
             copy_file(Path(interface.path), share / interface.folder / os.path.basename(interface.path), say)
     for file in project.config_files:
         copy_file(Path(project.folder, file), share / "cfg" / os.path.basename(file), say)
-    setup = read_setup_py(project.folder) if project.has_python_setup else None
     modules = layout.install / PYTHON_DESTINATION
-    for name, folder in (setup.packages if setup else {}).items():
-        below = os.path.join(*name.split("."))
-        copy(Copy(f"{folder}/", below, is_folder=True, keeps_permissions=True), modules, say)
+    if setup is not None:
+        _install_setup(project, setup, layout.install, say)
     has_modules = bool(project.interfaces or project.config_files)
     if has_modules and (setup is None or project.name not in setup.packages):
         write_if_changed(modules / project.name / "__init__.py", _PACKAGE.format(name=project.name))
     if project.interfaces:
         _write_stubs(project, definitions, layout.install)
-    for script in setup.scripts if setup else ():
-        target = layout.install / "lib" / project.name / os.path.basename(script)
-        copy_file(Path(script), target, say, mode=PROGRAM_MODE)
     _write_hooks(project, layout.install, is_installed=True)
     for item in project.installations:
         install(item, layout.install, settings, say)
+
+
+def _install_setup(project: Project, setup: PythonSetup, prefix: Path, say: Say) -> None:
+    """Copy the packages, modules, scripts and data files that `setup.py` names."""
+    for line in _missing(setup):
+        say(f"-- WARNING: {line}")
+    modules = prefix / PYTHON_DESTINATION
+    for name, folder in setup.packages.items():
+        below = os.path.join(*name.split("."))
+        copy(Copy(f"{folder}/", below, is_folder=True, keeps_permissions=True), modules, say)
+    for name, file in setup.modules.items():
+        if os.path.isfile(file):
+            copy_file(Path(file), modules.joinpath(*name.split(".")).with_suffix(".py"), say)
+    for below, file in setup.data_files:
+        if os.path.isfile(file):
+            copy_file(Path(file), Path(os.path.normpath(prefix / below)) / os.path.basename(file), say)
+    for script in setup.scripts:
+        for target in _script_folders(project, prefix):
+            copy_file(Path(script), target / os.path.basename(script), say, mode=PROGRAM_MODE)
+    _write_entry_points(setup, prefix)

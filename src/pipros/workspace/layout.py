@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -81,38 +81,50 @@ class SourceSpace:
 
     Attributes:
         packages: the packages in build order.
-        errors: invalid manifests, each with file, line and reason.
+        errors: invalid and unreadable manifests, each with file, line and reason.
     """
 
     packages: list[SourcePackage] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
 
-def read_source_space(source: Path, variables: Mapping[str, str], *more: Path) -> SourceSpace:
+def read_source_space(
+    source: Path, variables: Mapping[str, str], *more: Path, is_lenient: bool = False
+) -> SourceSpace:
     """Return all packages below source folders. Packages with invalid manifests are only listed as errors.
 
     Args:
         variables: the environment, for conditions in manifests.
         more: further source folders.
+        is_lenient: whether packages that cause a `WorkspaceError` are only listed as errors, too.
 
     Raises:
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
     """
     space = SourceSpace()
     found: dict[str, SourcePackage] = {}
-    crawled = [package for folder in (source, *more) for package in crawl(str(folder)).packages]
+    twice: set[str] = set()
+
+    def refuse(reason: str) -> None:
+        if not is_lenient:
+            raise WorkspaceError(reason)
+        space.errors.append(reason)
+
+    crawled = [package for folder in (source, *more) for package in crawl(str(folder), space.errors).packages]
     for folder in dict.fromkeys(Path(package.path) for package in crawled if package.kind != DRY):
         manifest = _read_manifest(folder, variables, space.errors)
         if manifest is None:
             continue
         name = str(manifest.name)
         if name in found:
-            raise WorkspaceError(
+            refuse(
                 f"Multiple packages found with the same name '{name}':\n- {found[name].folder}\n- {folder}\n"
                 "Rename one, or put a file named CATKIN_IGNORE into its folder"
             )
+            twice.add(name)
+            continue
         found[name] = SourcePackage(name, folder, manifest)
-    space.packages = _in_order(found)
+    space.packages = _in_order({name: found[name] for name in found if name not in twice}, refuse)
     return space
 
 
@@ -155,15 +167,19 @@ class _Evaluated:
         """Do nothing, because the conditions are already evaluated."""
 
 
-def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
+def _in_order(packages: Mapping[str, SourcePackage], refuse: Callable[[str], None]) -> list[SourcePackage]:
+    """Return the packages in build order, without those in a cycle and those that need one of these."""
     ordered = topological_order_packages({str(p.folder): _Evaluated(p.manifest) for p in packages.values()})
     result = []
     for path, manifest in ordered:
-        if path is None:
-            raise WorkspaceError(
-                f"Circular dependency in the workspace: the packages {manifest} depend on each other"
-            )
-        result.append(packages[manifest.name])
+        if path is not None:
+            result.append(packages[manifest.name])
+            continue
+        refuse(f"Circular dependency in the workspace: the packages {manifest} depend on each other")
+        for name in sorted(
+            packages.keys() - {package.name for package in result} - set(manifest.split(", "))
+        ):
+            refuse(f"{name}: it is left out, because it needs a package in this cycle")
     return result
 
 

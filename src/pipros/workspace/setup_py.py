@@ -1,21 +1,23 @@
 """Read a package's `setup.py`: its Python packages, their folders, and its scripts.
 
-As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. For this, the
-modules `setuptools` and `distutils` are replaced. `find_packages` comes from setuptools or, if setuptools is
-not installed, is a substitute.
+As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. If setuptools is
+not installed, substitutes for `setuptools` and `distutils` have `setup()` and `find_packages()` only.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
 
 _TIME_LIMIT_S = 60.0
 
@@ -23,7 +25,8 @@ _PROBE = """
 import fnmatch, json, os, runpy, sys, types
 recorded = {}
 def setup(**arguments):
-    recorded.update({key: arguments.get(key) for key in ("packages", "package_dir", "scripts", "py_modules")})
+    recorded.clear()
+    recorded.update(arguments)
 def find_packages(where=".", exclude=(), include=("*",)):
     found = []
     for folder, below, files in os.walk(where):
@@ -36,19 +39,23 @@ def find_packages(where=".", exclude=(), include=("*",)):
             del below[:]
     return found
 try:
-    from setuptools import find_packages
+    import setuptools, distutils.core
+    setuptools.setup = distutils.core.setup = setup
 except ImportError:
-    pass
-for name in ("distutils", "distutils.core", "setuptools"):
-    module = types.ModuleType(name)
-    module.setup, module.find_packages = setup, find_packages
-    module.__path__ = []
-    sys.modules[name] = module
-sys.modules["distutils"].core = sys.modules["distutils.core"]
+    for name in ("distutils", "distutils.core", "setuptools"):
+        module = types.ModuleType(name)
+        module.setup, module.find_packages = setup, find_packages
+        module.__path__ = []
+        sys.modules[name] = module
+    sys.modules["distutils"].core = sys.modules["distutils.core"]
 sys.argv = ["setup.py", "--version"]
 sys.path.insert(0, ".")
 runpy.run_path("setup.py", run_name="__main__")
-print("\\0" + json.dumps(recorded))
+def plain(value):
+    return os.fspath(value) if isinstance(value, os.PathLike) else list(value)
+names = ("packages", "package_dir", "scripts", "py_modules", "data_files", "entry_points")
+found = {key: recorded.get(key) for key in names}
+print("\\0" + json.dumps(found, default=plain))
 """
 
 
@@ -56,12 +63,39 @@ class SetupPyError(PiprosError):
     """A `setup.py` failed or took too long."""
 
 
+_CONFIGURATIONS = ("setup.cfg", "pyproject.toml")
+_PACKAGES_ELSEWHERE = re.compile(
+    r"^\s*(packages|py[-_]modules|scripts)\s*=|^\[tool\.setuptools\.packages", re.MULTILINE
+)
+_ENTRY_POINT = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+:[\w.]+)\s*(?:\[.*)?")
+
+
 @dataclass(frozen=True, slots=True)
 class PythonSetup:
-    """Python packages with their folders, and scripts, all as absolute paths."""
+    """The arguments of `setup()`. All paths are absolute.
+
+    Attributes:
+        packages: the folder of each package.
+        modules: the file of each module that is not in a package.
+        data_files: pairs of a folder below the install space and a file to install there.
+        entry_points: the function of each program in `console_scripts`, such as `arm.cli:main`.
+    """
 
     packages: Mapping[str, str]
     scripts: Sequence[str]
+    modules: Mapping[str, str] = field(default_factory=dict)
+    data_files: Sequence[tuple[str, str]] = ()
+    entry_points: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def files(self) -> list[str]:
+        """The folders of the packages, and all files."""
+        return [
+            *self.packages.values(),
+            *self.scripts,
+            *self.modules.values(),
+            *(path for _, path in self.data_files),
+        ]
 
 
 def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup:
@@ -87,12 +121,66 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
         last_lines = ended.stderr.strip().splitlines()[-3:]
         raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_lines))
     recorded = json.loads(ended.stdout.rpartition("\0")[2])
+    _check_elsewhere(folder, recorded)
     folders = recorded.get("package_dir") or {}
-    packages = {}
-    for name in recorded.get("packages") or []:
-        packages[name] = os.path.normpath(os.path.join(folder, _folder_of(name, folders)))
-    scripts = [os.path.join(folder, script) for script in recorded.get("scripts") or []]
-    return PythonSetup(packages, scripts)
+    packages = {
+        name: os.path.normpath(os.path.join(folder, _folder_of(name, folders)))
+        for name in recorded.get("packages") or []
+    }
+    _check_parents(folder, packages)
+    return PythonSetup(
+        packages,
+        [os.path.join(folder, script) for script in recorded.get("scripts") or []],
+        {
+            name: os.path.normpath(os.path.join(folder, _folder_of(name, folders))) + ".py"
+            for name in recorded.get("py_modules") or []
+            if not any(name == package or name.startswith(f"{package}.") for package in packages)
+        },
+        [
+            (target, os.path.join(folder, file))
+            for pair in recorded.get("data_files") or []
+            for target, files in [("", [pair]) if isinstance(pair, str) else pair]
+            for file in files
+        ],
+        _entry_points(recorded.get("entry_points")),
+    )
+
+
+def _entry_points(declared: object) -> dict[str, str]:
+    lines = declared.get("console_scripts") if isinstance(declared, dict) else ()
+    found = (
+        _ENTRY_POINT.fullmatch(str(line)) for line in ([lines] if isinstance(lines, str) else lines or ())
+    )
+    return {match[1]: match[2] for match in found if match}
+
+
+def _check_elsewhere(folder: str, recorded: Mapping[str, Any]) -> None:
+    """Refuse a `setup.py` whose packages are in another file, which genuine catkin does not read either."""
+    if any(recorded.get(name) for name in ("packages", "py_modules", "scripts")):
+        return
+    for name in _CONFIGURATIONS:
+        try:
+            text = read_text(os.path.join(folder, name), errors="replace")
+        except OSError:
+            continue
+        if _PACKAGES_ELSEWHERE.search(text):
+            raise SetupPyError(
+                f"{folder}/setup.py passes no packages to setup(), and catkin does not read {name}; pass "
+                "them in setup.py, with generate_distutils_setup()"
+            )
+
+
+def _check_parents(folder: str, packages: Mapping[str, str]) -> None:
+    """Refuse a subpackage outside of its parent's folder, as genuine catkin does."""
+    for name, path in packages.items():
+        top, *below = name.split(".")
+        if top in packages and below and below[0] not in ("msg", "srv"):
+            expected = os.path.join(packages[top], *below)
+            if path != expected:
+                raise SetupPyError(
+                    f"{folder}/setup.py: package_dir has {name} in {path}, but catkin finds a subpackage "
+                    f"only inside of its parent: {expected}"
+                )
 
 
 def _folder_of(package: str, folders: Mapping[str, str]) -> str:

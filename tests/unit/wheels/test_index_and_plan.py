@@ -47,7 +47,7 @@ def test_an_index_lists_wheels_with_hashes(tmp_path: Path) -> None:
     assert "ros1-arm==1.10.0 \\\n    --hash=sha256:" in lock
     assert lock.count("ros1-arm") == 1
     (tmp_path / "Other-2.0-py3-none-any.whl").unlink()
-    write_index(tmp_path)
+    write_index(tmp_path, [])
     assert not (tmp_path / "simple" / "other").exists()
 
 
@@ -61,10 +61,10 @@ def test_names_that_are_not_those_of_wheels(name: str) -> None:
 
 def test_files_that_are_not_wheels_are_refused(tmp_path: Path) -> None:
     with pytest.raises(PiprosError, match="has no wheels"):
-        write_index(tmp_path)
+        write_index(tmp_path, [])
     (tmp_path / "a-1-py3-none-any.whl").write_text("no zip file")
     with pytest.raises(PiprosError, match=r"a-1-py3-none-any\.whl is not a wheel"):
-        write_index(tmp_path)
+        write_index(tmp_path, [])
     assert index_command.main([str(tmp_path)]) == 1
     assert not (tmp_path / "simple").exists()
 
@@ -79,7 +79,7 @@ def test_metadata_is_not_decompressed_beyond_the_size_that_it_claims(tmp_path: P
     tracemalloc.start()
     try:
         with pytest.raises(PiprosError, match="is not a wheel"):
-            write_index(tmp_path)
+            write_index(tmp_path, [])
         assert tracemalloc.get_traced_memory()[1] < 16 * 1024 * 1024
     finally:
         tracemalloc.stop()
@@ -90,12 +90,16 @@ def test_metadata_whose_decompression_cannot_be_bounded_is_refused(tmp_path: Pat
     with zipfile.ZipFile(tmp_path / "a-1-py3-none-any.whl", "w", compression) as archive:
         archive.writestr("a-1.dist-info/METADATA", "Name: a")
     with pytest.raises(PiprosError, match="must be stored or deflated"):
-        write_index(tmp_path)
+        write_index(tmp_path, [])
 
 
 def test_keys_are_requirements(tmp_path: Path) -> None:
     assert all(is_requirement(value) for value in PYTHON_KEYS.values() if value)
     assert PYTHON_KEYS["python3-serial"] == PYTHON_KEYS["python-serial"] == PYTHON_KEYS["python3-serial-pip"]
+    named = ("click", "colorama", "progressbar", "texttable", "github")  # the keys of jsk_common
+    assert [PYTHON_KEYS[f"python3-{name}"] for name in named] == [
+        *("click", "colorama", "progressbar2", "texttable", "PyGithub"),
+    ]
     file = tmp_path / "keys.yaml"
     file.write_text("my_key: pyserial>=3.5\npython3-yaml: ruamel.yaml\n")
     assert read_keys(str(file))["my_key"] == "pyserial>=3.5"
@@ -123,8 +127,8 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Workspace:
 
 
 def test_a_plan_names_what_provides_each_dependency(workspace: Workspace, tmp_path: Path) -> None:
-    packages = source_packages([workspace.base])
-    steps = {step.name: step for step in make_plan(packages, Places((), None, PYTHON_KEYS))}
+    packages = source_packages([workspace.base]).packages
+    steps = {step.name: step for step in make_plan(packages, Places((), None, PYTHON_KEYS), [])}
     assert {name: step.provider for name, step in steps.items()} == {
         "arm": Provider.SOURCE,
         "far_msgs": Provider.UNKNOWN,
@@ -138,7 +142,7 @@ def test_a_plan_names_what_provides_each_dependency(workspace: Workspace, tmp_pa
     assert (steps["libarm"].target, steps["hand"].needed_by) == ("libarm-dev", ("arm",))
     add_wheel(tmp_path / "wheels", "ros1_far_msgs", "1.0")
     places = Places((tmp_path / "wheels",), lambda name: name == "ros1-strange", PYTHON_KEYS)
-    steps = {step.name: step for step in make_plan(packages, places)}
+    steps = {step.name: step for step in make_plan(packages, places, [])}
     assert (steps["far_msgs"].provider, steps["strange"].provider) == (Provider.FOLDER, Provider.INDEX)
 
 
@@ -212,10 +216,10 @@ def test_built_wheels_replace_installed_ones_of_the_same_version(
     monkeypatch.syspath_prepend(tmp_path)
     same, newer = (tmp_path / f"ros1_arm-{version}-py3-none-any.whl" for version in ("1.0.0", "1.1.0"))
     made = installer.Installer(("uv", "pip"))
-    made.install(["six"], [newer])
-    assert [words[-2:] for words in run] == [[str(newer), "six"]]
-    made.install(["six"], [same])
-    assert run[2][-3:] == ["--force-reinstall", "--no-deps", str(same)]
+    made.install(["six"], {newer: ""})
+    assert [words[-2:] for words in run] == [["--no-deps", str(newer)], [sys.executable, "six"]]
+    made.install([], {same: ""})
+    assert run[3][-3:] == ["--force-reinstall", "--no-deps", str(same)]
 
 
 def test_rosdep_answers_from_the_same_table(

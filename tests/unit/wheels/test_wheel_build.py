@@ -6,6 +6,7 @@ import base64
 import csv
 import hashlib
 import os
+import re
 import zipfile
 from email.parser import HeaderParser
 from pathlib import Path
@@ -14,7 +15,7 @@ import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
-from pipros.wheels import file_tree
+from pipros.wheels import file_tree, package_build
 from pipros.wheels.limits import WheelLimits
 from pipros.wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
 from tests.support.wheel_forms import FORMS, write_forms
@@ -37,17 +38,24 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Workspace:
 
 
 def wheels(workspace: Workspace, **options: bool) -> dict[str, BuiltWheel]:
-    packages = source_packages([workspace.base])
+    space = source_packages([workspace.base])
     output = workspace.base / "dist"
-    built = build_wheels(packages, output, WheelOptions(**options), workspace.lines.append)  # type: ignore[arg-type]
-    return {wheel.package.name: wheel for wheel in built}
+    built = build_wheels(space.packages, output, WheelOptions(**options), workspace.lines.append)  # type: ignore[arg-type]
+    if space.errors or built.errors:
+        raise PiprosError("\n".join([*space.errors, *built.errors]))
+    return {wheel.package.name: wheel for wheel in built.wheels}
 
 
 def names(wheel: BuiltWheel) -> dict[str, zipfile.ZipInfo]:
-    """Return the entries, with the name of the package for the folder of data."""
+    """Return the entries by their path in the install space."""
     with zipfile.ZipFile(wheel.file) as archive:
         infos = {info.filename: info for info in archive.infolist()}
-    return {path.partition(".data/data/")[2] or path: info for path, info in infos.items()}
+    return {
+        re.sub(
+            r".*\.data/(?:data/|scripts(/))", lambda match: f"bin{match[1]}" if match[1] else "", path
+        ): info
+        for path, info in infos.items()
+    }
 
 
 def content(wheel: BuiltWheel, end: str) -> str:
@@ -91,7 +99,7 @@ def test_a_wheel_has_the_files_of_the_install_space(workspace: Workspace) -> Non
     install = workspace.layout.install
     expected = {
         file.relative_to(install).as_posix().removeprefix("lib/python3/dist-packages/")
-        for folder in ("lib", "share")
+        for folder in ("bin", "lib", "share")
         for file in (install / folder).rglob("*")
         if file.is_file()
     }
@@ -99,7 +107,7 @@ def test_a_wheel_has_the_files_of_the_install_space(workspace: Workspace) -> Non
     assert made == expected
     assert {"arm_lib/__init__.py", "arm/msg/__init__.pyi", "lib/arm/move", "lib/arm/tool"} < made
     programs = [path for path, info in found.items() if info.external_attr >> 16 & 0o111]
-    assert programs == ["lib/arm/move", "lib/arm/tool"]
+    assert programs == ["lib/arm/move", "lib/arm/tool", "bin/tool"]
 
 
 def test_twelve_forms_of_packages_have_their_program_and_launch_file(workspace: Workspace) -> None:
@@ -162,9 +170,17 @@ def test_dependencies_become_requirements_or_are_listed(workspace: Workspace) ->
     assert "Dependencies that pip does not install: mavros, strange" in content(built["arm"], "METADATA")
 
 
-def test_message_packages_that_are_absent_are_required_and_not_checked(workspace: Workspace) -> None:
+def test_message_packages_that_are_absent_are_named_and_not_checked(
+    workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cmake = MESSAGES.replace("std_msgs", "other_msgs")
     workspace.add("arm_msgs", cmake, "other_msgs", msg__State_dot_msg="other_msgs/Hand[] hands")
+    wheel = wheels(workspace)["arm_msgs"]
+    assert required(wheel) == ["pipros"]  # anyone could register ros1-other-msgs
+    assert "does not require other_msgs, because no such package is" in wheel.notes[-1]
+    assert "Dependencies that pip does not install: other_msgs" in content(wheel, "METADATA")
+    (tmp_path / "ros1_other_msgs-1.0-py3-none-any.whl").touch()
+    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path))
     wheel = wheels(workspace)["arm_msgs"]
     assert required(wheel) == ["pipros", "ros1-other-msgs"]
     assert "hands: list[other_msgs.msg.Hand]" in content(wheel, "msg/__init__.pyi")
@@ -242,13 +258,30 @@ def test_an_editable_wheel_has_one_pointer(workspace: Workspace) -> None:
     assert content(wheel, "editable/arm") == f"{folder}\n"
 
 
-def test_modules_of_pipros_are_not_overwritten(workspace: Workspace) -> None:
-    folder = workspace.add(
-        "tf", "catkin_python_setup()\ncatkin_package()", setup_dot_py=SETUP.format("tf"), bin__tool=""
+def add_module(workspace: Workspace, package: str, module: str, depends: str = "") -> None:
+    cmake = "catkin_python_setup()\ncatkin_package()"
+    folder = workspace.add(package, cmake, depends, setup_dot_py=SETUP.format(module), bin__tool="")
+    (folder / "src" / module).mkdir(parents=True)
+    (folder / "src" / module / "__init__.py").write_text("")
+
+
+def test_a_package_of_pipros_is_built_whole_or_not_at_all(workspace: Workspace) -> None:
+    add_module(workspace, "rosapi", "rosapi")
+    workspace.add("robot", depends="rosapi std_msgs")
+    workspace.add("std_msgs", MESSAGES.replace(" std_msgs", ""), msg__State_dot_msg="int8 a")
+    build = build_wheels(source_packages([workspace.base]).packages, workspace.base, WheelOptions(), print)
+    assert [wheel.package.name for wheel in build.wheels] == ["std_msgs", "robot"]
+    assert build.left_out[0].startswith(
+        "rosapi: not built, because pipros itself installs this package, and its"
     )
-    (folder / "src" / "tf").mkdir(parents=True)
-    (folder / "src" / "tf" / "__init__.py").write_text("")
-    wheel = wheels(workspace)["tf"]
+    assert (len(build.left_out), build.errors) == (1, [])
+    assert required(build.wheels[1]) == ["pipros", "ros1-std-msgs"]
+    assert "share/std_msgs/msg/State.msg" in names(build.wheels[0])
+
+
+def test_modules_of_pipros_are_not_overwritten(workspace: Workspace) -> None:
+    add_module(workspace, "arm", "tf")
+    wheel = wheels(workspace)["arm"]
     assert "left out: the Python module tf, which pipros itself installs" in wheel.notes
     assert "tf/__init__.py" not in names(wheel)
 
@@ -311,7 +344,13 @@ def test_wheels_that_are_refused(workspace: Workspace, case: str) -> None:
 
 @pytest.mark.parametrize(
     ("target", "is_allowed"),
-    [("../../../secret", False), ("/etc/hostname", False), ("real.txt", True), ("gone", False)],
+    [
+        ("../../../secret", False),
+        ("/etc/hostname", False),
+        ("real.txt", True),
+        ("gone", False),
+        ("more/inside.txt", True),
+    ],
 )
 def test_links_that_leave_the_package_are_refused(
     workspace: Workspace, target: str, is_allowed: bool
@@ -319,7 +358,7 @@ def test_links_that_leave_the_package_are_refused(
     cmake = (
         "catkin_package()\ninstall(FILES real.txt link.txt DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"
     )
-    folder = workspace.add("arm", cmake, real_dot_txt="content")
+    folder = workspace.add("arm", cmake, real_dot_txt="content", more__inside_dot_txt="content")
     (folder / "link.txt").symlink_to(target)
     (workspace.base / "secret").write_text("secret")
     if is_allowed:
@@ -352,3 +391,95 @@ def test_a_wheel_has_a_limited_size(workspace: Workspace, monkeypatch: pytest.Mo
     workspace.add("arm", big_dot_stl="x" * 1001)
     with pytest.raises(PiprosError, match=r"exceed 1000 bytes \(wheel_bytes\)"):
         wheels(workspace)
+
+
+@pytest.mark.parametrize(
+    "cmake",
+    [
+        "install(FILES /etc/hostname DESTINATION share/arm)",
+        "install(PROGRAMS ../../secret DESTINATION lib/arm)",
+        "set(WHERE ${CMAKE_CURRENT_SOURCE_DIR}/..)\ninstall(FILES ${WHERE}/../secret DESTINATION share/arm)",
+        "install(FILES out/secret DESTINATION share/arm)",
+        "install(FILES $ENV{SECRET} DESTINATION share/arm)",
+        "install(DIRECTORY / DESTINATION share/arm)",
+        "install(DIRECTORY .. DESTINATION share/arm)",
+        "catkin_install_python(PROGRAMS ../../secret DESTINATION lib/arm)",
+        "install(SCRIPT ../../secret)",
+    ],
+)
+def test_files_from_outside_of_the_package_are_refused_with_file_and_line(
+    workspace: Workspace, cmake: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SECRET", str(workspace.base / "secret"))
+    (workspace.base / "secret").write_text("secret")
+    folder = workspace.add("arm", f"catkin_package()\n{cmake}")
+    (folder / "out").symlink_to("../..")
+    with pytest.raises(
+        PiprosError, match=r"arm/CMakeLists.txt:[45]: the package installs .* outside of the package"
+    ):
+        wheels(workspace)
+    assert list((workspace.base / "dist").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "packages=['a'], package_dir={'a': '../../secrets'}",
+        "scripts=['../../secrets/__init__.py']",
+        "py_modules=['secrets.a'], package_dir={'': '../..'}",
+        "data_files=[('share/arm', ['/etc/hostname'])]",
+    ],
+)
+def test_a_setup_py_installs_no_files_from_outside_of_the_package(
+    workspace: Workspace, arguments: str
+) -> None:
+    (workspace.base / "secrets").mkdir()
+    (workspace.base / "secrets" / "__init__.py").touch()
+    setup = f"from setuptools import setup\nsetup({arguments})\n"
+    workspace.add("arm", "catkin_python_setup()\ncatkin_package()", setup_dot_py=setup)
+    with pytest.raises(PiprosError, match=r"arm/setup.py: the package installs .* outside of the package"):
+        wheels(workspace)
+
+
+def test_a_folder_that_is_too_large_is_refused_before_it_is_copied(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(file_tree, "process_limits", lambda: Limits().with_table(WheelLimits(10_000)))
+    copied: list[object] = []
+    monkeypatch.setattr(package_build, "install_package", lambda *arguments: copied.append(arguments))
+    cmake = "catkin_package()\ninstall(DIRECTORY bags DESTINATION share/arm PATTERN *.log EXCLUDE)"
+    workspace.add("arm", cmake, bags__a_dot_bag="x" * 10_001)
+    with pytest.raises(PiprosError, match=r"CMakeLists.txt:4: the files exceed 10000 bytes \(wheel_bytes\)"):
+        wheels(workspace)
+    assert copied == []
+
+
+EXTRAS = {
+    "plain": ("", "{0}"),
+    "configured": (".in", "{0}"),
+    "template": (".em", "{0}@[if DEVELSPACE]@\n@[end if]@\n"),
+}
+
+
+@pytest.mark.parametrize("kind", EXTRAS)
+@pytest.mark.parametrize("user", ["a_user", "z_user"])
+@pytest.mark.parametrize("depends", ["tools", ""])
+def test_extras_of_another_package_are_used_in_any_order(
+    workspace: Workspace, kind: str, user: str, depends: str
+) -> None:
+    ending, form = EXTRAS[kind]
+    text = form.format(
+        "macro(lab_install name)\n"
+        "  install(FILES ${name} DESTINATION share/${PROJECT_NAME}/lab)\nendmacro()\n"
+    )
+    folder = workspace.add("tools", "find_package(catkin REQUIRED)\ncatkin_package(CFG_EXTRAS lab.cmake)")
+    (folder / "cmake").mkdir()
+    (folder / "cmake" / f"lab.cmake{ending}").write_text(text)
+    for name in ("between", user):
+        cmake = "find_package(catkin REQUIRED COMPONENTS tools)\ncatkin_package()\nlab_install(a.txt)"
+        workspace.add(name, cmake, depends if name == user else "tools", a_dot_txt="")
+    built = wheels(workspace)
+    assert {name: wheel.notes[1:] for name, wheel in built.items()} == dict.fromkeys(
+        ("tools", "between", user), ()
+    )
+    assert f"share/{user}/lab/a.txt" in names(built[user])

@@ -106,8 +106,58 @@ def test_an_installed_package_has_its_manifest_modules_and_scripts(workspace: Wo
         for path in install.rglob("*")
         if path.is_file() and path.parent != install
     }
-    assert found == {"share/p/package.xml", f"{MODULES}/p/__init__.py", f"{MODULES}/p/words.py", "lib/p/tool"}
+    assert found == {
+        "share/p/package.xml",
+        f"{MODULES}/p/__init__.py",
+        f"{MODULES}/p/words.py",
+        "lib/p/tool",
+        "bin/tool",
+    }
     assert os.access(install / "lib/p/tool", os.X_OK)
+
+
+SETUP = """from setuptools import setup
+setup(packages=['spaced', 'gone'], package_dir={'': 'src'}, py_modules=['lone'], scripts=['bin/tool'],
+      data_files=[('share/p/data', ['res/table.txt'])],
+      entry_points={'console_scripts': ['p_cli = lone:Program.main']})
+"""
+
+
+def test_everything_that_a_setup_py_names_is_built_and_installed(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        "catkin_python_setup()",
+        setup_dot_py=SETUP,
+        src__spaced__words_dot_py="WHO = 'no __init__.py here'\n",
+        src__lone_dot_py="class Program:\n    def main():\n        print(__file__)\n        return 3\n",
+        bin__tool="#!/usr/bin/env python3\nimport spaced.words\nprint(spaced.words.WHO)\n",
+        res__table_dot_txt="",
+    )
+    assert workspace.build(installs=True).errors == []
+    assert f"setup.py names {workspace.base}/src/p/src/gone, which does not exist" in workspace.output
+    assert (workspace.layout.install / "share/p/data/table.txt").is_file()
+    for prefix, lone in (
+        (workspace.layout.devel, workspace.base / "src/p/src/lone.py"),
+        (workspace.layout.install, workspace.layout.install / MODULES / "lone.py"),
+    ):
+        assert os.access(prefix / "lib/p/tool", os.X_OK)  # for rosrun; genuine catkin writes bin/tool alone
+        variables = {**os.environ, "PYTHONPATH": str(prefix / MODULES)}
+        for program, code, shown in (("tool", 0, "no __init__.py here"), ("p_cli", 3, str(lone))):
+            ended = subprocess.run(
+                [sys.executable, prefix / "bin" / program], env=variables, capture_output=True, text=True
+            )
+            assert (ended.returncode, ended.stdout) == (code, f"{shown}\n"), ended.stderr
+
+
+def test_a_script_that_a_setup_py_names_must_exist(workspace: Workspace) -> None:
+    text = "from setuptools import setup\nsetup(scripts=['bin/gone'])\n"
+    workspace.add("p", "catkin_python_setup()", setup_dot_py=text)
+    workspace.add("q")
+    result = workspace.build(installs=True)
+    assert result.errors == [
+        f"p: {workspace.base}/src/p/bin/gone does not exist; setup.py lists it in scripts"
+    ]
+    assert result.built == ["q"]
 
 
 @pytest.mark.parametrize(

@@ -107,3 +107,69 @@ def test_a_setup_that_fails_is_quoted(tmp_path: Path, text: str, reason: str) ->
 def test_a_setup_without_an_end_is_ended(tmp_path: Path) -> None:
     with pytest.raises(SetupPyError, match="did not finish within"):
         read_setup_py(write(tmp_path, "import threading\nthreading.Event().wait()"), limit_s=0.2)
+
+
+@pytest.mark.parametrize(
+    ("text", "packages"),
+    [
+        ("from setuptools import find_namespace_packages, setup\n"
+         "setup(packages=find_namespace_packages('src'), package_dir={'': 'src'})",
+         {"found": "src/found"}),
+        ("from setuptools import Command, setup\nfrom setuptools.command.install import install\n"
+         "class Mine(install): pass\nsetup(packages=['found'], cmdclass={'install': Mine})",
+         {"found": "found"}),
+        ("from pathlib import Path\nfrom setuptools import setup\n"
+         "setup(packages=('found',), package_dir={'': Path('src')})", {"found": "src/found"}),
+        ("from distutils.core import setup\nfrom distutils.util import convert_path\n"
+         "setup(packages={'found': 1}.keys(), package_dir={'': convert_path('src')})",
+         {"found": "src/found"}),
+    ],
+)  # fmt: skip
+def test_a_setup_may_use_all_of_setuptools(tmp_path: Path, text: str, packages: dict[str, str]) -> None:
+    setup = read_setup_py(write(tmp_path, text, "src/found"))
+    assert setup.packages == {name: str(tmp_path / path) for name, path in packages.items()}
+
+
+def test_modules_data_files_and_entry_points_are_read(tmp_path: Path) -> None:
+    setup = read_setup_py(
+        write(
+            tmp_path,
+            "from setuptools import setup\nsetup(packages=['a'], py_modules=['lone', 'a.inside'],"
+            " package_dir={'': 'src'}, data_files=[('share/p', ['x.txt', 'y/z.txt']), 'top.txt'],"
+            " entry_points={'console_scripts': ['arm = a.cli:main', 'bad']})",
+        )
+    )
+    assert setup.modules == {"lone": f"{tmp_path}/src/lone.py"}
+    assert [(target, path.removeprefix(f"{tmp_path}/")) for target, path in setup.data_files] == [
+        *(("share/p", "x.txt"), ("share/p", "y/z.txt"), ("", "top.txt")),
+    ]
+    assert setup.entry_points == {"arm": "a.cli:main"}
+
+
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        ("setup.cfg", "[metadata]\nname = p\n[options]\npackages = find:\n"),
+        ("pyproject.toml", '[tool.setuptools]\npackages = ["p"]\n'),
+        ("pyproject.toml", '[tool.setuptools.packages.find]\nwhere = ["src"]\n'),
+    ],
+)
+def test_packages_that_only_another_file_names_are_not_lost_in_silence(
+    tmp_path: Path, file: str, content: str
+) -> None:
+    (tmp_path / file).write_text(content)
+    folder = write(tmp_path, "from setuptools import setup\nsetup()")
+    with pytest.raises(
+        SetupPyError, match=rf"passes no packages to setup\(\), and catkin does not read {file}"
+    ):
+        read_setup_py(folder)
+    write(tmp_path, "from setuptools import setup\nsetup(packages=['p'])")
+    assert list(read_setup_py(folder).packages) == ["p"]
+
+
+def test_a_subpackage_outside_of_its_parent_is_refused(tmp_path: Path) -> None:
+    text = "from setuptools import setup\nsetup(packages=['a', 'a.b'], package_dir={'a': 'x', 'a.b': 'y'})"
+    with pytest.raises(
+        SetupPyError, match=r"package_dir has a.b in .*/y, but .* inside of its parent: .*/x/b"
+    ):
+        read_setup_py(write(tmp_path, text))

@@ -23,11 +23,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     from pipros.wheels.index import LOCK_FILE, write_index
 
+    errors: list[str] = []
     try:
-        files = write_index(arguments.folder)
+        files = write_index(arguments.folder, errors)
     except (PiprosError, OSError) as error:
         print(f"pipros index: {error}", file=sys.stderr)
         return 1
     print(files[0])
     print(arguments.folder / LOCK_FILE)
-    return 0
+    for line in errors:
+        print(f"pipros index: left out: {line}", file=sys.stderr)
+    return 1 if errors else 0

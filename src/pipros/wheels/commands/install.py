@@ -64,26 +64,33 @@ def _install(arguments: Namespace, folder: Path) -> int:
     for name in ("clones", "wheels"):
         (folder / name).mkdir()
     keys = read_keys(arguments.keys)
-    packages = source_packages(source_folders(arguments.sources, folder / "clones"))
-    words = find_installer(arguments.installer)
+    space = source_packages(source_folders(arguments.sources, folder / "clones"))
     places = tuple(item.resolve() for item in arguments.find_links)
+    words = find_installer(arguments.installer)
     installer = Installer(words, places, arguments.index_url, arguments.no_index)
-    has_in_index = installer.has if arguments.index_url else None
-    plan = make_plan(packages, Places(places, has_in_index, keys))
+    has_in_index = installer.has_wheel if arguments.index_url and not arguments.no_index else None
+    errors = space.errors
+    plan = make_plan(space.packages, Places(places, has_in_index, keys), errors)
     print("\n".join(plan_table(plan)))
     _print_advice(plan)
-    if arguments.dry_run:
-        return 0
-    options = WheelOptions(is_strict=arguments.strict, is_whole=arguments.whole, keys=keys)
-    wheels = build_wheels(packages, folder / "wheels", options, _print_line)
-    for wheel in wheels:
-        for note in wheel.notes:
-            print(f"{wheel.package.name}: {note}")
-    more = [step.target for step in plan if step.provider in (Provider.FOLDER, Provider.INDEX, Provider.PYPI)]
-    sources = (*installer.folders, folder / "wheels")
-    made = Installer(words, sources, installer.index_url, installer.no_index)
-    made.install(list(dict.fromkeys(more)), [wheel.file for wheel in wheels])
-    return 0
+    if not arguments.dry_run:
+        options = WheelOptions(arguments.strict, arguments.whole, keys=keys, folders=places)
+        build = build_wheels(space.packages, folder / "wheels", options, _print_line)
+        errors += build.errors
+        for wheel in build.wheels:
+            for note in wheel.notes:
+                print(f"{wheel.package.name}: {note}")
+        for line in build.left_out:
+            print(line)
+        files = {wheel.file: "" for wheel in build.wheels}
+        files |= {step.wheel.file: step.wheel.sha256 for step in plan if step.wheel}
+        indexed = [step.target for step in plan if step.provider is Provider.INDEX]
+        more = [step.target for step in plan if step.provider is Provider.PYPI]
+        if build.wheels:
+            installer.install(list(dict.fromkeys([*indexed, *more])), files, indexed)
+    for error in errors:
+        print(f"pipros install: {error}", file=sys.stderr)
+    return 1 if errors else 0
 
 
 def _print_advice(plan: Sequence[PlanStep]) -> None:

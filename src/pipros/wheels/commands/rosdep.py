@@ -34,21 +34,24 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     try:
         keys = read_keys(options.keys)
-        packages = source_packages(options.from_paths or [Path.cwd()])
+        space = source_packages(options.from_paths or [Path.cwd()])
+        for error in space.errors:
+            print(f"rosdep: {error}", file=sys.stderr)
+        code = 1 if space.errors else 0
         plan = [
             step
-            for step in make_plan(packages, Places((), None, keys))
+            for step in make_plan(space.packages, Places((), None, keys), [])
             if step.provider is not Provider.SOURCE
         ]
         if options.verb == "keys":
             print("\n".join(step.name for step in plan))
-            return 0
+            return code
         wanted = [step for step in plan if step.provider is Provider.PYPI and not _is_installed(step.target)]
         others = [step for step in plan if step.provider in (Provider.DEBIAN, Provider.UNKNOWN)]
         if options.verb == "check":
             if not wanted and not others:
                 print("All system dependencies have been satisfied")
-                return 0
+                return code
             print("System dependencies have not been satisfied:")
             print("\n".join(plan_table([*wanted, *others])))
             return 1
@@ -61,14 +64,14 @@ def main(argv: Sequence[str] | None = None) -> int:
                 if requirements
                 else "#All required rosdeps installed successfully"
             )
-            return 0
+            return code
         from pipros.wheels.installer import Installer, find_installer
 
-        Installer(find_installer()).install(requirements)
+        Installer(find_installer()).install(requirements, {})
     except (PiprosError, OSError) as error:
         print(f"rosdep: {error}", file=sys.stderr)
         return 1
-    return 0
+    return code
 
 
 def _parser() -> ArgumentParser:

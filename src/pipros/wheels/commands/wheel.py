@@ -37,23 +37,32 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     try:
         with tempfile.TemporaryDirectory(prefix="pipros-sources-") as clones:
-            packages = source_packages(source_folders(arguments.sources or ["."], Path(clones)))
+            space = source_packages(source_folders(arguments.sources or ["."], Path(clones)))
             if arguments.init:
-                for package in packages:
+                for package in space.packages:
                     print(write_build_system(package.folder))
                 print(ADVICE)
-                return 0
+                return _report(space.errors)
             options = WheelOptions(
                 is_strict=arguments.strict, is_whole=arguments.whole, keys=read_keys(arguments.keys)
             )
-            for wheel in build_wheels(packages, arguments.output, options, _print_line):
+            build = build_wheels(space.packages, arguments.output, options, _print_line)
+            for wheel in build.wheels:
                 for note in wheel.notes:
                     print(f"{wheel.package.name}: {note}")
                 print(wheel.file)
+            for line in build.left_out:
+                print(line)
+            nothing = [] if build.wheels or space.errors or build.errors else ["no wheel was built"]
+            return _report([*space.errors, *build.errors, *nothing])
     except (PiprosError, OSError) as error:
+        return _report([str(error)])
+
+
+def _report(errors: Sequence[str]) -> int:
+    for error in errors:
         print(f"pipros wheel: {error}", file=sys.stderr)
-        return 1
-    return 0
+    return 1 if errors else 0
 
 
 def _print_line(line: str) -> None:

@@ -13,7 +13,7 @@ from pipros.workspace.catkin.installation import read_installations
 def _install(context: ReadContext, command: Command, words: list[str]) -> None:
     is_python = command.name == "catkin_install_python"
     project = context.project
-    found = read_installations(words, context.scope, is_python=is_python)
+    found = read_installations(words, context.scope, is_python=is_python, place=context.place(command))
     for item in found:
         is_made = item.source in project.steps.rules or item.source.startswith(project.binary)
         if is_python and not is_made and not os.path.isfile(item.source):

@@ -27,12 +27,14 @@ class Installation:
             space.
         code: the text of `install(CODE)`.
         script: the file of `install(SCRIPT)`.
+        place: the file and line of the command.
     """
 
     copy: Copy | None = None
     is_python: bool = False
     code: str = ""
     script: str = ""
+    place: str = ""
 
     @property
     def source(self) -> str:
@@ -40,27 +42,30 @@ class Installation:
         return self.script if self.copy is None else self.copy.source
 
 
-def read_installations(words: list[str], scope: Scope, *, is_python: bool = False) -> list[Installation]:
+def read_installations(
+    words: list[str], scope: Scope, *, is_python: bool = False, place: str = ""
+) -> list[Installation]:
     """Return the installations that `install(words)` specifies. The list is empty for kinds such as TARGETS.
 
     Args:
         is_python: whether the command is `catkin_install_python(words)`.
+        place: the file and line of the command.
 
     Raises:
         ValueError: the arguments are invalid.
     """
     kind, rest = words[0] if words else "", words[1:]
     if kind == "CODE":
-        return [Installation(code=text) for text in rest[:1]]
+        return [Installation(code=text, place=place) for text in rest[:1]]
     if kind == "SCRIPT":
-        return [Installation(script=scope.in_source(file)) for file in rest[:1]]
+        return [Installation(script=scope.in_source(file), place=place) for file in rest[:1]]
     if kind == "PROGRAMS":
         copies = read_copies(rest, scope.in_source, mode=PROGRAM_MODE)
     elif kind in ("FILES", "DIRECTORY"):
         copies = read_copies(rest, scope.in_source, is_folder=kind == "DIRECTORY")
     else:
         return []
-    return [Installation(copy, is_python) for copy in copies]
+    return [Installation(copy, is_python, place=place) for copy in copies]
 
 
 def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: Say) -> None:

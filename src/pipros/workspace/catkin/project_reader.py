@@ -104,7 +104,8 @@ def _check_known(context: ReadContext, command: Command, _words: list[str]) -> N
             )
             return
     near = get_close_matches(name, [*BUILTIN_COMMANDS, *CATKIN_COMMANDS], n=1, cutoff=0.8)
-    if context.has_foreign_packages and not near:
+    is_typo = bool(near) and not name.endswith(f"_{near[0]}")  # unlike cs_install(), of catkin_simple
+    if context.has_foreign_packages and not is_typo:
         context.need_cmake(
             command, f"{command.written_name}(), which another package provides{context.empy_hint}"
         )
