@@ -61,6 +61,7 @@ class JointValues:
         self.free: dict[str, dict[str, Any]] = {}
         self.dependent: dict[str, Mapping[str, Any]] = dict(choices.dependent)
         self.without_limits: list[str] = []
+        self._roots: dict[str, tuple[str, float, float]] = {}
         for joint in robot.joints:
             if joint.type not in ("fixed", "floating", "planar"):
                 self._add(joint, choices)
@@ -148,14 +149,19 @@ class JointValues:
 
     def _root_of(self, name: str) -> tuple[str, float, float]:
         """Return the free joint that a dependent joint ultimately follows, with factor and offset."""
+        if name not in self._roots:
+            self._roots[name] = self._found_root(name)
+        return self._roots[name]
+
+    def _found_root(self, name: str) -> tuple[str, float, float]:
         factor, offset = 1.0, 0.0
-        seen: list[str] = []
+        seen: dict[str, None] = {}
         while name in self.dependent:
             if name in seen:
                 raise MimicCircle(f"mimic joints form a cycle: {' -> '.join([*seen, name])}")
-            seen.append(name)
+            seen[name] = None
             rule = self.dependent[name]
-            offset += factor * rule.get("offset", 0)
+            offset += factor * rule.get("offset", 0)  # in Noetic's order, so that the sums are the same
             factor *= rule.get("factor", 1)
             name = str(rule.get("parent", ""))
         return name, factor, offset
