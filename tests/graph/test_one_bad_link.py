@@ -25,7 +25,7 @@ KINDS = ["dead", "silent", "garbage", "no URI", "other type"]
 
 @pytest.fixture
 def add_bad(master: Master, make_node: MakeNode) -> Iterator[Callable[[str, bool], None]]:
-    """Return a function that registers a bad publisher or subscriber of `/topic`, and one of `/bad_service`."""
+    """Return a function that registers a bad publisher or subscriber of `/topic`, and a bad service."""
     with ExitStack() as stack:
 
         def add(kind: str, is_publisher: bool) -> None:
