@@ -112,7 +112,7 @@ def test_of_topics_in_a_parameter(bad: Any, place: int) -> None:
 
 
 @pytest.mark.parametrize("given", ["joints", 5, {"a": 1}])
-def test_a_parameter_that_is_no_list_of_topics_is_ignored(given: Any) -> None:
+def test_a_parameter_that_is_not_a_list_of_topics_is_ignored(given: Any) -> None:
     complaints: list[str] = []
     assert valid_topics("source_list", given, complaints.append) == []
     assert complaints == [f"source_list must be a list of topics, got {given!r}; it is ignored"]
