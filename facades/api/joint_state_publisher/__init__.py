@@ -10,6 +10,7 @@ from sensor_msgs.msg import JointState
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.names import valid_topics
 from pipros.libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
 from pipros.libraries.robot_model.urdf import UrdfError, read_robot
 
@@ -52,6 +53,8 @@ class JointStatePublisher:
         except MimicCircle as error:
             rospy.logerr("%s", error)
             raise SystemExit(1) from error
+        for problem in self._values.problems:
+            rospy.logerr("%s; it is left out", problem)
         for name in self._values.without_limits:
             rospy.logwarn("%s is not fixed, nor continuous, but limits are not specified!", name)
         self.free_joints = self._values.free
@@ -59,7 +62,8 @@ class JointStatePublisher:
         self.dependent_joints = self._values.dependent
         self.source_update_cb: Callable[[], object] | None = None
         self.sources = [
-            rospy.Subscriber(source, JointState, self.source_cb) for source in get_param("source_list", [])
+            rospy.Subscriber(source, JointState, self.source_cb)
+            for source in valid_topics("source_list", get_param("source_list", []), rospy.logerr)
         ]
         self.pub = rospy.Publisher("joint_states", JointState, queue_size=5)
 

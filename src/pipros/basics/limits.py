@@ -260,9 +260,9 @@ def names_in(table: Any) -> list[str]:
 
 def room_tables() -> list[Any]:
     """Return the classes that define the limits of the installed rooms."""
-    from pipros.basics.rooms import loaded, rooms
+    from pipros.basics.rooms import all_loaded
 
-    return [loaded(room.limits) for room in rooms() if room.limits]
+    return all_loaded(lambda room: room.limits)
 
 
 def _number(name: str, text: str, table: Any) -> float:

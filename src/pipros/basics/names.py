@@ -179,6 +179,20 @@ def leaves_below(
         yield from leaves_below(combine(name, key), part, combine)
 
 
+def valid_topics(parameter: str, given: object, complain: Callable[[str], object]) -> list[str]:
+    """Return the topic names in a parameter, which must be a list, and complain about all other entries."""
+    if not isinstance(given, list):
+        complain(f"{parameter} must be a list of topics, got {given!r:.200}; it is ignored")
+        return []
+    found = []
+    for each in given:
+        if isinstance(each, str) and each.strip("/~") and is_legal(canonicalize(each)):
+            found.append(each)
+        else:
+            complain(f"{parameter}: {each!r:.200} is not a topic name; it is left out")
+    return found
+
+
 def anonymous(base: str) -> str:
     """Return a unique name in rospy's format: `base_<process id>_<milliseconds>`."""
     return re.sub(_ILLEGAL_IN_ANONYMOUS, "_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")

@@ -10,8 +10,8 @@ A declaration contains only data. An object that it names as `module:name` is im
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
-from functools import cache
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, partial
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -99,7 +99,37 @@ def offered(name: str) -> Any:
 
 def all_offered(name: str) -> list[Any]:
     """Return the objects that all installed rooms offer under a name."""
-    return [loaded(room.offers[name]) for room in rooms() if name in room.offers]
+    return all_loaded(lambda room: room.offers.get(name, ""))
+
+
+def all_loaded(target_of: Callable[[Room], str]) -> list[Any]:
+    """Load the targets of all installed rooms that have one.
+
+    A target of another distribution that cannot be loaded is left out, with an error in the log.
+    """
+    found = []
+    for room in rooms():
+        target = target_of(room)
+        if target and room in own_rooms():
+            found.append(loaded(target))
+        elif target:
+            found += _unless_broken(f"{target} of the room {room.name}", partial(loaded, target))
+    return found
+
+
+def _unless_broken(what: str, load: Callable[[], Any]) -> list[Any]:
+    """Return what `load` returns as a list, or an empty list after an error in the log."""
+    try:
+        return [load()]
+    except Exception as error:  # any code of another distribution may run
+        _report(f"{what} is left out: {type(error).__name__}: {error}")
+        return []
+
+
+def _report(text: str) -> None:
+    import logging  # most commands do not need it
+
+    logging.getLogger("pipros.rooms").error("%s", text)
 
 
 @cache
@@ -114,4 +144,12 @@ def own_rooms() -> tuple[Room, ...]:
 def _rooms_of_others() -> tuple[Room, ...]:
     from importlib.metadata import entry_points
 
-    return tuple(point.load() for point in entry_points(group=ENTRY_POINTS))
+    found: list[Room] = []
+    for point in entry_points(group=ENTRY_POINTS):
+        where = f"the entry point {point.name} = {point.value} in the group {ENTRY_POINTS}"
+        for each in _unless_broken(where, point.load):
+            if isinstance(each, Room):
+                found.append(each)
+            else:
+                _report(f"{where} is left out: it must name a Room, got {type(each).__name__}")
+    return tuple(found)

@@ -14,7 +14,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError, Refused
 from pipros.bridges.rosbridge.globs import Globs
 from pipros.graph.errors import GraphError
-from pipros.graph.params import ParameterNotSet, read
+from pipros.graph.params import ParameterNotSet, read, refused, visible
 from pipros.graph.services import nodes_by_service, services_of_type, type_of, uri_of
 from pipros.graph.system_state import SystemState, of_node
 from pipros.msg import load_message_class, load_service_class
@@ -187,14 +187,17 @@ class RosApi:
     def set_param(self, name: str, value: str) -> dict[str, Any]:
         key = self._param(name)
         try:
-            self._master.set_param(key, json.loads(value))
+            found = json.loads(value)
+            self._check_change(key, found)
+            self._master.set_param(key, found)
         except (ValueError, TypeError, OverflowError, RecursionError) as error:
             raise HandlerError(f"cannot set {key}: {error}") from None
         return {}
 
     def get_param(self, name: str, default: str) -> dict[str, Any]:
         try:
-            value = read(self._master, self._param(name))
+            key = self._param(name)
+            value = visible(key, read(self._master, key), self._allowed.params.allow)
         except ParameterNotSet:
             if not default:
                 return {"value": "null"}
@@ -217,6 +220,7 @@ class RosApi:
 
     def delete_param(self, name: str) -> dict[str, Any]:
         key = self._param(name)
+        self._check_change(key, None)
         if self._master.has_param(key):
             self._master.delete_param(key)
         return {}
@@ -227,6 +231,12 @@ class RosApi:
     def get_time(self) -> dict[str, Any]:
 
         return {"time": stamp(self._node.clock)}
+
+    def _check_change(self, key: str, value: Any) -> None:
+        """Refuse a change that affects a parameter which the globs do not allow."""
+        allowed = self._allowed.params
+        if allowed.patterns and (name := refused(key, value, self._master.get_param_names(), allowed.allow)):
+            raise HandlerError(f"cannot change {key}: the globs do not allow the parameter {name}")
 
     def _param(self, name: str) -> str:
         key = self._node.resolve(name)

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.cli.entry_point import command
 
@@ -51,11 +50,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _update(stubs: StubFiles) -> bool:
-    """Write the stubs of changed packages and print their paths. Return False if an error was printed."""
-    try:
-        for file in stubs.update():
-            print(file, flush=True)
-    except (PiprosError, OSError) as error:
+    """Write the stubs of changed packages and print their paths. Print an error for each package without.
+
+    Return False if an error was printed.
+    """
+    errors: list[Exception] = []
+    for file in stubs.update(errors.append):
+        print(file, flush=True)
+    for error in errors:
         print(f"pipros stubs: {error}", file=sys.stderr, flush=True)
-        return False
-    return True
+    return not errors

@@ -23,6 +23,8 @@ USAGE = (
 )
 DOT_S = 60.0
 """Maximum run time of Graphviz."""
+_DOT_LINKS = 1000
+"""Maximum number of links that Graphviz draws, whose time grows with the square of their number."""
 
 
 @command
@@ -57,7 +59,7 @@ def _draw(arguments: list[str]) -> int:
     except OSError as error:
         raise CommandError(f"cannot write {drawing}: {error.strerror}") from None
     print(f"Created file {drawing}")
-    dot = shutil.which("dot")
+    dot = shutil.which("dot") if len(robot.links) <= _DOT_LINKS else None
     try:
         if dot is None:
             Path(pdf).write_bytes(to_pdf(_scene_of(robot)))

@@ -84,7 +84,7 @@ def graph_of(
         member: name of this member.
         others: names of other members; names in their namespaces are omitted.
     """
-    members, topics = tuple(others), state.topics()
+    members, topics = tuple(others), set(state.topics())
 
     def entries(
         nodes_by_topic: Registrations, is_offered: Callable[[str], object]

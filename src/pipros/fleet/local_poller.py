@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Final
 
 from pipros.basics.errors import PiprosError
@@ -12,14 +13,15 @@ from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.local_graph import LocalGraph, graph_of
 from pipros.fleet.zenoh_session import ZenohQuestion
 from pipros.graph.definitions import TopicDefinitions
+from pipros.graph.node_queries import NodeQueries
 from pipros.graph.services import header_at, uri_of
 from pipros.graph.system_state import read_state
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
 
-_MAX_HEADERS: Final = 10_000
-"""Maximum number of services whose types are cached."""
+_ANSWERS_S: Final = 0.3
+"""Maximum time that `poll` waits for nodes to respond."""
 
 
 class LocalPoller:
@@ -31,28 +33,39 @@ class LocalPoller:
         self._file = file
         self._calls: OpenCalls = OpenCalls()
         self._loop = BackgroundLoop(f"definitions of {node.name}")
-        self._definitions = TopicDefinitions(node, self._loop, self._calls)
-        self._headers: dict[tuple[str, tuple[str, ...]], tuple[str, str]] = {}
+        self._queries = NodeQueries(f"queries of {node.name}")
+        self._definitions = TopicDefinitions(node, self._loop, self._calls, self._queries)
 
     def start(self) -> None:
         self._loop.start()
 
     def close(self) -> None:
         """Interrupt all running calls."""
+        self._queries.close()
         self._calls.interrupt()
         self._loop.stop()
 
     def poll(self, others: Iterable[str]) -> LocalGraph | None:
         """Return the topics and services that this member offers, except names in namespaces of `others`.
 
-        Return None if the master does not answer.
+        Topics and services whose nodes do not answer within `_ANSWERS_S` are offered later. Return None if
+        the master does not answer.
         """
         found = read_state(self._node.master)
         if found is None:
             return None
-        return graph_of(
-            *found, self._file, self._member, others, self._definitions.of_topic, self._service_header
-        )
+        self._definitions.forget_all_but({*found[0].topics(), *found[0].services})
+
+        def known() -> LocalGraph:
+            return graph_of(
+                *found, self._file, self._member, others, self._definitions.of_topic, self._service_header
+            )
+
+        graph = known()
+        if self._queries.is_running:
+            self._queries.wait(_ANSWERS_S)
+            graph = known()
+        return graph
 
     def answer_definition(self, question: ZenohQuestion, local: LocalGraph) -> None:
         """Reply with the requested type's definition, if this member shares a topic of that type."""
@@ -71,16 +84,17 @@ class LocalPoller:
             question.close()
 
     def _service_header(self, name: str, nodes: Sequence[str]) -> tuple[str, str] | None:
+        """Return a service's type and MD5 sum, or None if its server has not answered yet."""
         key = name, tuple(nodes)
-        if key not in self._headers:
-            try:
-                uri = uri_of(self._node.master, name)
-                header = header_at(uri, name, self._node.name, self._calls) if uri is not None else {}
-            except PiprosError:
-                return None
-            if "type" not in header or "md5sum" not in header:
-                return None
-            if len(self._headers) >= _MAX_HEADERS:
-                self._headers.clear()
-            self._headers[key] = header["type"], header["md5sum"]
-        return self._headers[key]
+        answer: tuple[str, str] | None = self._queries.answer(key)
+        if answer is None:
+            self._queries.ask(key, partial(self._query_header, name))
+        return answer
+
+    def _query_header(self, name: str) -> tuple[str, str] | None:
+        try:
+            uri = uri_of(self._node.master, name)
+            header = header_at(uri, name, self._node.name, self._calls) if uri is not None else {}
+        except PiprosError:
+            return None
+        return (header["type"], header["md5sum"]) if {"type", "md5sum"} <= header.keys() else None

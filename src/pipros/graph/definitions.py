@@ -7,9 +7,11 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError, ProtocolError
+from pipros.graph.node_queries import NodeQueries
 from pipros.graph.services import header_of
 from pipros.msg import load_service_class
 from pipros.msg.class_finder import ClassFinder, installed_class
@@ -61,11 +63,25 @@ class ServiceDefinition:
 
 
 class TopicDefinitions:
-    """Finds definitions. Thread-safe. The methods that return definitions, and `is_latched`, may block."""
+    """Finds definitions. Thread-safe.
 
-    def __init__(self, node: Node, loop: BackgroundLoop, calls: OpenCalls) -> None:
-        """Create a finder. `loop` runs queries to publishers; `calls` can interrupt queries to services."""
+    The methods that return definitions, and `is_latched`, may block, unless `queries` is given.
+    """
+
+    def __init__(
+        self, node: Node, loop: BackgroundLoop, calls: OpenCalls, queries: NodeQueries | None = None
+    ) -> None:
+        """Create a finder.
+
+        Args:
+            loop: runs queries to publishers.
+            calls: can interrupt queries to services.
+            queries: runs queries to all peers. Until a peer has responded, the methods return None or, if the
+                nodes of a topic have changed, its last definition.
+        """
         self._node = node
+        self._queries = queries
+        self._latest: dict[str, Definition] = {}
         self._loop = loop
         self._calls = calls
         self._classes = ClassFinder(node.limits)
@@ -83,8 +99,14 @@ class TopicDefinitions:
         if kind not in self._installed:
             of_kind = installed_class(kind)
             self._installed[kind] = Definition(kind, of_kind._md5sum, of_kind._full_text) if of_kind else None
-        found = self._installed[kind]
-        return found or self._ask((topic, kind, tuple(publishers)), self._topic_of_publisher)
+        found = self._installed[kind] or self._ask((topic, kind, tuple(publishers)), self._topic_of_publisher)
+        if self._queries is None:
+            return found
+        if found is None and (last := self._latest.get(topic)) is not None and last.type == kind:
+            return last
+        if found is not None:
+            self._latest[topic] = found
+        return found
 
     def is_latched(self, topic: str, publishers: Sequence[str]) -> bool:
         """Return True if one of a topic's publishers responds and latches its messages."""
@@ -121,10 +143,17 @@ class TopicDefinitions:
         with self._lock:
             self._corrected = {name: kept for name, kept in self._corrected.items() if name in keys}
         # Copy first: other threads add entries, and copying a dictionary is atomic, unlike iterating over it.
+        self._latest = {name: kept for name, kept in self._latest.copy().items() if name in keys}
         self._asked = {key: kept for key, kept in self._asked.copy().items() if key[0] in keys}
+        if self._queries is not None:
+            self._queries.forget_all_but(lambda key: key[0] in keys)
 
     def _ask(self, key: Key, ask: Any) -> Any:
         """Query a peer, and cache its response for as long as the same nodes are registered."""
+        if self._queries is not None:
+            if (answer := self._queries.answer(key)) is None:
+                self._queries.ask(key, partial(ask, key))
+            return answer
         asked_s, answer = self._asked.get(key, (0.0, None))
         if answer is None and time.monotonic() - asked_s > RETRY_S:
             answer = ask(key)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.basics.errors import Refused, Unreachable
+from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import listed, printable
 from pipros.graph.bus_info import BusConnection, established
 from pipros.graph.errors import GraphError
@@ -75,7 +75,9 @@ def describe_connections(master: MasterClient, api: str) -> str:
         with RpcClient(api, timeout_s=ANSWER_DEADLINE_S) as node:
             pid = _value(node.call("getPid", master.caller_id))
             connections = _value(node.call("getBusInfo", master.caller_id))
-    except (Unreachable, ValueError, TypeError):
+    except GraphError:
+        raise
+    except (PiprosError, ValueError, TypeError):
         # the node is unreachable, or its response is not [code, text, value]
         raise GraphError(f"Communication with node[{listed(api)}] failed!") from None
     lines = [f"Pid: {listed(pid)}"]

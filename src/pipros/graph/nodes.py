@@ -118,6 +118,7 @@ def unregister(master: MasterClient, node: str) -> None:
         for topic in of_node(node, state.subscribers):
             itself.unregister_subscriber(topic, api)
         for service in of_node(node, state.services):
-            itself.unregister_service(service, itself.lookup_service(service))
+            with contextlib.suppress(Refused):  # the service has been unregistered in the meantime
+                itself.unregister_service(service, itself.lookup_service(service))
     finally:
         itself.close()

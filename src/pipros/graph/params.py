@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from pipros.basics.errors import Refused
-from pipros.basics.names import InvalidKey, leaves_below
+from pipros.basics.names import InvalidKey, canonicalize, leaves_below
 from pipros.graph.errors import GraphError
 from pipros.graph.system_state import is_below
 from pipros.net.master_client import MasterClient
@@ -92,6 +92,36 @@ def delete(master: MasterClient, name: str) -> None:
             master.delete_param(name)
     except Refused:
         raise ParameterNotSet(f"parameter [{name}] is not set") from None
+
+
+def refused(name: str, value: Any, known: Iterable[str], allow: Callable[[str], bool]) -> str | None:
+    """Return a parameter that a change affects although `allow` refuses its name, or None.
+
+    A dictionary sets the parameters in it, and replaces those that are stored below or above its name.
+
+    Args:
+        value: the new value of `name`; None to delete it.
+        known: the names of all stored parameters.
+    """
+    written = () if value is None else (leaf for leaf, _ in leaves_below(name, value, _joined))
+    replaced = (each for each in known if is_below(each, name) or is_below(name, each))
+    return next((each for each in (name, *written, *replaced) if not allow(each)), None)
+
+
+def visible(name: str, value: Any, allow: Callable[[str], bool]) -> Any:
+    """Return the value of a parameter without the parameters below it whose names `allow` refuses."""
+    if not isinstance(value, dict):
+        return value
+    parts = ((key, _joined(name, key), part) for key, part in value.items())
+    return {
+        key: visible(below, part, allow)
+        for key, below, part in parts
+        if isinstance(part, dict) or allow(below)
+    }
+
+
+def _joined(namespace: str, key: str) -> str:
+    return canonicalize(f"{namespace}/{key}")
 
 
 def names_below(master: MasterClient, ns: str) -> list[str]:

@@ -8,8 +8,8 @@ from functools import partial
 from socket import gaierror
 from typing import TYPE_CHECKING
 
-from pipros.basics.errors import Refused, Unreachable
-from pipros.basics.printable import listed
+from pipros.basics.errors import PiprosError, Refused
+from pipros.basics.printable import listed, printable
 from pipros.graph.nodes import node_names
 from pipros.graph.output import bullets, to_stderr
 from pipros.net.master_client import MasterClient
@@ -143,17 +143,17 @@ class _Pings:
         start = self._clock()
         try:
             self._ask(self._api, self._master.caller_id)
-        except (Unreachable, ValueError) as error:
-            return self._explain(error)
         except Fault:
             pass  # the node answered, although getPid failed
+        except (PiprosError, ValueError) as error:
+            return self._explain(error)
         duration_ms = (self._clock() - start) * 1000
         self.durations_ms.append(duration_ms)
         if self._say:
             self._say(f"xmlrpc reply from {listed(self._api)}\ttime={duration_ms:f}ms")
         return True
 
-    def _explain(self, error: Unreachable | ValueError) -> bool:
+    def _explain(self, error: Exception) -> bool:
         """Print why the node did not answer. Return True if its URI changed and a retry may succeed."""
         cause = error.__context__
         if isinstance(cause, ConnectionRefusedError):
@@ -169,7 +169,7 @@ class _Pings:
         elif isinstance(cause, TimeoutError):
             self._report(f"connection to [{listed(self._node)}] timed out")
         else:
-            self._report(f"ERROR: communication with node [{listed(self._node)}] failed: {error}")
+            self._report(f"ERROR: communication with node [{listed(self._node)}] failed: {printable(error)}")
         return False
 
     def conclude(self) -> None:

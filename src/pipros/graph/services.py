@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from pipros.node.service_server import ServiceClass
 
 PROBE_DEADLINE_S = 5.0
+ASKED_AT_ONCE = 16
+"""Maximum number of servers that are queried concurrently."""
 
 
 def nodes_by_service(master: MasterClient) -> dict[str, str]:
@@ -110,11 +112,13 @@ def argument_names(service_class: ServiceClass) -> str:
 
 def services_of_type(master: MasterClient, type_name: str) -> list[str]:
     """Return the services of a type, in the order of registration. Unresponsive servers are skipped."""
-    found = []
-    for service in nodes_by_service(master):
+    from pipros.net.in_parallel import in_parallel
+
+    def is_of_type(service: str) -> bool:
         try:
-            if type_of(master, service) == type_name:
-                found.append(service)
+            return type_of(master, service) == type_name
         except GraphError:
-            continue
-    return found
+            return False
+
+    found = in_parallel(nodes_by_service(master), is_of_type, at_once=ASKED_AT_ONCE)
+    return [service for service, is_wanted in found.items() if is_wanted]

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, TypeVar
+
+from pipros.basics.printable import printable
+
+Report = TypeVar("Report")
 
 
 class FindingSeverity(Enum):
@@ -56,6 +60,28 @@ def error(rule: str, summary: str, cure: str, *subjects: str) -> Finding:
 
 def warning(rule: str, summary: str, cure: str, *subjects: str) -> Finding:
     return Finding(rule, FindingSeverity.WARNING, summary, cure, subjects)
+
+
+def findings_of(checks: Iterable[Callable[[Report], Findings]], report: Report) -> list[Finding]:
+    """Run all checks and return the findings, in the order of the checks.
+
+    A check that raises an exception, such as that of a room, does not end the others.
+    """
+    found: list[Finding] = []
+    for check in checks:
+        try:
+            found.extend(check(report))
+        except Exception as problem:
+            name = getattr(check, "__name__", repr(check))
+            found.append(
+                error(
+                    "check-failed",
+                    f"The check {name} failed: {type(problem).__name__}: {printable(problem)}",
+                    "Its findings are missing here. Report this error to the authors of the check.",
+                    name,
+                )
+            )
+    return found
 
 
 def has_errors(findings: Iterable[Finding]) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
-from pipros.health.finding import Finding, Findings, error, warning
+from pipros.health.finding import Finding, Findings, error, findings_of, warning
 from pipros.health.nodelet_checks import slow_nodelets
 from pipros.health.system_report import Failure, SystemReport
 from pipros.net.address import is_loopback
@@ -23,7 +23,7 @@ _CLOSE_NAMES = 0.75  # minimum similarity for a name to count as a misspelling o
 
 def check_graph(system: SystemReport) -> list[Finding]:
     """Run all checks and return the findings, in the order of the checks."""
-    return [finding for check in CHECKS for finding in check(system)]
+    return findings_of(CHECKS, system)
 
 
 def unreachable_nodes(system: SystemReport) -> Findings:

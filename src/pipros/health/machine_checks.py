@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.health.address_checks import master_calls_back, ports_and_advertised_address
-from pipros.health.finding import Finding, Findings, error, warning
+from pipros.health.finding import Finding, Findings, error, findings_of, warning
 from pipros.health.machine import MachineReport, PathKind
 from pipros.net.address import is_loopback
 
@@ -17,7 +17,7 @@ _PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
 
 def check_machine(machine: MachineReport) -> list[Finding]:
     """Run all checks and return the findings, in the order of the checks."""
-    return [finding for check in CHECKS for finding in check(machine)]
+    return findings_of(CHECKS, machine)
 
 
 def mixed_programs(machine: MachineReport) -> Findings:

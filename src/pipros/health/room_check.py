@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pipros.basics.rooms import loaded, rooms
+from pipros.basics.rooms import all_loaded
 from pipros.health.finding import Findings
 
 
@@ -42,4 +42,4 @@ class RoomReply:
 
 def room_checks() -> list[RoomCheck]:
     """Return the checks of all installed rooms."""
-    return [loaded(room.check) for room in rooms() if room.check]
+    return all_loaded(lambda room: room.check)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import importlib.util
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from pipros.basics.errors import NotFound
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.importing.hook import installed_library
 from pipros.msg.language.definition_files import NOUNS, DefinitionFiles
 from pipros.msg.language.definitions import Definitions
@@ -27,10 +27,13 @@ class StubFiles:
         self._suffix = suffix
         self._written: dict[str, tuple[object, ...]] = {}
 
-    def update(self) -> list[Path]:
+    def update(self, report: Callable[[PiprosError | OSError], object] | None = None) -> list[Path]:
         """Write the stubs of packages whose definitions have changed. Return the paths of these stubs.
 
         After an error, a package is not retried until its definitions have changed.
+
+        Args:
+            report: called with the error of each package that is left out, instead of raising it.
 
         Raises:
             NotFound: a package does not exist.
@@ -44,9 +47,14 @@ class StubFiles:
                 continue
             self._written[package] = state
             definitions = Definitions(DefinitionFiles(installed_library().files.folder))
-            paths += write_stubs(
-                [package], self._folder, definitions, suffix=self._suffix, has_module=has_python_modules
-            )
+            try:
+                paths += write_stubs(
+                    [package], self._folder, definitions, suffix=self._suffix, has_module=has_python_modules
+                )
+            except (PiprosError, OSError) as error:
+                if report is None:
+                    raise
+                report(error)
         return paths
 
     def _state(self, package: str) -> tuple[object, ...]:

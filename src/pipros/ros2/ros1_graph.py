@@ -10,13 +10,13 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.graph.definitions import Definition, TopicDefinitions
+from pipros.graph.node_queries import NodeQueries
 from pipros.graph.services import header_at, uri_of
 from pipros.graph.system_state import Registrations, read_state
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
 from pipros.ros2.names import GATEWAY_PREFIX
-from pipros.ros2.node_queries import NodeQueries
 
 _ANSWERS_S = 0.3
 """Maximum time that `poll` waits for nodes to respond."""
@@ -104,7 +104,7 @@ class Ros1Poller:
                 if self._queries.answer(key) is None:  # known types are kept
                     self._queries.ask(key, partial(self._service_type, name))
         self._queries.wait(_ANSWERS_S)
-        self._queries.forget_all_but({*topics, *services})
+        self._queries.forget_all_but({*topics, *services}.__contains__)
         self._definitions.forget_all_but({*state.publishers})
         self._topics = found_topics = self._kept(topics) | self._answered(topics)
         actions = self._with_restarting(actions_of(found_topics, state.subscribers))

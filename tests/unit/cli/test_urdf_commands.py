@@ -122,3 +122,38 @@ def test_the_name_of_a_robot_names_no_file_elsewhere(robot: Path, capsys: pytest
     assert urdf_to_graphviz.main([str(robot)]) == 255
     assert "'../outside', cannot be used as a file name" in capsys.readouterr().err
     assert not Path("../outside.gv").exists()
+
+
+def chain(count: int) -> str:
+    links = "".join(f"<link name='l{number}'/>" for number in range(count))
+    joints = "".join(
+        f"<joint name='j{number}' type='fixed'><parent link='l{number}'/><child link='l{number + 1}'/>"
+        "</joint>"
+        for number in range(count - 1)
+    )
+    return f"<robot name='long'>{links}{joints}</robot>"
+
+
+def test_the_tree_of_a_long_chain_stays_short(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The indentation of 20,000 nested links alone had 800 MB."""
+    file = tmp_path / "long.urdf"
+    file.write_text(chain(3000))
+    assert check_urdf.main([str(file)]) == 0
+    lines = capsys.readouterr().out.splitlines()[3:]
+    assert [line.strip() for line in lines] == [f"child(1):  l{number}" for number in range(1, 3000)]
+    assert lines[99].startswith("    " * 100 + "child")
+    assert max(map(len, lines)) < 1000
+
+
+def test_graphviz_does_not_draw_robots_for_which_it_needs_minutes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    dot = tmp_path / "dot"
+    dot.write_text("#!/bin/sh\nexit 1\n")
+    dot.chmod(0o755)
+    monkeypatch.setattr(shutil, "which", lambda _: str(dot))
+    for count, code in ((3, 255), (1200, 0)):
+        (tmp_path / "robot.urdf").write_text(chain(count))
+        assert urdf_to_graphviz.main(["robot.urdf", f"chain{count}"]) == code
+    assert (tmp_path / "chain1200.pdf").read_bytes().startswith(b"%PDF")

@@ -10,6 +10,7 @@ from types import ModuleType
 import pytest
 
 from pipros.basics.errors import NotFound
+from pipros.cli import stubs
 from pipros.msg.language.spec import DefinitionError
 from pipros.msg.stub_files import StubFiles, has_python_modules
 
@@ -73,3 +74,16 @@ def test_packages_with_python_modules_are_recognized(
     assert not has_python_modules(".relative")
     monkeypatch.setitem(sys.modules, "stubbed_robot", ModuleType("stubbed_robot"))  # without a spec
     assert not has_python_modules("stubbed_robot")
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_a_package_without_stubs_does_not_keep_the_others_from_theirs(
+    place: int, package: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (package / "msg" / "Leg.msg").write_text("int32")
+    names = ["std_msgs", "geometry_msgs"]
+    names.insert(place, package.name)
+    assert stubs.main([*names, "-o", str(tmp_path / "typings")]) == 1
+    out, err = capsys.readouterr()
+    assert all(f"{name}/msg/__init__.pyi" in out for name in names if name != package.name)
+    assert "Leg.msg" in err

@@ -23,11 +23,15 @@ class Demux:
     def __init__(self, selection: Selection) -> None:
         self.selection = selection
         self._lock = threading.Lock()
+        self._first: AnyMsg | None = None
         self._outputs = {topic: Output(topic) for topic in selection.topics}
 
     def pass_on(self, message: AnyMsg) -> None:
         with self._lock:
-            new = [item for item in self._outputs.values() if item.advertise_like(message, latch=False)]
+            first = self._first or message
+            new = [item for item in self._outputs.values() if item.advertise_like(first, latch=False)]
+            if new:
+                self._first = first
             output = self._outputs.get(self.selection.selected)
         for item in new:
             rospy.loginfo("Added publisher %s to demux!", item.topic)

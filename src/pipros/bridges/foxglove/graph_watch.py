@@ -10,13 +10,16 @@ from typing import Final
 
 from pipros.basics.errors import PiprosError
 from pipros.graph.definitions import Definition, ServiceDefinition, TopicDefinitions
+from pipros.graph.node_queries import NodeQueries
 from pipros.graph.system_state import SystemState
-from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 
 SHORTEST_S: Final = 0.1
 """Interval between queries after a change. It doubles, up to `max_poll_s`, when a query finds no change."""
-ASKED_AT_ONCE: Final = 8
+WAITING_S: Final = 1.0
+"""Maximum interval between queries while peers have not answered."""
+ANSWERS_S: Final = 0.3
+"""Maximum time that a snapshot waits for peers whose definitions are unknown."""
 
 Patterns = Sequence[re.Pattern[str]]
 
@@ -47,6 +50,7 @@ class GraphWatch:
         self,
         master: MasterClient,
         definitions: TopicDefinitions,
+        queries: NodeQueries,
         on_snapshot: Callable[[GraphSnapshot], object],
         *,
         topics: Patterns,
@@ -56,12 +60,14 @@ class GraphWatch:
         """Initialize the watch without starting the thread.
 
         Args:
+            queries: the queries of `definitions`.
             on_snapshot: called in the thread with each snapshot that differs from the previous one.
             topics, services: patterns of the names that clients may see.
             max_poll_s: maximum interval between queries.
         """
         self._master = master
         self._definitions = definitions
+        self._queries = queries
         self._on_snapshot = on_snapshot
         self._topics = topics
         self._services = services
@@ -104,13 +110,16 @@ class GraphWatch:
                 interval_s = min(2 * interval_s, self._max_poll_s)
                 continue
             if snapshot == last:
-                interval_s = min(2 * interval_s, self._max_poll_s)
+                longest_s = min(WAITING_S, self._max_poll_s) if self._queries.is_running else self._max_poll_s
+                interval_s = min(2 * interval_s, longest_s)
             else:
                 last, interval_s = snapshot, SHORTEST_S
                 self._on_snapshot(snapshot)
 
     def snapshot(self) -> GraphSnapshot:
-        """Query the master, and the peers whose definitions are unknown. Blocks.
+        """Query the master, and the peers whose definitions are unknown.
+
+        Blocks. Topics and services whose nodes do not answer within `ANSWERS_S` appear in a later snapshot.
 
         Raises:
             PiprosError: the master does not respond.
@@ -124,17 +133,20 @@ class GraphWatch:
             {name: nodes for name, nodes in state.services.items() if is_allowed(name, self._services)},
         )
         self._definitions.forget_all_but({*state.publishers, *state.services})
-        published = [name for name in state.publishers if name in kinds]
-        topics = in_parallel(
-            published,
-            lambda name: self._definitions.of_topic(name, kinds[name], state.publishers[name]),
-            at_once=ASKED_AT_ONCE,
-        )
-        services = in_parallel(
-            state.services,
-            lambda name: self._definitions.of_service(name, state.services[name]),
-            at_once=ASKED_AT_ONCE,
-        )
+        snapshot = self._snapshot(state, kinds)
+        if self._queries.is_running:
+            self._queries.wait(ANSWERS_S)
+            snapshot = self._snapshot(state, kinds)
+        return snapshot
+
+    def _snapshot(self, state: SystemState, kinds: Mapping[str, str]) -> GraphSnapshot:
+        """Return what is known, and start queries for the rest."""
+        topics = {
+            name: self._definitions.of_topic(name, kinds[name], nodes)
+            for name, nodes in state.publishers.items()
+            if name in kinds
+        }
+        services = {name: self._definitions.of_service(name, nodes) for name, nodes in state.services.items()}
         return GraphSnapshot(
             state,
             {name: found for name, found in topics.items() if found is not None},

@@ -26,6 +26,7 @@ from pipros.bridges.foxglove.shared_answer import SharedAnswer
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.shared_topics import SharedTopics, TopicMessage
 from pipros.graph.definitions import TopicDefinitions
+from pipros.graph.node_queries import NodeQueries
 from pipros.graph.system_state import SystemState
 from pipros.msg.time import NS_PER_S
 from pipros.net.loop import BackgroundLoop
@@ -97,12 +98,14 @@ class FoxgloveHandler:
         self._loop = loop
         self._sessions: dict[FoxgloveSession, BridgeClient] = {}
         self._calls = OpenCalls()
-        self._definitions = TopicDefinitions(node, loop, self._calls)
+        self._queries = NodeQueries("graph query")
+        self._definitions = TopicDefinitions(node, loop, self._calls, self._queries)
         self._parameter_watch = ParameterWatch(node, self._on_parameters)
         self._packages = PackageIndex.from_environment(node.environment)
         self._graph_watch = GraphWatch(
             node.master,
             self._definitions,
+            self._queries,
             self._on_snapshot,
             topics=rules.topics,
             services=rules.services if self.offers("services") else (),
@@ -120,6 +123,7 @@ class FoxgloveHandler:
         """Stop the threads, close the gate, and interrupt pending calls."""
         self.gate.close()
         self._graph_watch.close()
+        self._queries.close()
         self._parameter_watch.close()
         self._calls.interrupt()
 

@@ -44,6 +44,7 @@ from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import ClientOutbox, WebSocketFrame
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
 from pipros.bridges.shares import ClientShares, ExceedsShare
+from pipros.graph.params import refused
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
@@ -384,10 +385,13 @@ class FoxgloveSession:
     def _set_parameter(self, parameter: Mapping[str, Any]) -> None:
         """Set or delete a parameter. Blocks."""
         name, node = parameter["name"], self._bridge.node
-        if not self._bridge.allows_parameter(node.resolve(name)):
+        key, allow = node.resolve(name), self._bridge.allows_parameter
+        if not allow(key):
             raise PiprosError("the whitelist does not allow it")
-        if parameter.get("value") is not None:
-            value = from_client(parameter)
+        value = None if parameter.get("value") is None else from_client(parameter)
+        if (other := refused(key, value, node.master.get_param_names(), allow)) is not None:
+            raise PiprosError(f"the whitelist does not allow the parameter {printable(other)}")
+        if value is not None:
             self._bridge.gate.check_parameter(node.resolve(name), value)
             node.params.set(name, value)
             return

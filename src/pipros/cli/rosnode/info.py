@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 from pipros.cli.runner import add_flag, option_parser
 from pipros.graph.client import GraphClient
+from pipros.graph.errors import GraphError
 from pipros.graph.node_info import report_node
+from pipros.graph.output import to_stderr
 
 
 def show_info(argv: Sequence[str]) -> int:
@@ -21,7 +23,12 @@ def show_info(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if not arguments:
         parser.error("You must specify at least one node name")
+    status = 0
     with GraphClient("rosnode") as graph:
         for name in arguments:
-            report_node(graph.master, graph.resolve(name), quiet=options.quiet)
-    return 0
+            try:
+                report_node(graph.master, graph.resolve(name), quiet=options.quiet)
+            except GraphError as error:  # this node does not answer; the others may
+                to_stderr(f"ERROR: {error}")
+                status = 1
+    return status

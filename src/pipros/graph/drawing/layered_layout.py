@@ -100,9 +100,9 @@ class _LayeredLayout(Generic[Key]):
         number = {key: index for index, key in enumerate(self._keys)}
         self._sizes = [sizes[key] for key in self._keys]
         self._arrows = [(number[start], number[end]) for start, end in arrows]
-        names = ["", *sorted({groups.get(key, "") for key in self._keys} - {""})]
-        self._group_names = names
-        self._group = [names.index(groups.get(key, "")) for key in self._keys]
+        self._group_names = ["", *sorted({groups.get(key, "") for key in self._keys} - {""})]
+        number_of = {name: index for index, name in enumerate(self._group_names)}
+        self._group = [number_of[groups.get(key, "")] for key in self._keys]
         self._reversed = _back_arrows(len(self._keys), self._arrows)
         connected = {vertex for arrow in self._arrows for vertex in arrow}
         self._isolated = [vertex for vertex in range(len(self._keys)) if vertex not in connected]
@@ -273,8 +273,11 @@ class _LayeredLayout(Generic[Key]):
         }
         routes = [self._route(index, heights, columns) for index in range(len(self._arrows))]
         rectangles = {}
+        members: dict[int, list[Box]] = {}
+        for vertex, box in enumerate(boxes.values()):
+            members.setdefault(self._group[vertex], []).append(box)
         for group, (top, bottom) in bands.items():
-            inside = [box for vertex, box in enumerate(boxes.values()) if self._group[vertex] == group]
+            inside = members.get(group)
             if not self._group_names[group] or not inside:
                 continue
             left = min(box.x - box.width / 2 for box in inside) - ROW_GAP / 2
@@ -316,8 +319,14 @@ class _LayeredLayout(Generic[Key]):
         heights = [0.0] * len(self._layer)
         bands: dict[int, tuple[float, float]] = {}
         top = 0.0
-        for group in sorted(set(self._group)):
-            rows = [[vertex for vertex in layer if self._group[vertex] == group] for layer in self._order]
+        rows_of: dict[int, list[list[int]]] = {group: [] for group in sorted(set(self._group))}
+        for layer in self._order:  # the vertices of a group follow each other in a layer
+            for group, together in itertools.groupby(layer, key=self._group.__getitem__):
+                rows_of[group].append(list(together))
+        isolated: dict[int, list[int]] = {}
+        for vertex in self._isolated:
+            isolated.setdefault(self._group[vertex], []).append(vertex)
+        for group, rows in rows_of.items():
             self._fit(rows, heights)
             margin = BAND_GAP / 2 if self._group_names[group] else 0.0
             bottom = top + margin
@@ -329,7 +338,7 @@ class _LayeredLayout(Generic[Key]):
                     for vertex in row:
                         heights[vertex] += shift
                 bottom = lower + shift
-            if alone := [vertex for vertex in self._isolated if self._group[vertex] == group]:
+            if alone := isolated.get(group):
                 begin = bottom + (2 * ROW_GAP if any(rows) else 0)
                 bottom = self._place_grid(alone, begin, grid_width, heights)
             bands[group] = top, bottom + margin

@@ -5,9 +5,9 @@ The rules are described at http://wiki.ros.org/joint_state_publisher.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import pi
+from math import isfinite, pi
 from typing import Any
 
 from pipros.basics.errors import PiprosError
@@ -51,6 +51,7 @@ class JointValues:
             values.
         dependent: rules for joints that follow another joint.
         without_limits: joints that lack the required limits and are not published.
+        problems: why entries of `zeros` and `dependent` in the choices are left out.
 
     Raises:
         MimicCircle: dependent joints follow each other in a cycle.
@@ -59,13 +60,29 @@ class JointValues:
     def __init__(self, robot: Robot, choices: JointChoices) -> None:
         self.names: list[str] = []
         self.free: dict[str, dict[str, Any]] = {}
-        self.dependent: dict[str, Mapping[str, Any]] = dict(choices.dependent)
+        self.problems: list[str] = []
+        self.dependent: dict[str, Mapping[str, Any]] = self._valid(
+            "dependent_joints", choices.dependent, _is_rule, "a mapping with parent, factor and offset"
+        )
+        self._zeros: dict[str, float] = self._valid("zeros", choices.zeros, _is_number, "a finite number")
         self.without_limits: list[str] = []
+        self._roots: dict[str, tuple[str, float, float]] = {}
+        self._rules_of_roots: dict[str, Mapping[str, Any]] = {}
         for joint in robot.joints:
             if joint.type not in ("fixed", "floating", "planar"):
                 self._add(joint, choices)
         for name in self.dependent:
             self._root_of(name)
+
+    def _valid(self, name: str, given: Any, is_valid: Callable[[Any], bool], expected: str) -> dict[str, Any]:
+        """Return the valid entries of a choice, and add the others to `problems`."""
+        if not isinstance(given, Mapping):
+            self.problems.append(f"{name} must be a mapping, got {given!r:.200}")
+            return {}
+        for joint, value in given.items():
+            if not is_valid(value):
+                self.problems.append(f"{name}: {joint} must be {expected}, got {value!r:.200}")
+        return {joint: value for joint, value in given.items() if is_valid(value)}
 
     def _add(self, joint: Joint, choices: JointChoices) -> None:
         name = joint.name
@@ -84,7 +101,7 @@ class JointValues:
             return
         if name in self.dependent:
             return
-        zero = choices.zeros.get(name) or ((lowest + highest) / 2 if lowest > 0 or highest < 0 else 0)
+        zero = self._zeros.get(name) or ((lowest + highest) / 2 if lowest > 0 or highest < 0 else 0)
         values: dict[str, Any] = {"min": lowest, "max": highest, "zero": zero}
         if choices.positions:
             values["position"] = zero
@@ -129,6 +146,9 @@ class JointValues:
 
         A list is empty if none of its values is known and, for positions, no joint follows another.
         """
+        if self.dependent != self._rules_of_roots:  # programs may change the rules
+            self._rules_of_roots = {name: dict(rule) for name, rule in self.dependent.items()}
+            self._roots.clear()
         known = {what for joint in self.free.values() for what in joint}
         wants = ("position" in known or bool(self.dependent), "velocity" in known, "effort" in known)
         rows = [self._row(name) for name in self.names]
@@ -148,14 +168,27 @@ class JointValues:
 
     def _root_of(self, name: str) -> tuple[str, float, float]:
         """Return the free joint that a dependent joint ultimately follows, with factor and offset."""
+        if name not in self._roots:
+            self._roots[name] = self._found_root(name)
+        return self._roots[name]
+
+    def _found_root(self, name: str) -> tuple[str, float, float]:
         factor, offset = 1.0, 0.0
-        seen: list[str] = []
+        seen: dict[str, None] = {}
         while name in self.dependent:
             if name in seen:
                 raise MimicCircle(f"mimic joints form a cycle: {' -> '.join([*seen, name])}")
-            seen.append(name)
+            seen[name] = None
             rule = self.dependent[name]
-            offset += factor * rule.get("offset", 0)
+            offset += factor * rule.get("offset", 0)  # in Noetic's order, so that the sums are the same
             factor *= rule.get("factor", 1)
             name = str(rule.get("parent", ""))
         return name, factor, offset
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+
+
+def _is_rule(value: object) -> bool:
+    return isinstance(value, Mapping) and all(_is_number(value.get(key, 0)) for key in ("factor", "offset"))

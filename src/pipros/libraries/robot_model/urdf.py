@@ -7,6 +7,7 @@ this module parses in 1.2 ms.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from math import isfinite
 
@@ -152,8 +153,8 @@ def _axis(joint: Element, name: str) -> Vector:
 
 def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
     for what, names in (("link", links), ("joint", [joint.name for joint in joints])):
-        if len(set(names)) < len(names):
-            twice = next(name for name in names if list(names).count(name) > 1)
+        twice = next((name for name, count in Counter(names).items() if count > 1), None)
+        if twice is not None:
             raise UrdfError(f"{what} {twice} is defined more than once")
     known, parent_of = set(links), dict[str, str]()
     for joint in joints:

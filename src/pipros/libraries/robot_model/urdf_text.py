@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 from pipros.libraries.robot_model.urdf import Joint, Robot
 from pipros.libraries.transforms.pose import roll_pitch_yaw
+
+_DEEPEST: Final = 200
+"""Depth from which lines are not indented further, so that the text of a long chain stays short."""
 
 
 def tree_lines(robot: Robot) -> list[str]:
@@ -17,7 +21,8 @@ def tree_lines(robot: Robot) -> list[str]:
         f"root Link: {robot.root} has {len(children.get(robot.root, ()))} child(ren)",
     ]
     lines += [
-        f"{'    ' * depth}child({number}):  {joint.child}" for depth, number, joint in _walk(robot, children)
+        f"{'    ' * min(depth, _DEEPEST)}child({number}):  {joint.child}"
+        for depth, number, joint in _walk(robot, children)
     ]
     return lines
 

@@ -79,7 +79,8 @@ def add_layers(costmap: CostmapCore) -> list[SensorInput]:
     determine the layers, as they did before ROS Hydro.
 
     Raises:
-        InvalidParameter: a layer's parameter is invalid, or its type is unknown.
+        InvalidParameter: a layer's parameter is invalid, no layer can be used, or one cannot be used and
+            `~strict` is set.
         Interrupted: the node was shut down while waiting.
     """
     given = costmap.given
@@ -104,17 +105,34 @@ def _listed_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple
         if given.has(name):
             costmap.warn("%s has no effect, because plugins is set", name)
     layers, listed, plugins = [], given.values["plugins"], f"{costmap.namespace}/plugins"
-    for each in listed if isinstance(listed, list) else [listed]:
-        if not (isinstance(each, dict) and all(isinstance(each.get(key), str) for key in ("name", "type"))):
-            raise InvalidParameter(f"{plugins} must be a list of {{name, type}}, got {str(each)[:200]}")
-        if each["type"] not in SETTINGS:
-            raise InvalidParameter(
-                f"{plugins}: {each['name']} has the type {each['type']}, which is not part of pipros "
-                f"(layers in C++ cannot be loaded); the available types are {', '.join(SETTINGS)}"
+    entries = listed if isinstance(listed, list) else [listed]
+    is_strict = read_parameters(costmap.node, "~").boolean("strict", False)
+    for each in entries:
+        problem = _problem_of(each)
+        if not problem:
+            layers.append((each["name"], each["type"]))
+            _hand_down(costmap, given, each["name"], _SHARED[each["type"]], kept=_SHARED[each["type"]])
+        elif is_strict:
+            raise InvalidParameter(f"{plugins}: {problem}, and strict is set")
+        else:
+            costmap.log.error(
+                "%s: %s: the layer is left out, and the robot does not see it", plugins, problem
             )
-        layers.append((each["name"], each["type"]))
-        _hand_down(costmap, given, each["name"], _SHARED[each["type"]], kept=_SHARED[each["type"]])
+    if entries and not layers:
+        raise InvalidParameter(f"{plugins} has no layer that pipros can use, got {str(listed)[:200]}")
     return layers
+
+
+def _problem_of(entry: Any) -> str:
+    """Return why an entry of `plugins` cannot be used; empty if it can."""
+    if not (isinstance(entry, dict) and all(isinstance(entry.get(key), str) for key in ("name", "type"))):
+        return f"it must be a list of {{name, type}}, got {str(entry)[:200]}"
+    if entry["type"] not in SETTINGS:
+        return (
+            f"{entry['name']} has the type {entry['type']}, which is not part of pipros (layers in C++ "
+            f"cannot be loaded); use one of {', '.join(SETTINGS)}, or remove it"
+        )
+    return ""
 
 
 def _hand_down(

@@ -6,6 +6,7 @@ import asyncio
 import time
 from collections import Counter
 from collections.abc import AsyncIterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,7 +74,8 @@ class _Table:
             rows.append(row)
             if not node.uri:
                 continue
-            row["host"] = split_uri(node.uri)[0]
+            with suppress(ValueError):  # the observation reports the invalid URI
+                row["host"] = split_uri(node.uri)[0]
             if node.error or not is_this_machine(row["host"]):
                 continue
             process = self._processes.get(node.uri)

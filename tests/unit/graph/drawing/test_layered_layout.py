@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipros.graph.drawing.layered_layout import Box, GraphLayout, layered_layout
+from tests.support.steps import grows_linearly
 
 names = st.integers(0, 25)
 graphs = st.lists(st.tuples(names, names), max_size=60)
@@ -84,3 +85,13 @@ def test_a_large_graph_of_many_cycles_stays_compact() -> None:
 
 def test_an_empty_graph_has_no_size() -> None:
     assert layered_layout({}, []) == GraphLayout()
+
+
+def test_the_cost_of_a_layout_is_linear_in_its_groups() -> None:
+    def layout(count: int) -> Callable[[], object]:
+        keys = [str(number) for number in range(count)]
+        groups = {key: f"/group{number // 2}" for number, key in enumerate(keys)}
+        arrows = [(keys[number], keys[number + 1]) for number in range(0, count - 1, 4)]
+        return lambda: layered_layout(dict.fromkeys(keys, (50.0, 20.0)), arrows, groups)
+
+    assert grows_linearly(layout)

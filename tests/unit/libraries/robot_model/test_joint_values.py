@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 
 import pytest
 
 from pipros.libraries.robot_model.joint_values import JointChoices, JointValues, MimicCircle
 from pipros.libraries.robot_model.urdf import Joint, Mimic, Robot
+from tests.support.steps import grows_linearly
 
 JOINTS = (
     Joint("high", "revolute", "base", "a", limits=(1.0, 2.0)),
@@ -73,3 +75,19 @@ def test_a_sweep_goes_there_and_back_or_around() -> None:
     values.free["wheel"]["position"] = pi
     values.sweep(0.1)
     assert values.free["wheel"]["position"] == -pi
+
+
+@pytest.mark.parametrize("is_chain", [False, True], ids=["star", "chain"])
+def test_publishing_costs_the_same_for_each_joint_however_long_the_chains(is_chain: bool) -> None:
+    """A chain of 2,500 joints took 100 s."""
+
+    def publish(count: int) -> Callable[[], object]:
+        dependent = {
+            f"j{number}": {"parent": f"j{number - 1 if is_chain else 0}"} for number in range(1, count)
+        }
+        joints = [Joint(f"j{number}", "continuous", "a", "b") for number in range(count)]
+        values = JointValues(Robot("r", (), tuple(joints)), JointChoices({"j0": 0.5}, dependent))
+        assert values.columns()[0] == [0.5] * count
+        return values.columns
+
+    assert grows_linearly(publish)

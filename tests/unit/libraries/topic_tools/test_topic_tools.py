@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import threading
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -16,6 +18,7 @@ from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
 from pipros.safe.expr import ExpressionError
+from topic_tools.nodes import demux
 
 Imu: Any = load_message_class("sensor_msgs/Imu")
 
@@ -182,3 +185,28 @@ def test_a_template_that_is_not_a_mapping_is_refused(text: str) -> None:
 def test_a_template_that_names_a_missing_field_is_refused() -> None:
     with pytest.raises(ExpressionError, match="has no field"):
         Template(json.dumps({"data": "m.nothing"})).fields(Imu())
+
+
+def test_an_output_that_is_added_later_has_the_type_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    advertised: dict[str, str] = {}
+
+    class FakeOutput:
+        def __init__(self, topic: str) -> None:
+            self.topic = topic
+            self.has_subscriber = threading.Event()
+            self.has_subscriber.set()
+
+        def advertise_like(self, message: Any, latch: bool) -> bool:
+            is_new = self.topic not in advertised
+            advertised.setdefault(self.topic, message.header["type"])
+            return is_new
+
+        def publish(self, message: Any) -> None:
+            pass
+
+    monkeypatch.setattr(demux, "Output", FakeOutput)
+    mine: Any = demux.Demux(Selection(["/first", "/second"], "demux"))
+    mine.pass_on(SimpleNamespace(header={"type": "std_msgs/String"}))
+    mine.add("/later")
+    mine.pass_on(SimpleNamespace(header={"type": "std_msgs/Int32"}))
+    assert advertised == dict.fromkeys(("/first", "/second", "/later"), "std_msgs/String")

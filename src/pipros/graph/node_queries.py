@@ -5,15 +5,15 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Collection, Hashable
+from collections.abc import Callable, Hashable
 from typing import Any, Final
 
 from pipros.net.workers import Workers
 
 RETRY_S: Final = 10.0
 """Minimum time between queries with the same key. The old result is used until the new one arrives."""
-_AT_ONCE: Final = 16
-_LOG = logging.getLogger("pipros.ros2")
+_AT_ONCE: Final = 64
+_LOG = logging.getLogger("pipros.graph")
 
 
 class NodeQueries:
@@ -56,6 +56,11 @@ class NodeQueries:
                     self._answers[key] = answer
                 self._changed.notify_all()
 
+    @property
+    def is_running(self) -> bool:
+        """Whether a query has not ended."""
+        return bool(self._running)
+
     def wait(self, timeout_s: float) -> bool:
         """Wait until no query is running; return False after the timeout."""
         with self._changed:
@@ -65,10 +70,11 @@ class NodeQueries:
         """Return the latest result for a key, or None."""
         return self._answers.get(key)
 
-    def forget_all_but(self, keys: Collection[Hashable]) -> None:
+    def forget_all_but(self, is_kept: Callable[[Any], bool]) -> None:
+        """Forget the keys for which `is_kept` returns False."""
         with self._changed:
             for table in (self._answers, self._asked_s):
-                for key in table.keys() - keys:
+                for key in [key for key in table if not is_kept(key)]:
                     del table[key]
 
     def close(self) -> None:

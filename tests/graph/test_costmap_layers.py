@@ -1,0 +1,57 @@
+"""The parameter `plugins` of a costmap: an entry that pipros cannot use is left out, with an error."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pipros.master.master import Master
+from pipros.navigation.costmap.layers import INFLATION, STATIC, _listed_layers
+from pipros.navigation.parameters import InvalidParameter, read_parameters
+from tests.support.nodes import MakeNode, listening_log
+
+GOOD = [{"name": "walls", "type": STATIC}, {"name": "inflation", "type": INFLATION}]
+BAD: dict[str, Any] = {
+    "its own layer": {"name": "depth", "type": "fetch_depth_layer/FetchDepthLayer"},
+    "no type": {"name": "depth"},
+    "a number as a name": {"name": 7, "type": STATIC},
+    "a text": "depth",
+}
+
+
+def layers_of(make_node: MakeNode, plugins: Any, **parameters: Any) -> tuple[Any, list[str]]:
+    node = make_node("costmap")
+    for name, value in {"costmap/plugins": plugins, **parameters}.items():
+        node.params.set(f"~{name}", value)
+    log, lines = listening_log()
+    costmap: Any = SimpleNamespace(node=node, namespace="~costmap", log=log, warn=log.warning)
+    return _listed_layers(costmap, read_parameters(node, "~costmap")), lines
+
+
+@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize("bad", BAD)
+def test_an_entry_that_pipros_cannot_use_is_left_out(
+    bad: str, place: int, master: Master, make_node: MakeNode
+) -> None:
+    plugins = [*GOOD]
+    plugins.insert(place, BAD[bad])
+    layers, lines = layers_of(make_node, plugins)
+    assert layers == [(each["name"], each["type"]) for each in GOOD]
+    (line,) = lines
+    assert line.startswith("~costmap/plugins: ")
+    assert line.endswith("the layer is left out, and the robot does not see it")
+    if isinstance(BAD[bad], dict):
+        assert str(BAD[bad]["name"]) in line
+
+
+def test_with_strict_such_an_entry_ends_the_node(master: Master, make_node: MakeNode) -> None:
+    with pytest.raises(InvalidParameter, match=r"FetchDepthLayer.*strict is set"):
+        layers_of(make_node, [*GOOD, BAD["its own layer"]], strict=True)
+
+
+def test_a_costmap_without_a_usable_layer_ends_the_node(master: Master, make_node: MakeNode) -> None:
+    with pytest.raises(InvalidParameter, match="has no layer that pipros can use"):
+        layers_of(make_node, [BAD["its own layer"]])
+    assert layers_of(make_node, [])[0] == []
