@@ -144,7 +144,7 @@ def opened(port: int, token: str) -> tuple[int, Callable[[], int]]:
     return answer.status, lambda: int(post(id=2, method="tools/list").status)
 
 
-def test_a_client_that_opens_many_sessions_shuts_out_nobody(serve: Serve) -> None:
+def test_a_client_that_opens_many_sessions_does_not_shut_out_others(serve: Serve) -> None:
     _, port = serve()
     other = "another-token-of-this-test"
     status, lists = opened(port, TOKEN)

@@ -173,7 +173,7 @@ def test_a_cancellation_ends_a_turning_recovery(drive: Drive, monkeypatch: pytes
     assert drive.statuses[-1] == PREEMPTED
 
 
-def test_a_local_costmap_that_is_not_updated_is_no_basis_for_driving(drive: Drive) -> None:
+def test_the_robot_stops_if_its_local_costmap_is_not_updated(drive: Drive) -> None:
     double: Any = load_message_class("dynamic_reconfigure/DoubleParameter")
     reconfigure: Any = load_service_class("dynamic_reconfigure/Reconfigure")
     request = reconfigure._request_class()

@@ -1,4 +1,4 @@
-"""A source of velocities that falls silent, or sends what is no velocity, does not leave a robot driving."""
+"""A source of velocities that falls silent, or sends invalid ones, does not leave a robot driving."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def flat(pose: Pose) -> Triple:
 
 
 MOST: Final = 1e9
-"""Larger coordinates, in metres, are no measurements."""
+"""Maximum coordinate in metres; messages with larger ones are dropped."""
 
 
 def is_measured(pose: Pose) -> bool:

@@ -17,7 +17,7 @@ from pipros.server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, wait
 KEYS: Final = {"y": ONCE, "m": FOR_A_MINUTE, "n": REFUSE}
 POLL_S: Final = 0.5
 UNSEEN_S: Final = 0.5
-"""Time after an act is shown in which nobody can have read it, so that all input is discarded."""
+"""Time in which an act cannot be read yet. Input during this time is discarded."""
 LINE_BYTES: Final = 1000
 """Maximum length of a typed line; the rest counts as another line."""
 

@@ -24,7 +24,7 @@ from pipros.navigation.wiring import subscribe
 from pipros.node import Node
 
 _MOST_AGE_S: Final = 2.0
-"""Costs of this age are no basis for driving, unless the update period is longer than half of it."""
+"""Maximum age of costs by which the robot drives, unless two update periods are longer."""
 
 SETTINGS: Final = (
     Setting("transform_tolerance", 0.3, 0, 10, "Maximum age of the robot's pose, in seconds"),
