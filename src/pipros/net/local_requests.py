@@ -13,6 +13,7 @@ import json
 import os
 import socket
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -146,9 +147,12 @@ def _received(connection: socket.socket, limit: int, advice: str) -> bytes:
 
     Raises:
         ValueError: the other side sends more than `limit` bytes.
+        TimeoutError: the other side does not close the stream in time, however much it sends.
     """
     text = bytearray()
+    end_s = time.monotonic() + _TIMEOUT_S
     while chunk := connection.recv(_CHUNK_BYTES):
+        connection.settimeout(max(end_s - time.monotonic(), 0.001))
         text += chunk
         if len(text) > limit:
             raise ValueError(f"the message is too long; {advice}")

@@ -33,6 +33,8 @@ SWITCH: Final = "PIPROS_LOCAL"
 MEMORY_SWITCH: Final = "PIPROS_SHARED_MEMORY"
 """The environment variable that turns shared memory off if it is `off`."""
 
+_PREFIX: Final = "pipros-"
+_DIGEST_BYTES: Final = 16
 _BACKLOG: Final = 1024
 _UNMAPPED_USER: Final = 65534
 """The user id that the kernel reports for users who do not exist in this user namespace."""
@@ -86,7 +88,7 @@ def is_offer_from_here(protocol: object) -> bool:
 
 def name_of(service_uri: str) -> str:
     """Return the abstract socket name of the node whose services have the URI `rosrpc://HOST:PORT`."""
-    return f"pipros-{_digest(service_uri.rstrip('/').encode())}"
+    return f"{_PREFIX}{_digest(service_uri.rstrip('/').encode())}"
 
 
 def listen(name: str) -> socket.socket | None:
@@ -111,11 +113,13 @@ def connect(name: str) -> socket.socket:
     """Return a non-blocking connection to an abstract name.
 
     Raises:
-        OSError: no process listens there in this network namespace, the backlog is full, or the listening
-            process belongs to another user.
+        OSError: no process listens there in this network namespace, the backlog is full, the listening
+            process belongs to another user, or the name, which a publisher may have sent, is not a node's.
     """
     if sys.platform != "linux":
         raise OSError("this system has no abstract sockets")
+    if not (name.startswith(_PREFIX) and len(name) == len(_PREFIX) + 2 * _DIGEST_BYTES):
+        raise PermissionError("the name does not belong to a node")  # but perhaps to a display or a bus
     with closed_on_error(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)) as sock:
         sock.setblocking(False)
         sock.connect(f"\0{name}")
@@ -139,4 +143,4 @@ def _digest(data: bytes) -> str:
     except ImportError:
         from hashlib import blake2b
 
-    return blake2b(data, digest_size=16).hexdigest()
+    return blake2b(data, digest_size=_DIGEST_BYTES).hexdigest()
