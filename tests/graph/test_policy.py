@@ -7,6 +7,7 @@ import math
 import socket
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -144,6 +145,39 @@ def test_a_remapping_of_the_server_does_not_let_clients_publish_a_condition(make
     bridge = make_node("bridge", argv=["/joy:=/allowed"])
     with pytest.raises(ActRefused, match="the condition b reads /allowed after remapping"):
         ActGate(bridge, parse_policy(text, "p.yaml"))
+
+
+def test_a_latched_message_over_a_new_connection_is_as_old_as_before(make_node: MakeNode) -> None:
+    now_s, moving = 0.0, TWIST()
+    moving.linear.x = 0.1
+    bridge = make_node("bridge")
+    gate = ActGate(bridge, GUARDED, clock_s=lambda: now_s)
+    gate.start()
+
+    def is_allowed() -> bool:
+        with suppress(ActRefused):
+            gate.check_message("/cmd_vel", moving)
+            return True
+        return False
+
+    try:
+        first = make_node("robot")
+        first.advertise("/joy", JOY, latch=True).publish(JOY(buttons=[1]))
+        wait_until(is_allowed)
+        now_s = 59.0
+        first.shutdown("it restarts")
+        again = make_node("second").advertise("/joy", JOY, latch=True)
+        again.publish(JOY(buttons=[1]))
+        other = Inbox()
+        bridge.subscribe("/joy", JOY, other)
+        other.wait(1)
+        now_s = 61.0
+        with pytest.raises(ActRefused, match=r"the last message on /joy is 61\.0 s old"):
+            gate.check_message("/cmd_vel", moving)
+        again.publish(JOY(buttons=[1]))
+        wait_until(is_allowed)
+    finally:
+        gate.close()
 
 
 def test_two_clients_share_the_count_and_advertising_again_does_not_renew_it(url: str, driven: Inbox) -> None:

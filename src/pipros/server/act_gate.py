@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 from pipros.basics.errors import PiprosError
@@ -234,9 +235,20 @@ class ActGate:
             self._guardian.arm(key_of(rule), identity, client)
 
     def _watch(self, condition: Condition) -> None:
+        link: Any = None  # the connection header of the last message; each link has its own
+        last: Any = None
+
         def received(message: Any) -> None:
+            nonlocal link, last
             reading = read_condition(condition, message, self._clock_s())
+            header = message._connection_header
+            # A latching publisher sends its last message again over a new link, which makes it no newer.
+            is_repeated = header is not link and header.get("latching") == "1" and message == last
+            link, last = header, message
             with self._lock:
+                before = self._state.readings.get(condition.name)
+                if is_repeated and before is not None:
+                    reading = replace(reading, received_s=before.received_s)
                 self._state.readings[condition.name] = reading
 
         self._node.subscribe(condition.topic, condition.message_class, received, queue_size=1)
