@@ -98,7 +98,6 @@ GATES = {
     "ros2/gateway_status.py": 98,
     "ros2/interfaces": 97,
     "ros2/names.py": 98,
-    "ros2/node_queries.py": 97,
     "ros2/qos_choice.py": 98,
     "ros2/ros2_graph.py": 98,
     "ros2/rtps/announcements.py": 98,

@@ -48,6 +48,17 @@ def single_keys(*, of_launcher: bool = False) -> Iterator[bool]:
         termios.tcsetattr(descriptor, termios.TCSANOW, before)
 
 
+def discard_input(descriptor: int) -> None:
+    """Discard what was typed into a terminal and has not been read yet, including a begun line."""
+    if sys.platform == "win32":
+        return
+    with contextlib.suppress(ImportError, OSError):
+        import termios
+
+        with contextlib.suppress(termios.error):  # not a terminal
+            termios.tcflush(descriptor, termios.TCIFLUSH)
+
+
 def open_pty(like: int) -> tuple[int, int]:
     """Open a pty that has the size of another terminal, and that neither echoes nor changes bytes.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import select
 import shutil
@@ -12,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.terminals import discard_input
 from pipros.server.approvals import FOR_A_MINUTE, ONCE, REFUSE, answer_act, waiting_acts
 
 KEYS: Final = {"y": ONCE, "m": FOR_A_MINUTE, "n": REFUSE}
@@ -119,10 +119,6 @@ def _discard_typed() -> None:
 
     A begun line is discarded, too: it was meant for another act, and assistants choose when acts change.
     """
-    with contextlib.suppress(ImportError, OSError):
-        import termios
-
-        with contextlib.suppress(termios.error):  # not a terminal
-            termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+    discard_input(sys.stdin.fileno())
     while select.select([sys.stdin], [], [], 0.0)[0] and os.read(sys.stdin.fileno(), LINE_BYTES):
         pass

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import pytest
+
 from pipros.basics import names
 
 
@@ -39,3 +43,19 @@ def test_only_arguments_with_legal_names_are_remappings() -> None:
     legal = ["a:=b", "_rate:=5", "__name:=x", "/robot/chat:=talk", "a:="]
     others = ["-a:=b", "a b:=c", ":=b", "a=b"]
     assert [item for item in [*legal, *others] if names.is_legal_remapping(item)] == legal
+
+
+@pytest.mark.parametrize("name", [None, b"rate", 5])
+def test_only_text_is_a_name(name: Any) -> None:
+    with pytest.raises(names.InvalidName, match=r"a name must be a string, got "):
+        names.resolve(name, "/talker")
+
+
+def test_topics_in_a_parameter_are_used_without_the_bad_ones() -> None:
+    said: list[str] = []
+    assert names.valid_topics("~topics", ["/a", 5, "b c", "/", "b/", None], said.append) == ["/a", "b/"]
+    assert said == [
+        f"~topics: {bad} is not a topic name; it is left out" for bad in ("5", "'b c'", "'/'", "None")
+    ]
+    assert names.valid_topics("~topics", "/a", said.append) == []
+    assert said[-1] == "~topics must be a list of topics, got '/a'; it is ignored"

@@ -31,15 +31,25 @@ def recover(path: Path, file: BinaryIO) -> list[str]:
         new.execute("PRAGMA journal_mode = OFF")
         new.execute("PRAGMA synchronous = OFF")
         new.execute("BEGIN")
-        query = "SELECT name, sql FROM sqlite_master WHERE type = 'table'"
-        texts = {str(name).lower(): str(text) for name, text in old.execute(query)}
-        for table in [each for each in TABLES if each in texts]:
-            new.execute(texts[table])
+        for table in TABLES:
+            columns = [_column(*row) for row in old.execute(f"PRAGMA table_info({table})")]
+            if not columns and table in ("topics", "messages"):
+                raise BagFormatError(f"{path} cannot be recovered: the table {table} has no columns")
+            if not columns:
+                continue
+            new.execute(f"CREATE TABLE {table}({', '.join(columns)})")
             if lost := _copied(old, new, table):
                 damage.append(f"{path}: {lost}")
         new.execute("CREATE INDEX IF NOT EXISTS timestamp_idx ON messages (timestamp ASC)")
         new.execute("COMMIT")
     return damage
+
+
+def _column(_number: int, name: str, kind: str, not_null: int, _default: object, key: int) -> str:
+    """Return a column's declaration. The file's own text is not executed, because it may be hostile."""
+    quoted = '"' + name.replace('"', '""') + '"'
+    known = kind.upper() if kind.upper() in ("INTEGER", "TEXT", "BLOB") else ""
+    return f"{quoted} {known}{' PRIMARY KEY' if key else ''}{' NOT NULL' if not_null else ''}"
 
 
 def _copied(old: sqlite3.Connection, new: sqlite3.Connection, table: str) -> str:

@@ -1,0 +1,77 @@
+"""Damaged `.db3` files: what is readable is copied, and no text of the file is executed."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from pipros.bag.errors import BagFormatError
+from pipros.ros2.bags.sqlite_repair import recover
+
+MESSAGES = "id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL"
+
+
+@pytest.fixture
+def damaged(tmp_path: Path) -> Path:
+    path = tmp_path / "run.db3"
+    with closing(sqlite3.connect(path)) as database:
+        database.execute('CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, "odd ""name" whatever)')
+        database.execute("INSERT INTO topics VALUES (1, '/a', 5)")
+        database.execute(f"CREATE TABLE messages({MESSAGES})")
+        rows = [(1, number, bytes(500)) for number in range(500)]
+        database.executemany("INSERT INTO messages VALUES (NULL, ?, ?, ?)", rows)
+        database.commit()
+    return path
+
+
+def recovered(path: Path) -> tuple[list[str], sqlite3.Connection]:
+    target = path.with_name("copy.db3")
+    with target.open("wb") as file:
+        damage = recover(path, file)
+    return damage, sqlite3.connect(target)
+
+
+def test_all_rows_and_columns_are_copied(damaged: Path) -> None:
+    damage, copy = recovered(damaged)
+    with closing(copy):
+        assert damage == []
+        assert copy.execute('SELECT id, name, "odd ""name" FROM topics').fetchall() == [(1, "/a", 5)]
+        assert copy.execute("SELECT timestamp FROM messages").fetchall() == [(n,) for n in range(500)]
+        assert [row[5] for row in copy.execute("PRAGMA table_info(messages)")] == [1, 0, 0, 0]
+        assert copy.execute("SELECT name FROM sqlite_master WHERE type = 'index'").fetchall() == [
+            ("timestamp_idx",)
+        ]
+
+
+def test_rows_before_the_damage_are_copied_and_the_damage_is_described(damaged: Path) -> None:
+    content = damaged.read_bytes()
+    damaged.write_bytes(content[: len(content) // 2])
+    damage, copy = recovered(damaged)
+    with closing(copy):
+        (count,) = copy.execute("SELECT count(*) FROM messages").fetchone()
+        assert 100 < count < 400
+        assert len(damage) == 1
+        assert f"after {count} rows of the table messages: " in damage[0]
+
+
+def test_a_file_without_readable_tables_is_refused(damaged: Path) -> None:
+    damaged.write_bytes(damaged.read_bytes()[:100] + bytes(5000))
+    with pytest.raises(BagFormatError, match=r"run\.db3 cannot be recovered"):
+        recovered(damaged)
+
+
+def test_a_table_whose_text_was_changed_executes_nothing(damaged: Path) -> None:
+    with closing(sqlite3.connect(damaged)) as database:
+        database.execute("PRAGMA writable_schema = ON")
+        endless = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x FROM n) SELECT x FROM n"
+        database.execute(
+            "UPDATE sqlite_master SET sql = ? WHERE name = 'topics'", (f"CREATE TABLE topics AS {endless}",)
+        )
+        database.commit()
+    with pytest.raises(
+        BagFormatError, match=r"run\.db3 cannot be recovered: the table topics has no columns"
+    ):
+        recovered(damaged)
