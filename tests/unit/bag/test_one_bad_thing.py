@@ -220,6 +220,17 @@ def test_an_illegal_name_affects_only_its_topic(bad: int, capsys: pytest.Capture
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
+def test_a_name_too_long_for_a_file_affects_only_its_topic(
+    bad: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    good = write_bag(bad, lambda _: None, wrong=f"/{'abz'[bad]}{'n' * 300}")
+
+    assert main(["export", "run.bag", "out"]) == 1
+    assert "is left out: its name is too long for a file" in capsys.readouterr().err
+    assert sorted(os.listdir("out")) == [f"{topic[1:]}.csv" for topic in good]
+
+
+@pytest.mark.parametrize("bad", POSITIONS)
 def test_messages_of_a_second_type_on_a_topic_are_left_out(
     bad: int, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -59,3 +59,10 @@ def test_topics_in_a_parameter_are_used_without_the_bad_ones() -> None:
     ]
     assert names.valid_topics("~topics", "/a", said.append) == []
     assert said[-1] == "~topics must be a list of topics, got '/a'; it is ignored"
+
+
+def test_arguments_that_roslaunch_appends_are_removed_and_no_others() -> None:
+    appended = ["a:=b", "__name:=n", "__log:=/l.log"]
+    assert names.without_launch_arguments(["kill", "-a", *appended]) == ["kill", "-a"]
+    assert names.without_launch_arguments(appended) == []
+    assert names.without_launch_arguments(["set", "pair", "a:=b"]) == ["set", "pair", "a:=b"]

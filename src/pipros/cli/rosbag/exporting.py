@@ -6,7 +6,7 @@ import sys
 import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
@@ -25,6 +25,7 @@ from pipros.msg.errors import MessageException
 from pipros.msg.time import Time, TVal
 from pipros.pictures.image_message import IMAGE_TYPES
 
+_LONGEST_NAME: Final = 240  # file systems allow 255 bytes, a number and suffixes included
 _FORMATS = ("csv", "npz")
 _BUFFERED = 1 << 24
 """Maximum number of characters that wait to be written."""
@@ -72,7 +73,7 @@ def _file_names(topics: Iterable[str], left_out: LeftOut) -> dict[str, str]:
     """Return each topic's output file or folder name, without suffix: `a__b` for `/a/b`.
 
     A number is appended to a name that would collide with an earlier name, ignoring case. Topics with invalid
-    names, which could point outside the output folder, are left out.
+    names, which could point outside the output folder, are left out, as are names too long for a file.
     """
     names: dict[str, str] = {}
     taken: dict[str, int] = {}
@@ -81,6 +82,9 @@ def _file_names(topics: Iterable[str], left_out: LeftOut) -> dict[str, str]:
             left_out.whole(topic, "it is not a legal topic name")
             continue
         base = name = canonicalize(topic).strip("/").replace("/", "__")
+        if len(base) > _LONGEST_NAME:
+            left_out.whole(topic, "its name is too long for a file")
+            continue
         while name.lower() in taken:
             taken[base.lower()] += 1
             name = f"{base}_{taken[base.lower()]}"
