@@ -11,7 +11,7 @@ import re
 
 from pipros.safe.xml import Element, parse
 
-_BLANK = "\ufeff \t\r\n"
+_DECLARATIONS = re.compile(r"(?:[\ufeff \t\r\n]*<\?xml.*?\?>)*", re.DOTALL)
 
 
 def parse_tolerantly(text: str, file: str = "<string>") -> Element:
@@ -31,14 +31,8 @@ def strict_text(text: str) -> str:
     if "<![CDATA[" not in text:
         text = _without_comments(text)
         text = re.sub(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)", "&amp;", text)
-    start = text.find("<?xml")
-    while start >= 0 and not text[:start].strip(_BLANK):
-        end = text.find("?>", start) + 2
-        if end < 2:
-            break
-        text = _blank(text[:end]) + text[end:]
-        start = text.find("<?xml")
-    return text.removeprefix("\ufeff")
+    end = _DECLARATIONS.match(text).end()  # type: ignore[union-attr] # it also matches nothing
+    return (_blank(text[:end]) + text[end:]).removeprefix("\ufeff")
 
 
 def _without_comments(text: str) -> str:

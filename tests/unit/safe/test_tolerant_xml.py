@@ -77,6 +77,14 @@ def test_many_comments_that_are_not_closed_take_linear_time() -> None:
     assert strict_text(text) == text
 
 
+@pytest.mark.parametrize("count", [1, 20_000])
+def test_many_declarations_take_linear_time(count: int) -> None:
+    assert strict_text("<?xml?> \n" * count + "<robot/>").split() == ["<robot/>"]
+    open_ones = "<?xml " * count
+    assert strict_text(open_ones) == open_ones
+    assert strict_text("<?xml?>" + open_ones) == " " * 7 + open_ones
+
+
 def test_a_description_of_plugins_may_begin_with_a_comment(tmp_path: Path) -> None:
     package = tmp_path / "my_nodelets"
     package.mkdir()
