@@ -33,6 +33,7 @@ from tests.support.waiting import wait_until
 
 TWIST: Any = load_message_class("geometry_msgs/Twist")
 JOY: Any = load_message_class("sensor_msgs/Joy")
+BOOL: Any = load_message_class("std_msgs/Bool")
 SET_BOOL: Any = load_service_class("std_srvs/SetBool")
 TEXT = """\
 topics:
@@ -148,10 +149,14 @@ def test_a_remapping_of_the_server_does_not_let_clients_publish_a_condition(make
 
 
 def test_a_latched_message_over_a_new_connection_is_as_old_as_before(make_node: MakeNode) -> None:
+    text = (
+        "topics: {/cmd_vel: {type: geometry_msgs/Twist, fields: any, requires: b, stop: zero}}\n"
+        "conditions: {b: {topic: /joy, type: std_msgs/Bool, field: data, one_of: [true], max_age_s: 60}}\n"
+    )
     now_s, moving = 0.0, TWIST()
     moving.linear.x = 0.1
     bridge = make_node("bridge")
-    gate = ActGate(bridge, GUARDED, clock_s=lambda: now_s)
+    gate = ActGate(bridge, parse_policy(text, "p.yaml"), clock_s=lambda: now_s)
     gate.start()
 
     def is_allowed() -> bool:
@@ -162,20 +167,25 @@ def test_a_latched_message_over_a_new_connection_is_as_old_as_before(make_node: 
 
     try:
         first = make_node("robot")
-        first.advertise("/joy", JOY, latch=True).publish(JOY(buttons=[1]))
+        first.advertise("/joy", BOOL, latch=True).publish(BOOL(True))
         wait_until(is_allowed)
         now_s = 59.0
         first.shutdown("it restarts")
-        again = make_node("second").advertise("/joy", JOY, latch=True)
-        again.publish(JOY(buttons=[1]))
+        again = make_node("second").advertise("/joy", BOOL, latch=True)
+        again.publish(BOOL(True))
         other = Inbox()
-        bridge.subscribe("/joy", JOY, other)
+        bridge.subscribe("/joy", BOOL, other)
         other.wait(1)
         now_s = 61.0
         with pytest.raises(ActRefused, match=r"the last message on /joy is 61\.0 s old"):
             gate.check_message("/cmd_vel", moving)
-        again.publish(JOY(buttons=[1]))
-        wait_until(is_allowed)
+        third = make_node("third").advertise("/joy", BOOL, latch=True)
+        for publisher in (again, third, again, third):  # publishers that alternate send new messages, too
+            now_s += 40
+            count = len(other.messages)
+            publisher.publish(BOOL(True))
+            other.wait(count + 1)
+        assert is_allowed()
     finally:
         gate.close()
 

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text, process_limits
@@ -24,6 +25,9 @@ from pipros.node.publisher import Publisher
 from pipros.policy.decisions import Act, PolicyState, decide, note_stop, read_condition, rule_for
 from pipros.policy.model import RUNS, ActKind, ActRefused, ActRule, Condition, Policy
 from pipros.server.stop_guardian import StopGuardian, key_of
+
+_LINKS: Final = 64
+"""Number of publishers of a condition's topic whose links are remembered."""
 
 
 class ActGate:
@@ -235,16 +239,19 @@ class ActGate:
             self._guardian.arm(key_of(rule), identity, client)
 
     def _watch(self, condition: Condition) -> None:
-        link: Any = None  # the connection header of the last message; each link has its own
+        links: deque[Any] = deque(maxlen=_LINKS)  # the connection headers of the last links
         last: Any = None
 
         def received(message: Any) -> None:
-            nonlocal link, last
+            nonlocal last
             reading = read_condition(condition, message, self._clock_s())
             header = message._connection_header
+            is_first = not any(header is known for known in links)
+            if is_first:
+                links.append(header)
             # A latching publisher sends its last message again over a new link, which makes it no newer.
-            is_repeated = header is not link and header.get("latching") == "1" and message == last
-            link, last = header, message
+            is_repeated = is_first and header.get("latching") == "1" and message == last
+            last = message
             with self._lock:
                 before = self._state.readings.get(condition.name)
                 if is_repeated and before is not None:
