@@ -35,7 +35,7 @@ topics:
     fields: {linear.x: {range: [-0.3, 0.3], unit: m/s}}
     per_minute: 1000
     time_limit_s: 0.5
-  /say: {type: std_msgs/String, fields: {data: {one_of: [yes, hello]}}, per_minute: 2}
+  /say: {type: std_msgs/String, fields: {data: {one_of: ["yes", hello]}}, per_minute: 2}
 services:
   /motor: {type: std_srvs/SetBool, fields: {data: any}, time_limit_s: 0.5}
 actions:

@@ -23,6 +23,8 @@ LACKING = {
     "rosbag.bag.gnupg": "a library that is installed for encrypted bags, if at all",
     "rosbag.bag.roslz4": "pipros uses lz4 from PyPI",
     "roslaunch.*.get_ros_*": "functions of rospkg",
+    "roslaunch.depends*": "the module is here, without its import into the package and its reader of XML",
+    "roslaunch*param_dump": "the module is here, without its import into the package",
     "tf*PyKDL": "a library that pip does not have",
     "tf_conversions.*": "what PyKDL binds, a library that pip does not have",
 }
@@ -101,7 +103,9 @@ def test_star_imports_of_packages_and_messages_bind_nothing_else(both: tuple[Bou
     genuine, ours = both
     whole = [name for name in genuine if name in PACKAGES or name in MESSAGES]
     assert len(whole) > 50
-    assert {name: more for name in whole if (more := ours[name].keys() - genuine[name].keys())} == {}
+    since_1_17 = {"rospy": {"is_shutdown_requested"}}
+    found = {name: more for name in whole if (more := ours[name].keys() - genuine[name].keys())}
+    assert found == since_1_17
 
 
 @pytest.mark.timeout(600)

@@ -116,8 +116,8 @@ def test_a_topic_that_is_a_path_is_not_exported(
 
     assert main(["export", "x.bag", "deep/out"]) == 1
     assert "is not a legal topic name" in capsys.readouterr().err
-    assert os.listdir() == ["x.bag"]
-    assert main(["export", "x.bag", "deep/out", "/b"]) == 0
+    assert sorted(os.listdir()) == ["deep", "x.bag"]
+    assert os.listdir("deep") == ["out"]
     assert os.listdir("deep/out") == ["b.csv"]
 
 
@@ -127,7 +127,7 @@ def test_each_topic_and_each_image_is_exported_to_its_own_file(
     monkeypatch.chdir(tmp_path)
     topics = ["/a/b", "/a_b", "/a__b", "/A/b", "/a/b/", "/a__b_2", "a/b"]
     rows: list[Any] = [(topic, Int32(n), 1, 0) for n, topic in enumerate(topics)]
-    rows += [("/image", CompressedImage(data=b"\xff\xd8%d" % n), 5, 0) for n in range(2)]
+    rows += [("/image", CompressedImage(data=b"\xff\xd8%d\xff\xd9" % n), 5, 0) for n in range(2)]
     Path("x.bag").write_bytes(bag_bytes(rows))
 
     assert main(["export", "x.bag", "out"]) == 0

@@ -229,14 +229,16 @@ def times():
 
 def logs():
     examine("%d of text", lambda: rospy.loginfo("%d", "x"))
-    examine("percent", lambda: rospy.loginfo("100%"))
+    examine("percent", lambda: (rospy.loginfo("100%"), None)[1])  # since 1.17, it returns a bool
     examine("percent with args", lambda: rospy.loginfo("100%", 3))
     for name in ("loginfo_once", "logwarn_once"):
-        examine(name, lambda name=name: [getattr(rospy, name)("once") for _ in range(2)])
-    examine("throttle", lambda: [rospy.loginfo_throttle(60, "throttled %d", n) for n in range(2)])
-    examine("identical", lambda: [rospy.loginfo_throttle_identical(60, t) for t in ("a", "a", "b")])
-    examine("logger_name", lambda: rospy.loginfo("named", logger_name="sub"))
-    examine("not text", lambda: rospy.loginfo(Point()))
+        examine(name, lambda name=name: [(getattr(rospy, name)("once"), None)[1] for _ in range(2)])
+    examine("throttle", lambda: [(rospy.loginfo_throttle(60, "throttled %d", n), None)[1] for n in range(2)])
+    examine(
+        "identical", lambda: [(rospy.loginfo_throttle_identical(60, t), None)[1] for t in ("a", "a", "b")]
+    )
+    examine("logger_name", lambda: (rospy.loginfo("named", logger_name="sub"), None)[1])
+    examine("not text", lambda: (rospy.loginfo(Point()), None)[1])
 
 
 def the_end():
