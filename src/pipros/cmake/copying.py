@@ -209,7 +209,7 @@ def _copy_folder(item: Copy, source: Path, target: Path, say: Say) -> None:
     target.mkdir(parents=True, exist_ok=True)
     for path in paths_to_copy(item, target):
         made = Path(os.path.normpath(target / path.relative_to(source)))
-        if path.is_dir() and not path.is_symlink():
+        if path == source or (path.is_dir() and not path.is_symlink()):
             made.mkdir(exist_ok=True)
         else:
             mode = FILE_MODE if path.is_symlink() and path.is_dir() else _mode_of(item, str(path))

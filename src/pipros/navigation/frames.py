@@ -29,8 +29,11 @@ class Frames(TransformListener):
         self.problems = partial(self._log.warning, "%s")
 
     def _insert(self, message: Any, *, is_static: bool) -> None:
-        """Insert transforms, but none from the future: the buffer would drop all later ones as too old."""
-        now_ns = self._node.clock.now_ns()
+        """Insert transforms, but none from the future: the buffer would drop all later ones as too old.
+
+        Static transforms have no age, and come once, for example with times of another clock.
+        """
+        now_ns = 0 if is_static else self._node.clock.now_ns()
         if now_ns and any(in_ns(each.header.stamp) > now_ns + AHEAD_NS for each in message.transforms):
             self._log.warning("transforms are dropped: their timestamps are in the future")
             kept = [each for each in message.transforms if in_ns(each.header.stamp) <= now_ns + AHEAD_NS]

@@ -63,6 +63,8 @@ def image_npy(message: Any) -> bytes:
     rows = message.height
     if name in LAYOUTS:
         rows = plane_rows(name, rows, len(message.data), message.step)
+        if len(message.data) < rows * message.step:
+            raise PictureError(f"{rows} rows of {name} need more than {len(message.data)} bytes")
     size = message.width * found.channels * found.bits // 8
     tops = range(0, rows * message.step, message.step)
     data = b"".join(bytes(message.data[top : top + size]) for top in tops)

@@ -277,8 +277,11 @@ def _install_setup(project: Project, setup: PythonSetup, prefix: Path, say: Say)
         if os.path.isfile(file):
             copy_file(Path(file), modules.joinpath(*name.split(".")).with_suffix(".py"), say)
     for below, file in setup.data_files:
-        if os.path.isfile(file):
-            copy_file(Path(file), Path(os.path.normpath(prefix / below)) / os.path.basename(file), say)
+        target = Path(os.path.normpath(prefix / below))
+        if not target.is_relative_to(prefix):
+            say(f"-- WARNING: setup.py: {file} is left out: {below} is outside of the installation")
+        elif os.path.isfile(file):
+            copy_file(Path(file), target / os.path.basename(file), say)
     for script in setup.scripts:
         for target in _script_folders(project, prefix):
             copy_file(Path(script), target / os.path.basename(script), say, mode=PROGRAM_MODE)

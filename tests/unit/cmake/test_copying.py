@@ -141,6 +141,15 @@ def test_links_to_folders_are_copied_with_their_folder(tmp_path: Path) -> None:
     assert not os.path.lexists(tmp_path / "tTrue" / "latest")  # FILES_MATCHING, and no pattern matches
 
 
+@pytest.mark.parametrize("slash", ["", "/"])
+def test_a_folder_that_is_a_link_is_copied_with_its_contents(slash: str, tmp_path: Path) -> None:
+    tree(tmp_path / "real", "deep/a.launch")
+    (tmp_path / "launch").symlink_to("real")
+    copy(Copy(f"{tmp_path}/launch{slash}", "share", is_folder=True), tmp_path, lambda _line: None)
+    copied = tmp_path / "share" / ("" if slash else "launch") / "deep" / "a.launch"
+    assert copied.is_file()
+
+
 def test_a_missing_file_is_refused_unless_it_is_optional(tmp_path: Path) -> None:
     missing = Copy(str(tmp_path / "nope"), "t")
     with pytest.raises(CannotCopy, match="nope"):

@@ -441,6 +441,14 @@ def test_a_setup_py_installs_no_files_from_outside_of_the_package(
         wheels(workspace)
 
 
+def test_data_files_of_a_setup_py_are_not_written_outside_of_the_installation(workspace: Workspace) -> None:
+    files = f"[('{workspace.base}/out', ['a.rules']), ('share', ['a.rules'])]"
+    setup = f"from setuptools import setup\nsetup(data_files={files})\n"
+    workspace.add("arm", "catkin_python_setup()\ncatkin_package()", setup_dot_py=setup, a_dot_rules="x")
+    wheels(workspace)
+    assert not (workspace.base / "out").exists()
+
+
 def test_a_folder_that_is_too_large_is_refused_before_it_is_copied(
     workspace: Workspace, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -113,7 +113,11 @@ def _export(
             continue
         for each in connections:
             if _kind(each) == _kind(first):
-                sinks[each.id] = sink
+                try:
+                    bag.class_of(each)
+                    sinks[each.id] = sink
+                except (BagError, MessageException) as error:
+                    left_out.message(topic, error)
             else:
                 wrong, right = (" ".join(_kind(side)) for side in (each, first))
                 left_out.message(topic, f"their type is {wrong}, not {right}")

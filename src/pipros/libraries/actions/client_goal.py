@@ -141,7 +141,7 @@ class ClientGoal:
             return self._enter((ClientGoalState.DONE,))
         if status not in Status._value2member_map_:
             raise ValueError(f"server reported unknown goal status {status}")
-        self.status = Status(status)
+        self.status, self._omitted_at_s = Status(status), None
         states = TRANSITIONS[self.state].get(self.status)
         if states is None:
             raise ValueError(
