@@ -9,7 +9,7 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.libraries.teleoperation.twist_mux_node import TwistMux
-from pipros.libraries.teleoperation.velocity_mux import VelocitySource
+from pipros.libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource
 from pipros.libraries.teleoperation.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
 from pipros.libraries.teleoperation.velocity_smoother_node import SmootherNode
 from pipros.msg import load_message_class
@@ -44,6 +44,17 @@ def test_twist_mux_stops_a_robot_whose_source_falls_silent(ros: RosSystem) -> No
             wait_until(drives)
             wait_until(lambda: inbox.messages[-1] == TWIST())
             assert inbox.messages.count(TWIST()) == 1
+
+
+def test_twist_mux_stops_no_robot_while_another_source_is_in_charge() -> None:
+    first, second = VelocitySource("a", "/a", 0.3, 20), VelocitySource("b", "/b", 1.0, 10)
+    mux = VelocityMux([first, second], [])
+    assert mux.passes(first, 0.1)
+    mux.passes(second, 0.2)
+    assert mux.in_charge(first, 0.3) is first
+    assert mux.in_charge(first, 0.5) is second
+    assert mux.in_charge(second, 1.0) is second
+    assert mux.in_charge(second, 1.5) is None
 
 
 def test_a_measured_velocity_that_is_not_finite_does_not_become_a_command() -> None:

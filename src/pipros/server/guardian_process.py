@@ -46,6 +46,10 @@ BEAT_S: Final = 0.2
 """Interval (s) of the empty lines."""
 CALL: Final = "call "
 """Prefix of service names in keys. Names of topics do not contain blanks."""
+HALT: Final = "halt "
+"""Prefix of the topics that are published when no goal is left. Other stops may be pending for them, too."""
+_REPLACED: Final = (2, 8)
+"""The statuses PREEMPTED and RECALLED of goals that were cancelled, or replaced by a goal of anybody."""
 
 
 @dataclass(slots=True)
@@ -67,15 +71,22 @@ class Stops:
         self._publish = publish
         self._stops: dict[tuple[str, str], Stop] = {}
 
-    def arm(self, key: str, identity: str, message: Any, due_s: float) -> None:
+    def arm(self, key: str, identity: str, message: Any, due_s: float, halts: str = "") -> None:
         """Schedule a stop. It replaces a pending stop for the same topic or service.
 
         A pending stop for the same goal id is not replaced: action servers ignore a goal that they already
-        have, so a client that sends the goal again must not postpone its cancellation.
+        have, so a client that sends the goal again must not postpone its cancellation. `halts` is the topic
+        that is published when no goal is left, by default the key; its repetitions end, because an act has
+        begun.
         """
+        self._stops.pop((HALT + (halts or key), ""), None)
         if identity and (key, identity) in self._stops:
             return
         self._stops[key, identity] = Stop(due_s, message)
+
+    def halt(self, topic: str, message: Any, now_s: float, left: int) -> None:
+        """Publish a message `left` times from now on, because no goal is left."""
+        self._stops[HALT + topic, ""] = Stop(now_s, message, left)
 
     def disarm(self, key: str, identity: str) -> None:
         """Cancel a pending stop."""
@@ -150,7 +161,7 @@ class GuardianProcess:
         self._stops = Stops(self._publish)
 
     def _publish(self, key: str, message: Any) -> None:
-        self._publishers[key].publish(message)
+        self._publishers[key.removeprefix(HALT)].publish(message)
         if key in self._halts:  # the action server may not react to the cancellation
             topic, halt = self._halts[key]
             self._publishers[topic].publish(halt)
@@ -175,8 +186,7 @@ class GuardianProcess:
             now_s = time.monotonic()
             if now_s >= beat_s:
                 beat_s = now_s + BEAT_S
-                with contextlib.suppress(OSError):  # the pipe is full or closed
-                    os.write(self._output, b"\n")
+                self._write("")
             wait_s = max(min(beat_s, math.inf if next_s is None else next_s) - now_s, 0.0)
             with contextlib.suppress(queue.Empty):
                 line = self._lines.get(timeout=wait_s)
@@ -190,6 +200,18 @@ class GuardianProcess:
             if isinstance(each, ServiceStop):
                 each.finish()
 
+    def _write(self, line: str) -> bool:
+        """Write a line to the server. Return False if the pipe is full or closed."""
+        try:
+            os.write(self._output, f"{line}\n".encode())
+        except OSError:
+            return False
+        return True
+
+    def _confirm(self, key: str) -> None:
+        while not self._write(key):
+            time.sleep(BEAT_S)
+
     def _handle(self, line: Mapping[str, Any]) -> None:
         key, identity = line["key"], line.get("id", "")
         if line["op"] == "watch":
@@ -201,11 +223,14 @@ class GuardianProcess:
                 self._rules[key] = message, limit_s
             if identity:
                 message = type(message)(id=identity)
-            self._stops.arm(key, identity, message, time.monotonic() + limit_s)
+            halts = self._halts[key][0] if key in self._halts else key
+            self._stops.arm(key, identity, message, time.monotonic() + limit_s, halts)
         elif line["op"] == "over" and self._stops.end(key, identity):
-            print(json.dumps(line), flush=True)
             if key in self._halts and not self._stops.has(key):
-                self._stops.arm(self._halts[key][0], "", self._halts[key][1], time.monotonic())
+                # If another goal has replaced the goal, more than one zero would hold up its drive.
+                left = 1 if line["status"] in _REPLACED else REPETITIONS
+                self._stops.halt(*self._halts[key], time.monotonic(), left)
+            self._write(json.dumps(line))
         elif line["op"] == "disarm":
             self._stops.disarm(key, identity)
         elif line["op"] == "stop":
@@ -219,7 +244,7 @@ class GuardianProcess:
             request = service_class._request_class._from_bytes(bytes.fromhex(line["body"]))
             self._rules[key] = request, float(line["limit_s"])
             self._publishers[key] = ServiceStop(self._node, key.removeprefix(CALL), service_class)
-            print(key, flush=True)
+            self._confirm(key)
             return
         message_class: Any = load_message_class(line["type"])
         self._rules[key] = message_class._from_bytes(bytes.fromhex(line["body"])), float(line["limit_s"])
@@ -236,7 +261,7 @@ class GuardianProcess:
                 subscribers = dict(self._node.master.get_system_state()[1])
                 known = {topic: subscribers.get(topic, ()) for topic, _ in publishers}
             time.sleep(REPEAT_S / 5)
-        print(key, flush=True)
+        self._confirm(key)
 
     def _watch_results(self, line: Mapping[str, Any]) -> list[tuple[str, Any]]:
         """Subscribe to the results of an action whose goals have a topic that stops the robot."""
@@ -249,7 +274,8 @@ class GuardianProcess:
         self._halts[key] = halt["topic"], message_class._from_bytes(bytes.fromhex(halt["body"]))
 
         def ended(message: Any) -> None:
-            self._lines.put({"op": "over", "key": key, "id": message.status.goal_id.id})
+            status = message.status
+            self._lines.put({"op": "over", "key": key, "id": status.goal_id.id, "status": status.status})
 
         result: Any = load_message_class(halt["result"])
         self._node.subscribe(f"{key.removesuffix('cancel')}result", result, ended, queue_size=100)

@@ -21,7 +21,9 @@ from pipros.server.guardian_process import CALL
 SILENT_S: Final = 1.0
 """Acts with a time limit are refused if the process has not written for this time (s)."""
 LOST_S: Final = 3.0
-"""The process is killed, and replaced, if it has not written for this time (s)."""
+"""The process is killed, and replaced, if it is suspended and has not written for this time (s)."""
+STARVED_S: Final = 20.0
+"""The same for a process that is not suspended: on a busy machine, a new one would need longer."""
 READY_S: Final = 20.0
 """Maximum time (s) until the process has started and has advertised a topic."""
 
@@ -183,7 +185,8 @@ class StopGuardian:
             # Counts own intervals, because this process may have been suspended, too.
             silences = silences + 1 if heard_s == self._heard_s else 0
             heard_s = self._heard_s
-            if self._ready and silences * SILENT_S / 2 >= LOST_S:
+            limit_s = LOST_S if _is_suspended(process.pid) else STARVED_S
+            if self._ready and silences * SILENT_S / 2 >= limit_s:
                 process.kill()
                 return
 
@@ -214,3 +217,12 @@ class StopGuardian:
             self._process = None
             if was_ready and not self._is_closed:  # a process that was never ready would fail again
                 self._start()
+
+
+def _is_suspended(pid: int) -> bool:
+    """Return whether a process is stopped or traced, or whether that is unknown."""
+    try:
+        with open(f"/proc/{pid}/stat", encoding="utf-8", errors="replace") as file:
+            return file.read().rpartition(")")[2].split()[0] in "tT"
+    except (OSError, IndexError):
+        return True

@@ -54,6 +54,22 @@ def test_a_goal_that_is_sent_again_does_not_postpone_its_end(
     assert published == [("/a", "cancel")] * 2
 
 
+def test_an_act_ends_a_halt_which_replaces_no_other_stop(
+    stops: Stops, published: list[tuple[str, Any]]
+) -> None:
+    stops.arm("/cmd_vel", "", "slow down", 12.0)
+    stops.halt("/cmd_vel", "zero", 10.0, REPETITIONS)
+    stops.run(10.0)
+    stops.arm("/drive/cancel", "next", "cancel", 30.0, "/cmd_vel")
+    assert stops.run(10.0 + REPEAT_S) == 12.0
+    stops.halt("/cmd_vel", "zero", 11.0, 1)
+    assert stops.run(11.0) == 12.0
+    stops.halt("/cmd_vel", "zero", 11.5, REPETITIONS)
+    stops.arm("/cmd_vel", "", "slow down", 13.0)  # a velocity, not a goal
+    assert stops.run(11.5) == 13.0
+    assert published == [("halt /cmd_vel", "zero")] * 2
+
+
 def test_the_end_of_the_input_stops_everything_but_what_was_disarmed(
     stops: Stops, published: list[tuple[str, Any]]
 ) -> None:

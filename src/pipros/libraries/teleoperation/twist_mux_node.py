@@ -21,7 +21,7 @@ from pipros.node.roscpp_program import roscpp_program
 
 DIAGNOSTICS_S: Final = 1.0
 CHECK_NS: Final = NS_PER_S // 10
-"""Interval at which the node checks whether the source of the last velocity is still selected."""
+"""Interval at which the node checks whether the source of the last velocity has expired."""
 
 
 class TwistMux:
@@ -53,14 +53,15 @@ class TwistMux:
             self._mux.lock(one, bool(message.data), self._now_s())
 
     def _halt_if_silent(self) -> None:
-        """Publish a zero velocity, once, if the source of the last velocity has expired.
+        """Publish a zero velocity, once, if no source is in charge of the last velocity any more.
 
-        Without it, a base that holds its last command would drive on, with no source in charge of it.
+        Without it, a base that holds its last command would drive on.
         """
         with self._lock:
-            if self._moving is not None and self._moving.is_expired(self._now_s()):
-                self._moving = None
-                self._output.publish(self._twist())
+            if self._moving is not None:
+                self._moving = self._mux.in_charge(self._moving, self._now_s())
+                if self._moving is None:
+                    self._output.publish(self._twist())
 
     def values(self) -> dict[str, str]:
         """Return the state of inputs and locks for diagnostics."""

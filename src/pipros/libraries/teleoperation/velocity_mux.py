@@ -109,6 +109,14 @@ class VelocityMux:
         free = [each for each in self.unmasked(now_s) if each.priority > 0]
         return max(free, key=lambda each: each.priority, default=None)
 
+    def in_charge(self, moving: VelocitySource, now_s: float) -> VelocitySource | None:
+        """Return the input in charge after a velocity from `moving`, or None.
+
+        It is `moving` until it expires, then the selected input: its next velocity replaces the last one, or
+        it expires, too.
+        """
+        return self.winner(now_s) if moving.is_expired(now_s) else moving
+
     def values(self, now_s: float) -> dict[str, str]:
         """Return the state of inputs and locks in the format of twist_mux's diagnostics."""
         free = self.unmasked(now_s)
