@@ -15,7 +15,7 @@ COMMANDS = (
     *("check", "compress", "decompress", "decrypt", "encrypt", "filter", "fix", "info", "play", "record"),
     "reindex",
 )
-OURS = {"info": {"--msgs"}, "play": {"--msgs"}, "record": {"--snapshot"}}
+OURS = dict.fromkeys(("check", "filter", "fix", "info", "play"), {"--msgs"}) | {"record": {"--snapshot"}}
 """What pipros has besides."""
 
 

@@ -16,24 +16,24 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from pipros.server import json_text as json_module
 from pipros.server.json_text import LARGE_CHARACTERS, LARGE_VALUES, is_large, json_text
 
 INF, NAN = float("inf"), float("nan")
 
 
 @pytest.fixture(params=["orjson", "json"], autouse=True)
-def library(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+def _library(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if request.param == "json":
         monkeypatch.setattr("pipros.server.json_text.ORJSON", None)
-    return str(request.param)
 
 
 def text(value: Any) -> str:
     return asyncio.run(json_text(value))
 
 
-def test_small_values_are_short(library: str) -> None:
-    letter = {"orjson": "ä", "json": "\\u00e4"}[library]
+def test_small_values_are_short() -> None:
+    letter = "ä" if json_module.ORJSON else "\\u00e4"
     assert (
         text({"id": 1, "data": [1, 2.5, "ä", None, True]})
         == f'{{"id":1,"data":[1,2.5,"{letter}",null,true]}}'
