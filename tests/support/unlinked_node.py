@@ -39,7 +39,7 @@ class UnlinkedNode(Node):
         self.inputs.setdefault(self.resolve(topic), []).append(callback)
         return SimpleNamespace(unregister=lambda: None, connection_count=1)
 
-    def advertise(self, topic: str, message_class: Any, **_: Any) -> Any:  # type: ignore[override]
+    def advertise(self, topic: str, message_class: Any, **_: Any) -> Any:
         name = self.resolve(topic)
         sent = self.sent.setdefault(name, [])
 
