@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import pytest
 from playwright.sync_api import Page as Tab
 
 from pipros.web.scene.rviz_file import read_rviz
@@ -23,12 +24,13 @@ from tests.support.rviz_scenes import (
     FULL_COLOUR,
     HEIGHT,
     LEVELS,
+    ODD_SCENES,
     ORTHO,
     OVERLAPS,
-    SCENES,
     TEMPLATE,
     USUAL_LEVELS,
     USUAL_OVERLAP,
+    USUAL_SCENES,
     WIDTH,
     config_of,
     odd,
@@ -112,7 +114,10 @@ def differences(tab: Tab, name: str) -> str:
     return f"overlap {common:.4f}; {len(unlike)} of {len(places)} probes: {'; '.join(unlike[:8])}"
 
 
-def test_all_scenes_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+@pytest.mark.parametrize("scenes", [USUAL_SCENES, ODD_SCENES], ids=["usual", "odd"])
+def test_all_scenes_look_as_in_rviz(
+    ros: RosSystem, open_tab: OpenTab, tmp_path: Path, scenes: Mapping[str, Any]
+) -> None:
     ros.pipros.start_master()
     ros.pipros.start(sys.executable, PROGRAM)
     ros.pipros.start(sys.executable, ODD_PROGRAM, tmp_path)
@@ -121,7 +126,7 @@ def test_all_scenes_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab, tmp_path:
     tab = open_tab(Page(ros, command="rviz"), "scene", (1200, 900))
     wait_until(lambda: tab.evaluate("Boolean(document.querySelector('.tab-scene')?.scene?.view)"), 60.0)
     unlike = {}
-    for name in SCENES:
+    for name in scenes:
         tab.evaluate(SHOW, read_rviz(config_of(name)))
         try:
             wait_until(lambda name=name: not differences(tab, name), 60.0)  # type: ignore[misc]
