@@ -53,6 +53,15 @@ def _translated(name: str) -> Iterator[None]:
         raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
 
 
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Translate SQLite's errors about a new database into `BagError`."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise BagError(f"cannot write {path}: {error}") from error
+
+
 def has_magic(path: Path) -> bool:
     """Return whether a file begins like an SQLite database."""
     with path.open("rb") as file:
@@ -154,7 +163,7 @@ class SqliteWriter:
         self._types: set[str] = set()
         self._count = 0
         self._path = path
-        with self._writing():
+        with writing(path):
             self._database = sqlite3.connect(path, isolation_level=None)
         run = self._run
         # The file becomes visible only when it is complete, so a journal is not needed.
@@ -200,12 +209,5 @@ class SqliteWriter:
         self._database.close()
 
     def _run(self, statement: str, values: Sequence[Any] = ()) -> None:
-        with self._writing():
+        with writing(self._path):
             self._database.execute(statement, values)
-
-    @contextmanager
-    def _writing(self) -> Iterator[None]:
-        try:
-            yield
-        except sqlite3.Error as error:
-            raise BagError(f"cannot write {self._path}: {error}") from error
