@@ -126,6 +126,13 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
         raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_lines))
     recorded = json.loads(ended.stdout.rpartition("\0")[2])
     _check_elsewhere(folder, recorded)
+    for name in (*(recorded.get("packages") or ()), *(recorded.get("py_modules") or ())):
+        below = os.path.normpath(os.path.join(*name.split(".")))
+        if os.path.isabs(below) or below.split(os.sep)[0] == os.pardir:
+            raise SetupPyError(
+                f"{folder}/setup.py: the name of a package or module must not lead out of the folder of all "
+                f"modules, got {name!r}"
+            )
     folders = recorded.get("package_dir") or {}
     packages = {
         name: os.path.normpath(os.path.join(folder, _folder_of(name, folders)))
