@@ -515,7 +515,7 @@ def test_a_bad_file_of_a_ros2_bag_affects_only_itself(
         text += "{nanoseconds_since_epoch: 0}, duration: {nanoseconds: 0}, message_count: 0}"
         Path("run/metadata.yaml").write_text(text)
 
-    assert main(["info", "run"]) == 0
+    assert main(["info", "run"]) == 1
     shown = capsys.readouterr()
     assert "messages:    12\n" in shown.out
     assert f"run/{files[bad]} is not a bag, but a pointer of Git LFS" in shown.out
