@@ -14,7 +14,6 @@ from std_msgs.msg import Float64, Float64MultiArray, Int32, Int32MultiArray, Str
 
 import genpy
 
-
 np: Any = numpy  # the stubs of messages name the types of Python alone
 
 
