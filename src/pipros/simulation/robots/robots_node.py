@@ -70,18 +70,20 @@ class RobotsNode:
         self._lockstep = Lockstep(node, members(node) if self._has_clock else [], node.log)
         self._interval_s = STEP_S / speed
         self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
-        self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
+        self._names = names or RobotInterface()
+        self._tf = node.advertise("/tf", self._tf_class, queue_size=100) if self._names.has_tf else None
         if self._has_clock:
             self._clock_class: Any = load_message_class("rosgraph_msgs/Clock")
             self._clock = node.advertise("/clock", self._clock_class, queue_size=1)
         self._endpoints = {
-            name: RobotEndpoints(node, name, simulation, self.lock, (names or RobotInterface()).of(name))
+            name: RobotEndpoints(node, name, simulation, self.lock, self._names.of(name))
             for name in simulation.robots
         }
-        static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)
-        stamp = self.stamp()
-        fixed = [each for endpoints in self._endpoints.values() for each in endpoints.fixed_transforms(stamp)]
-        static.publish(self._tf_class(fixed))
+        if self._names.has_static_tf:
+            static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)
+            stamp, every = self.stamp(), self._endpoints.values()
+            fixed = [each for endpoints in every for each in endpoints.fixed_transforms(stamp)]
+            static.publish(self._tf_class(fixed))
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
 
     def run(self) -> None:
@@ -148,7 +150,7 @@ class RobotsNode:
             stamp = self.stamp()
             if self._has_clock:
                 self._clock.publish(self._clock_class(stamp))
-            if self._tf.connection_count:
+            if self._tf is not None and self._tf.connection_count:
                 self._tf.publish(
                     self._tf_class([endpoints.transform(stamp) for endpoints in self._endpoints.values()])
                 )
