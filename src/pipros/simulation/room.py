@@ -11,6 +11,8 @@ ROOM = Room(
         "practice": "pipros.simulation.practice:simulated_robot",
     },
     share=(
+        "controller_manager",
+        "controller_manager_msgs",
         "fake_localization",
         "pipros_sim",
         "stage_ros",

@@ -39,6 +39,8 @@ class RobotInterface:
         wheel_joints: the joints of the left and the right wheel.
         has_tf: whether the transform from `odom_frame` to the robot is published.
         has_static_tf: whether the transforms between the robot's frames are published.
+        has_base: whether the robot has the topics `cmd_vel`, `odom` and `joint_states`, and `odom_frame`.
+            Otherwise, its controllers have them.
     """
 
     odom_frame: str = "odom"
@@ -50,6 +52,7 @@ class RobotInterface:
     wheel_joints: tuple[str, str] = ("wheel_left_joint", "wheel_right_joint")
     has_tf: bool = True
     has_static_tf: bool = True
+    has_base: bool = True
 
     def of(self, robot: str) -> RobotInterface:
         """Return the names with the robot's name as a prefix, or unchanged if the robot's name is empty."""
@@ -92,24 +95,25 @@ class RobotEndpoints:
         self._log = node.log
         self._has_warned = False
         prefix = f"{name}/" if name else ""
-        self._stamps = _Headers()
+        self._stamps = Headers()
         self._was_bumped: bool | None = None
 
         def advertise(topic: str, kind: str, *, latch: bool = False) -> tuple[Any, Any]:
             message_class: Any = load_message_class(kind)
             return node.advertise(topic, message_class, queue_size=10, latch=latch), message_class
 
-        self._odom, self._odometry_class = advertise(f"{prefix}odom", "nav_msgs/Odometry")
         self._truth, _ = advertise(f"{prefix}base_pose_ground_truth", "nav_msgs/Odometry")
-        self._joints, self._joints_class = advertise(f"{prefix}joint_states", "sensor_msgs/JointState")
         self._battery, self._battery_class = advertise(f"{prefix}battery_state", "sensor_msgs/BatteryState")
         self._bumper, self._bumper_class = advertise(f"{prefix}bumper", "std_msgs/Bool", latch=True)
         if self._robot.settings.laser is not None:
             self._scan, self._scan_class = advertise(names.scan_topic, "sensor_msgs/LaserScan")
         if self._robot.settings.imu is not None:
             self._imu, self._imu_class = advertise(names.imu_topic, "sensor_msgs/Imu")
-        twist: Any = load_message_class("geometry_msgs/Twist")
-        node.subscribe(f"{prefix}cmd_vel", twist, self._command, queue_size=1)
+        if names.has_base:
+            self._odom, _ = advertise(f"{prefix}odom", "nav_msgs/Odometry")
+            self._joints, self._joints_class = advertise(f"{prefix}joint_states", "sensor_msgs/JointState")
+            twist: Any = load_message_class("geometry_msgs/Twist")
+            node.subscribe(f"{prefix}cmd_vel", twist, self._command, queue_size=1)
         serve(node, f"{prefix}place", "pipros_sim/Place", self._place)
         serve(node, f"{prefix}charge", "std_srvs/SetBool", self._charge)
 
@@ -121,11 +125,11 @@ class RobotEndpoints:
     def publish_motion(self, stamp: Time) -> None:
         """Publish bumper changes and, if there are subscribers, odometry, the true pose and joint states."""
         robot, names = self._robot, self.names
-        if self._odom.connection_count:
+        if names.has_base and self._odom.connection_count:
             self._odom.publish(self._odometry(stamp, names.odom_frame, robot.odometry))
         if self._truth.connection_count:
             self._truth.publish(self._odometry(stamp, names.odom_frame, robot.pose))
-        if self._joints.connection_count:
+        if names.has_base and self._joints.connection_count:
             joints = self._joints_class()
             joints.header = self._stamps.header(stamp, "")
             joints.name = list(names.wheel_joints)
@@ -219,15 +223,8 @@ class RobotEndpoints:
         return found
 
     def _odometry(self, stamp: Time, frame: str, pose: Pose) -> Any:
-        message = self._odometry_class()
-        message.header = self._stamps.header(stamp, frame)
-        message.child_frame_id = self.names.base_frames[0]
-        place, turn = message.pose.pose.position, message.pose.pose.orientation
-        place.x, place.y = pose.x, pose.y
-        turn.z, turn.w = math.sin(pose.yaw / 2), math.cos(pose.yaw / 2)
-        velocity: Motion = self._robot.velocity
-        message.twist.twist.linear.x, message.twist.twist.angular.z = velocity.forwards, velocity.turn
-        return message
+        header = self._stamps.header(stamp, frame)
+        return odometry_message(header, self.names.base_frames[0], pose, self._robot.velocity)
 
     def _command(self, message: Any) -> None:
         linear, angular = message.linear.x, message.angular.z
@@ -254,7 +251,18 @@ class RobotEndpoints:
         return {"success": True, "message": "charging" if request.data else "not charging"}
 
 
-class _Headers:
+def odometry_message(header: Any, child: str, pose: Pose, velocity: Motion) -> Any:
+    """Return a nav_msgs/Odometry without covariances."""
+    message: Any = load_message_class("nav_msgs/Odometry")()
+    message.header, message.child_frame_id = header, child
+    place, turn = message.pose.pose.position, message.pose.pose.orientation
+    place.x, place.y = pose.x, pose.y
+    turn.z, turn.w = math.sin(pose.yaw / 2), math.cos(pose.yaw / 2)
+    message.twist.twist.linear.x, message.twist.twist.angular.z = velocity.forwards, velocity.turn
+    return message
+
+
+class Headers:
     """Creates headers and transforms."""
 
     def __init__(self) -> None:

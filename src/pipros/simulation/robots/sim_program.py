@@ -86,7 +86,8 @@ def _from_parameters(node: Node) -> RobotsNode:
     robots = robots_of(get("robots", 1), robot, limit)
     obstacles = obstacles_of(get("obstacles", []), limit)
     simulation = Simulation(world, robots, seed=int(seed), obstacles=obstacles)
-    return RobotsNode(node, simulation, names=names, speed=speed)
+    controllers = str(get("controllers", ""))
+    return RobotsNode(node, simulation, names=names, speed=speed, controllers=controllers)
 
 
 def _names(node: Node) -> RobotInterface:
@@ -98,10 +99,17 @@ def _names(node: Node) -> RobotInterface:
     return replace(
         usual,
         **frames,
+        wheel_joints=_wheels(raw(node, "wheel_joints", list(usual.wheel_joints))),
         base_frames=tuple(dict.fromkeys((base, *usual.base_frames[1:]))),
         has_tf=boolean(raw(node, "publish_tf", True), "publish_tf"),
         has_static_tf=boolean(raw(node, "publish_static_tf", True), "publish_static_tf"),
     )
+
+
+def _wheels(given: object) -> tuple[str, str]:
+    if not isinstance(given, list) or len(given) != 2 or not all(isinstance(each, str) for each in given):
+        raise InvalidSettings(f"wheel_joints must be a list of two names, left and right, got {given!r}")
+    return given[0], given[1]
 
 
 def _laser(node: Node, names: RobotInterface) -> Laser:
