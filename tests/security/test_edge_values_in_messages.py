@@ -7,21 +7,15 @@ periodic work is called directly, so an exception in a callback or a cycle fails
 from __future__ import annotations
 
 import logging
-import math
-import time
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.msg import load_message_class
-from pipros.msg.time import Time
-from pipros.navigation import plane
 from pipros.navigation.amcl import amcl_node
 from pipros.navigation.amcl.amcl_node import AmclNode
 from pipros.navigation.costmap.costmap import Costmap
@@ -33,50 +27,23 @@ from pipros.navigation.mapping.gmapping_node import GmappingNode
 from pipros.navigation.move_base.move_base_node import MoveBase
 from pipros.navigation.navsat.navsat_node import NavsatNode
 from pipros.navigation.world_parameters import PARAMETERS
-from pipros.node import Node
 from tests.support.edge_values import edge_messages
 from tests.support.ros import RosSystem
+from tests.support.unlinked_node import (
+    BASE,
+    UnlinkedNode,
+    endures,
+    finite,
+    message,
+    now,
+    posed,
+    scan,
+    transforms,
+    variances,
+)
 
-BASE = "base_footprint"
 LOG = logging.getLogger("edge_values")
 LOG.setLevel(logging.CRITICAL + 1)
-
-
-class Node1(Node):
-    """A node without links.
-
-    Attributes:
-        inputs: the callbacks of its subscribers, by topic.
-        sent: the messages of its publishers, by topic.
-    """
-
-    def __init__(self, name: str, **options: Any) -> None:
-        self.inputs: dict[str, list[Callable[[Any], object]]] = {}
-        self.sent: dict[str, list[Any]] = {}
-        super().__init__(name, **options)
-
-    def subscribe(self, topic: str, message_class: Any, callback: Any, **_: Any) -> Any:  # type: ignore[override]
-        self.inputs.setdefault(self.resolve(topic), []).append(callback)
-        return SimpleNamespace(unregister=lambda: None, connection_count=1)
-
-    def advertise(self, topic: str, message_class: Any, **_: Any) -> Any:  # type: ignore[override]
-        name = self.resolve(topic)
-        sent = self.sent.setdefault(name, [])
-
-        def publish(message: Any) -> None:
-            sent.append(message)
-            for callback in self.inputs.get(name, []):
-                callback(deepcopy(message))
-
-        return SimpleNamespace(publish=publish, connection_count=1, unregister=lambda: None, topic=name,
-                               publication=SimpleNamespace(listeners=[]))  # fmt: skip
-
-    def serve(self, *_: Any, **__: Any) -> Any:
-        """Offer nothing."""
-
-    def give(self, topic: str, message: Any) -> None:
-        for callback in self.inputs[topic]:
-            callback(message)
 
 
 class Work:
@@ -98,15 +65,15 @@ class Work:
 
 
 @pytest.fixture
-def make(ros: RosSystem, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Node1]]:
+def make(ros: RosSystem, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., UnlinkedNode]]:
     ros.serve_master()
     for module in (amcl_node, gmapping_node):  # transforms that are not there will not arrive
         monkeypatch.setattr(module, "TRANSFORM_S", 0.0)
     monkeypatch.setattr(amcl_node, "INITIAL_POSE_S", 0.0)
     nodes = []
 
-    def made(name: str, parameters: Any) -> Node1:
-        node = Node1(name, environment=Environment(master_uri=ros.master_uri))
+    def made(name: str, parameters: Any) -> UnlinkedNode:
+        node = UnlinkedNode(name, environment=Environment(master_uri=ros.master_uri))
         nodes.append(node)
         node.start()
         for key, value in parameters.items():
@@ -116,25 +83,6 @@ def make(ros: RosSystem, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[.
     yield made
     for node in nodes:
         node.shutdown()
-
-
-def message(kind: str, frame: str = "", **fields: Any) -> Any:
-    made: Any = load_message_class(kind)(**fields)
-    if hasattr(made, "header"):
-        made.header.frame_id, made.header.stamp = frame, now()
-    return made
-
-
-def now(ago_s: float = 0.0) -> Time:
-    return Time(*divmod(time.time_ns() - round(ago_s * 1e9), 1_000_000_000))
-
-
-def variances(value: float) -> list[float]:
-    return [value * (index % 7 == 0) for index in range(36)]
-
-
-def transforms(parent: str, child: str, x: float = 0.0, ago_s: float = 0.0) -> Any:
-    return plane.transforms(parent, child, plane.raised((x, 0.0, 0.0)), now(ago_s))
 
 
 def odometry(x: float = 1.0) -> Any:
@@ -152,21 +100,6 @@ def imu() -> Any:
     return made
 
 
-def posed(frame: str, x: float = 1.0) -> Any:
-    made = message("geometry_msgs/PoseWithCovarianceStamped", frame)
-    made.pose.pose.position.x, made.pose.pose.orientation.w = x, 1.0
-    made.pose.covariance = variances(0.01)
-    return made
-
-
-def scan() -> Any:
-    """Return a scan in a round room with a radius of 1 m."""
-    return message(
-        "sensor_msgs/LaserScan", BASE, angle_min=-3.0, angle_max=3.0, angle_increment=0.1, range_min=0.1,
-        range_max=5.0, ranges=[1.0] * 61,
-    )  # fmt: skip
-
-
 def occupancy() -> Any:
     """Return a map of the round room, with the origin at its centre."""
     cells = np.arange(80) * 0.05 - 2.0 + 0.025
@@ -177,33 +110,6 @@ def occupancy() -> Any:
     made.info.origin.position.x = made.info.origin.position.y = -2.0
     made.info.origin.orientation.w = 1.0
     return made
-
-
-def endures(
-    node: Node1, topic: str, good: Callable[[], Any], has_effect: Callable[[], bool], ago_s: float = 0.0
-) -> None:
-    """Give each edge message to a topic. After each, good messages, which `has_effect` gives, have theirs."""
-    assert has_effect(), f"{topic}: good messages have no effect"
-    failed = []
-    for change, edge in edge_messages(good()):
-        if hasattr(edge, "header") and "header.stamp" not in change:
-            edge.header.stamp = now(ago_s)
-        try:
-            node.give(topic, edge)
-            if not has_effect():
-                failed.append(change)
-        except Exception as error:
-            failed.append(f"{change}: {type(error).__name__}: {error}")
-    assert not failed
-
-
-def finite(sent: Any) -> bool:
-    """Return whether all numbers of a message are finite."""
-    if hasattr(sent, "__slots__") and hasattr(sent, "_slot_types"):
-        return all(finite(getattr(sent, name)) for name in sent.__slots__)
-    if isinstance(sent, list | tuple):
-        return all(map(finite, sent))
-    return not isinstance(sent, float) or math.isfinite(sent)
 
 
 FILTER = {

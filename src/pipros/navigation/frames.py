@@ -5,17 +5,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformListener
-from pipros.libraries.transforms.messages import in_ns
 from pipros.libraries.transforms.pose import Pose
 from pipros.node import Node
 
-AHEAD_NS: Final = 10_000_000_000
-"""Messages whose timestamps are further in the future than this are dropped."""
 _MISSING: Final = "no transform from %s to %s: %s"
 
 
@@ -27,18 +24,6 @@ class Frames(TransformListener):
         self._log = Throttle(log, 2.0)
         super().__init__(node)
         self.problems = partial(self._log.warning, "%s")
-
-    def _insert(self, message: Any, *, is_static: bool) -> None:
-        """Insert transforms, but none from the future: the buffer would drop all later ones as too old.
-
-        Static transforms have no age, and come once, for example with times of another clock.
-        """
-        now_ns = 0 if is_static else self._node.clock.now_ns()
-        if now_ns and any(in_ns(each.header.stamp) > now_ns + AHEAD_NS for each in message.transforms):
-            self._log.warning("transforms are dropped: their timestamps are in the future")
-            kept = [each for each in message.transforms if in_ns(each.header.stamp) <= now_ns + AHEAD_NS]
-            message = type(message)(kept)
-        super()._insert(message, is_static=is_static)
 
     def find(self, target: str, source: str, stamp_ns: int, timeout_s: float = 0.0) -> Pose | None:
         """Return the pose of `source` in `target` at a time.

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.transforms.buffer import TransformBuffer
 from pipros.libraries.transforms.errors import TransformException
-from pipros.libraries.transforms.messages import in_ns, pose_of, pose_of_transform
+from pipros.libraries.transforms.listener import TransformListener
+from pipros.libraries.transforms.messages import in_ns, pose_of
 from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw, inverted
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
@@ -37,7 +37,7 @@ class FakeLocalization:
         self._offset: Pose = (-x, -y, 0.0, *from_roll_pitch_yaw(0.0, 0.0, -yaw))
         self._log = node.log
         self._lock = threading.Lock()
-        self._buffer = TransformBuffer(limits=node.limits)
+        self._transforms = TransformListener(node)
         self._truth: tuple[int, Pose] | None = None
         self._is_published = True
         self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
@@ -48,8 +48,7 @@ class FakeLocalization:
         self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
         self._estimate = node.advertise("amcl_pose", self._estimate_class, queue_size=1, latch=True)
         self._cloud = node.advertise("particlecloud", self._cloud_class, queue_size=1, latch=True)
-        node.subscribe("/tf", self._tf_class, self._on_transforms)
-        node.subscribe("/tf_static", self._tf_class, self._on_static)
+        self._transforms.observe(self._on_transforms)
         odometry: Any = load_message_class("nav_msgs/Odometry")
         node.subscribe("base_pose_ground_truth", odometry, self._on_truth, queue_size=1)
         node.subscribe("initialpose", self._estimate_class, self._on_initial_pose, queue_size=1)
@@ -59,25 +58,13 @@ class FakeLocalization:
         with self._lock:
             stamp = in_ns(message.header.stamp)
             if self._truth is not None and stamp < self._truth[0]:  # simulated time has restarted
-                self._buffer.clear()
+                self._transforms.buffer.clear()
             self._truth = stamp, pose_of(pose.position, pose.orientation)
             self._is_published = False
             self._publish()
 
-    def _on_transforms(self, message: Any) -> None:
-        self._insert(message, is_static=False)
-
-    def _on_static(self, message: Any) -> None:
-        self._insert(message, is_static=True)
-
-    def _insert(self, message: Any, *, is_static: bool) -> None:
+    def _on_transforms(self) -> None:
         with self._lock:
-            for each in message.transforms:
-                if each.child_frame_id.lstrip("/") != self._odom:  # the node itself publishes this transform
-                    stamp, pose = in_ns(each.header.stamp), pose_of_transform(each.transform)
-                    self._buffer.insert(
-                        each.header.frame_id, each.child_frame_id, stamp, pose, "", is_static=is_static
-                    )
             self._publish()
 
     def _on_initial_pose(self, message: Any) -> None:
@@ -98,7 +85,7 @@ class FakeLocalization:
             return
         stamp_ns, truth = self._truth
         try:
-            _, base_in_odom = self._buffer.lookup(self._odom, self._base, stamp_ns)
+            _, base_in_odom = self._transforms.buffer.lookup(self._odom, self._base, stamp_ns)
         except TransformException:
             return
         self._is_published = True

@@ -113,16 +113,16 @@ def _projected(
     u: Any, v: Any, z: Any, camera: Pinhole, target: Pinhole, transform: Any
 ) -> tuple[Any, Any, Any]:
     """Project pixels into another camera. Return their rows, columns and depths."""
-    points = np.stack(
-        [
-            ((u - camera.cx) * z - camera.tx) / camera.fx,
-            ((v - camera.cy) * z - camera.ty) / camera.fy,
-            z,
-            np.ones_like(z),
-        ]
-    )
-    x, y, seen = (np.asarray(transform) @ points)[:3]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):
+        points = np.stack(
+            [
+                ((u - camera.cx) * z - camera.tx) / camera.fx,
+                ((v - camera.cy) * z - camera.ty) / camera.fy,
+                z,
+                np.ones_like(z),
+            ]
+        )
+        x, y, seen = (np.asarray(transform) @ points)[:3]
         columns = (target.fx * x + target.tx) / seen + target.cx + 0.5
         rows = (target.fy * y + target.ty) / seen + target.cy + 0.5
     limit = 2**30

@@ -42,15 +42,10 @@ class Assembler:
         """Return the points of the scans with begin <= time < end, or None if there are none.
 
         The result has the channels of the first scan, and the timestamp of the last scan. A channel that
-        another scan lacks is filled with 0. As in the original, scans are assumed to be sorted by time.
+        another scan lacks is filled with 0.
         """
-        scans = list(self._scans)
-        start = next((at for at, each in enumerate(scans) if each.stamp_ns >= begin_ns), len(scans))
-        used = []
-        for each in scans[start :: self._step]:
-            if each.stamp_ns >= end_ns:
-                break
-            used.append(each)
+        # The original stops at the first scan out of order, so one with a wrong timestamp hides all after it.
+        used = [each for each in self._scans if begin_ns <= each.stamp_ns < end_ns][:: self._step]
         if not used:
             return None
         joined = {}

@@ -44,8 +44,8 @@ class LaserScanAssembler:
             node.log.error("~max_scans must be >= 0, got %d: using %d", size, SCANS)
         self._assembler = Assembler(size if size >= 0 else SCANS, private(node, "downsample_factor", 1))
         self._ignores_motion = private(node, "ignore_laser_skew", True)
-        length_ns = round(private(node, "tf_cache_time_secs", 10.0) * NS_PER_S)
-        self._listener = TransformListener(node, max(length_ns, 0))
+        self._length_ns = max(round(private(node, "tf_cache_time_secs", 10.0) * NS_PER_S), 0)
+        self._listener = TransformListener(node, self._length_ns)
         self._chain = ScanChain(node, ("filters",), self._listener)
         for name in ("build_cloud", "assemble_scans"):
             self._serve(node, name, "laser_assembler/AssembleScans", self._point_cloud)
@@ -57,8 +57,9 @@ class LaserScanAssembler:
 
     def _receive(self, message: Any) -> None:
         if not self._ignores_motion:
-            duration_ns = round(message.time_increment * len(message.ranges) * NS_PER_S)
-            self._gate.tolerance_ns = max(self._gate.tolerance_ns, duration_ns)
+            duration_ns = message.time_increment * len(message.ranges) * NS_PER_S
+            if duration_ns < self._length_ns:  # a longer one would hold back all scans after it
+                self._gate.tolerance_ns = max(self._gate.tolerance_ns, round(duration_ns))
         self._gate.add(message)
 
     def _on_scan(self, message: Any) -> None:
@@ -69,9 +70,11 @@ class LaserScanAssembler:
             self._warnings.warning("cannot store a scan: %s", error)
             return
         beams = valid_beams(scan)
-        points = moving(projected(scan, beams), beams, len(scan.ranges), poses)
+        with np.errstate(all="ignore"):  # angles and times of a scan may be infinite
+            points = moving(projected(scan, beams), beams, len(scan.ranges), poses)
+            columns = self._columns(scan, beams, points)
         with self._lock:
-            self._assembler.add(StoredScan(scan.stamp_ns, self._columns(scan, beams, points)))
+            self._assembler.add(StoredScan(scan.stamp_ns, columns))
 
     def _columns(self, scan: Scan, beams: Any, points: Any) -> dict[str, Any]:
         names = {"intensity": True, "index": True}

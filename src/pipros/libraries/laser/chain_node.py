@@ -185,6 +185,10 @@ class ScanToCloudFilterChain:
         except FilterFailed as error:  # as in laser_filters, convert the unfiltered scan
             self._errors.error("Filtering the scan failed: %s", error)
             scan = Scan.of(message)
+        with np.errstate(all="ignore"):  # angles and times of a scan may be infinite
+            self._convert(scan, message.header)
+
+    def _convert(self, scan: Scan, scan_header: Any) -> None:
         if self._corrects:
             scan = scan.with_ranges(scan.ranges + 0.03 * np.exp(-np.abs(np.sin(scan.angles32()))))
         try:
@@ -195,7 +199,7 @@ class ScanToCloudFilterChain:
         beams = valid_beams(scan, self._cutoff)
         points = moving(projected(scan, beams), beams, len(scan.ranges), poses)
         header: Any = load_message_class("std_msgs/Header")(frame_id=self._target)
-        header.stamp = message.header.stamp
+        header.stamp = scan_header.stamp
         fields = {**dict(zip("xyz", points.T, strict=True)), **channels(scan, beams, self._channels)}
         if self._has_viewpoint:
             scanner = moving(np.zeros_like(points), beams, len(scan.ranges), poses)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Final
 
 from pipros.basics.errors import Interrupted
 from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
@@ -16,6 +16,9 @@ from pipros.msg import load_message_class
 from pipros.node import Node
 
 Deliver = Callable[[Any], object]
+
+AHEAD_NS: Final = 10_000_000_000
+"""Messages whose timestamps are further in the future than this are dropped."""
 
 
 class TransformListener:
@@ -75,7 +78,15 @@ class TransformListener:
         self._insert(message, is_static=True)
 
     def _insert(self, message: Any, *, is_static: bool) -> None:
+        """Insert transforms, but none from the future: the buffer would drop all later ones as too old.
+
+        Static transforms have no age, and come once, for example with times of another clock.
+        """
+        now_ns = 0 if is_static else self._node.clock.now_ns()
         for each in message.transforms:
+            if now_ns and in_ns(each.header.stamp) > now_ns + AHEAD_NS:
+                self.problems(f"dropped the transform to {each.child_frame_id}: its time is in the future")
+                continue
             for problem in self.buffer.insert(
                 each.header.frame_id,
                 each.child_frame_id,

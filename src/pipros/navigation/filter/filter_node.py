@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
+from pipros.libraries.transforms.listener import AHEAD_NS
 from pipros.libraries.transforms.messages import in_ns, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose
 from pipros.msg import load_message_class
@@ -30,7 +31,7 @@ from pipros.navigation.filter.state import (
     UnusableMeasurement,
     VelocityCommand,
 )
-from pipros.navigation.frames import AHEAD_NS, Frames
+from pipros.navigation.frames import Frames
 from pipros.navigation.parameters import read_parameters
 from pipros.navigation.plane import MOST
 from pipros.navigation.programs import run_node
