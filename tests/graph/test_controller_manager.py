@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from typing import Any
 
@@ -106,7 +107,7 @@ def test_a_diff_drive_controller_drives_within_its_limits(ros: RosSystem, node: 
     wait_until(lambda: any(each.twist.twist.linear.x > 0.2 for each in list(odometry.messages)))
     wait_until(lambda: odometry.messages[-1].twist.twist.linear.x == 0.0)
     speeds = [each.twist.twist.linear.x for each in odometry.messages]
-    steps = [after - before for before, after in zip(speeds, speeds[1:], strict=False)]
+    steps = [after - before for before, after in itertools.pairwise(speeds)]
     assert max(speeds) <= 0.3 + 1e-9
     assert 0 < max(steps) <= 0.5 * 0.02 * 3  # one message may be lost on a busy machine
     first = odometry.messages[0]

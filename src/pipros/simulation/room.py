@@ -1,10 +1,17 @@
 """The declaration of turtlesim and the simulated robots; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Room
+from pipros.basics.rooms import Room, RoomCommand
 
 ROOM = Room(
     "simulation",
     "turtlesim, and robots in a flat world",
+    subcommands={
+        "sim-for": RoomCommand(
+            "pipros.simulation.commands.sim_for:main",
+            "print a launch file that runs another one on a simulated robot",
+            "Run nodes",
+        ),
+    },
     limits="pipros.simulation.limits:SimulationLimits",
     offers={
         "instead": "pipros.simulation.instead:INSTEAD",

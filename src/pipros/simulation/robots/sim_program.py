@@ -100,7 +100,7 @@ def _names(node: Node) -> RobotInterface:
         usual,
         **frames,
         wheel_joints=_wheels(raw(node, "wheel_joints", list(usual.wheel_joints))),
-        base_frames=tuple(dict.fromkeys((base, *usual.base_frames[1:]))),
+        base_frames=tuple(dict.fromkeys((base, base[: base.rfind("/") + 1] + usual.base_frames[1]))),
         has_tf=boolean(raw(node, "publish_tf", True), "publish_tf"),
         has_static_tf=boolean(raw(node, "publish_static_tf", True), "publish_static_tf"),
     )
