@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -74,7 +75,7 @@ def test_a_spawner_starts_controllers_and_stops_them_at_its_end(ros: RosSystem, 
     spawner = ros.pipros.start(
         "rosrun", "controller_manager", "spawner", "--namespace", "/bot", "base", "arm", "joints"
     )
-    spawner.wait_for("started base, joints")
+    spawner.wait_for("start base, joints: done")
     assert states(node) == {"base": "running", "joints": "running"}
     assert sim.wait_for("position_controllers/JointTrajectoryController is not simulated")
     listed = ros.pipros.run(
@@ -119,6 +120,25 @@ def test_a_diff_drive_controller_drives_within_its_limits(ros: RosSystem, node: 
     assert joints.messages[-1].position[4] == 0.5
     (transform,) = moving.wait()[0].transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ("wheels", "base_link")
+
+
+def test_a_robot_whose_controller_is_stopped_stops_at_once(ros: RosSystem, node: Node) -> None:
+    start_sim(ros)
+    assert load(node, "base") == [True]
+    assert switch(node, ("base",))
+    truth = Inbox()
+    node.subscribe("/base_pose_ground_truth", load_message_class("nav_msgs/Odometry"), truth)
+    twist: Any = load_message_class("geometry_msgs/Twist")()
+    twist.angular.z = 1.0
+    node.advertise("/bot/base/cmd_vel", type(twist), latch=True).publish(twist)
+    wait_until(lambda: truth.messages and truth.messages[-1].twist.twist.angular.z == 1.0)
+
+    assert switch(node, stop=("base",))
+
+    stopped_s = time.time()
+    wait_until(lambda: truth.messages[-1].header.stamp.to_sec() > stopped_s + 0.2)
+    later = [each for each in truth.messages if each.header.stamp.to_sec() > stopped_s + 0.02]
+    assert all(each.twist.twist.angular.z == 0.0 for each in later)
 
 
 def test_controllers_that_cannot_be_loaded_are_named(ros: RosSystem, node: Node) -> None:
@@ -175,9 +195,9 @@ def test_a_topic_starts_and_stops_controllers(ros: RosSystem, node: Node) -> Non
     boolean: Any = load_message_class("std_msgs/Bool")
     ready = node.advertise("/ready", boolean, latch=True)
     ready.publish(boolean(True))
-    spawner.wait_for("started joints")
+    spawner.wait_for("start joints: done")
     ready.publish(boolean(False))
-    spawner.wait_for("stopped joints")
+    spawner.wait_for("stop joints: done")
     assert states(node) == {"joints": "stopped"}
     for command, expected in (("start", "running"), ("stop", "stopped")):
         words = "rosrun", "controller_manager", "controller_manager", command, "joints"

@@ -9,7 +9,7 @@ ROOM = Room(
         "sim-for": RoomCommand(
             "pipros.simulation.commands.sim_for:main",
             "print a launch file that runs another one on a simulated robot",
-            "Run nodes",
+            "Run",
         ),
     },
     limits="pipros.simulation.limits:SimulationLimits",

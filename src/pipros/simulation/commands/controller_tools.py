@@ -1,4 +1,4 @@
-"""The programs of controller_manager: `spawner`, `unspawner` and `controller_manager`."""
+"""The programs of controller_manager: `spawner` and `controller_manager`."""
 
 from __future__ import annotations
 
@@ -106,29 +106,26 @@ def spawner(argv: Sequence[str] | None = None) -> int:
 
 
 class _Switch:
-    """Starts and stops controllers together."""
+    """Starts and stops the loaded controllers together."""
 
     def __init__(self, manager: ManagerClient, loaded: Sequence[str], log: Any) -> None:
         self._manager, self._loaded, self._log = manager, loaded, log
         self._lock = threading.Lock()
-        self.is_on = False
+        self._is_on = False
 
     def __call__(self, *, is_on: bool, timeout_s: float = CALL_S) -> None:
         with self._lock:
-            if is_on is self.is_on or not self._loaded:
+            if is_on is self._is_on or not self._loaded:
                 return
-            try:
-                started, stopped = (self._loaded, ()) if is_on else ((), self._loaded)
-                done = self._manager.switch(started, stopped, timeout_s)
-            except PiprosError as error:
-                self._log.error("%s", error)
-                return
-            what = "started" if is_on else "stopped"
-            if done:
-                self.is_on = is_on
-                self._log.info("%s %s", what, ", ".join(self._loaded))
-            else:
-                self._log.error("%s could not be %s", ", ".join(self._loaded), what)
+            started, stopped = (self._loaded, ()) if is_on else ((), self._loaded)
+            what = "start" if is_on else "stop"
+            if _reported(
+                self._log,
+                what,
+                lambda _: self._manager.switch(started, stopped, timeout_s),
+                ", ".join(self._loaded),
+            ):
+                self._is_on = is_on
 
 
 def _give_back(
@@ -148,35 +145,13 @@ def _reported(log: Any, what: str, do: Callable[[str], bool], name: str) -> bool
     try:
         is_done = do(name)
     except PiprosError as error:
-        log.error("cannot %s the controller [%s]: %s", what, name, error)
+        log.error("cannot %s [%s]: %s", what, name, error)
         return False
     if is_done:
-        log.info("%s: %s", what, name)
+        log.info("%s %s: done", what, name)
     else:
-        log.error("cannot %s the controller [%s]; the manager's log says why", what, name)
+        log.error("cannot %s [%s]; the manager's log says why", what, name)
     return is_done
-
-
-@exits_after_ctrl_c()
-def unspawner(argv: Sequence[str] | None = None) -> int:
-    """Stop controllers until the program ends, then start them again. Return 1 if there is no manager."""
-    arguments = sys.argv[1:] if argv is None else list(argv)
-    parser = ArgumentParser(
-        prog="unspawner", description="Stops controllers, and starts them again at its end."
-    )
-    parser.add_argument("controllers", nargs="+", metavar="CONTROLLER")
-    given = parser.parse_args([word for word in arguments if ":=" not in word])
-    with roscpp_program("unspawner", "controller_manager", arguments) as (node, log):
-        manager = ManagerClient(node)
-        if not manager.wait(CALL_S):
-            log.error("no controller manager answered")
-            return 1
-        switch = _Switch(manager, given.controllers, log)
-        switch.is_on = True
-        switch(is_on=False)
-        node.on_shutdown(lambda: switch(is_on=True))
-        node.wait_for_shutdown()
-    return 0
 
 
 def controller_manager(argv: Sequence[str] | None = None) -> int:

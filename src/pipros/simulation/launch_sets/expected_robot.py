@@ -13,7 +13,7 @@ from pipros.basics.errors import PiprosError
 from pipros.launch.load_context import NotRun
 from pipros.launch.model import Launch
 from pipros.libraries.robot_model.urdf import Robot, UrdfError, read_robot
-from pipros.safe import yaml
+from pipros.simulation.launch_sets.footprints import free_pose, inner_radius, is_number
 from pipros.simulation.launch_sets.node_topics import FILTERS, NodeView, params_below, views_of
 
 LASER_HEIGHT_M: Final = 0.2
@@ -238,8 +238,8 @@ class _Reader:
         found = {}
         for view in self._of("tf/static_transform_publisher", "tf2_ros/static_transform_publisher"):
             words = view.words()
-            if len(words) in (8, 9, 10) and (frames := [word for word in words if not _is_number(word)]):
-                found[frames[-1].lstrip("/")] = [float(word) for word in words[:4] if _is_number(word)]
+            if len(words) in (8, 9, 10) and (frames := [word for word in words if not is_number(word)]):
+                found[frames[-1].lstrip("/")] = [float(word) for word in words[:4] if is_number(word)]
         return found
 
     # -- the laser -------------------------------------------------------------------
@@ -285,13 +285,13 @@ class _Reader:
         for view in self._of("move_base/move_base"):
             for key, value in view.params.items():
                 name = key.rpartition("/")[2]
-                if name == "robot_radius" and _is_number(value):
+                if name == "robot_radius" and is_number(value):
                     robot["radius"] = float(value)
-                elif name == "footprint" and (radius := _inner_radius(value)):
+                elif name == "footprint" and (radius := inner_radius(value)):
                     robot["radius"] = radius
-                elif name in _SPEEDS and _is_number(value):
+                elif name in _SPEEDS and is_number(value):
                     robot["max_linear"] = max(robot.get("max_linear", 0.5), FASTER * float(value))
-                elif name in _TURNS and _is_number(value):
+                elif name in _TURNS and is_number(value):
                     robot["max_angular"] = max(robot.get("max_angular", 2.5), FASTER * float(value))
         if "radius" not in robot:
             self.found.unknown.append("the robot's radius: move_base has no footprint; 0.15 m is used")
@@ -308,7 +308,7 @@ class _Reader:
         self.found.params["map"] = maps[0]
         for view in self._of("amcl/amcl"):
             wanted = [view.params.get(f"initial_pose_{axis}", 0.0) for axis in "xya"]
-            pose = [float(each) if _is_number(each) else 0.0 for each in wanted]
+            pose = [float(each) if is_number(each) else 0.0 for each in wanted]
             try:
                 free = free_pose(maps[0], pose, self.found.params.get("robot", {}).get("radius", 0.15))
             except PiprosError as error:
@@ -329,48 +329,3 @@ class _Reader:
             self.found.unknown.append(f"topics of {', '.join(unknown)}; if one drives hardware, leave it out")
         if any(key.rpartition("/")[2] == "tf_prefix" and value for key, value in self._launch.params.items()):
             self.found.unknown.append("tf_prefix has no effect on the simulated robot")
-
-
-def free_pose(file: str, pose: Sequence[float], radius: float) -> list[float]:
-    """Return a pose on a map if the robot fits there, otherwise a free one near the middle of the map.
-
-    Raises:
-        PiprosError: the map cannot be read, or numpy is missing.
-    """
-    from pipros.libraries.maps.map_file import read_map
-    from pipros.simulation.robots.world import World
-
-    world = World.from_grid(read_map(file))
-    if world.is_free(pose[0], pose[1], radius):
-        return list(pose)
-    cells = world.free_cells()
-    middle = world.left + world.size[0] / 2, world.bottom + world.size[1] / 2
-    order = ((cells - middle) ** 2).sum(axis=1).argsort()
-    for x, y in cells[order].tolist():
-        if world.is_free(x, y, 2 * radius):
-            return [round(x, 3), round(y, 3), 0.0]
-    return list(pose)
-
-
-def _is_number(value: object) -> bool:
-    if isinstance(value, str):
-        try:
-            float(value)
-        except ValueError:
-            return False
-        return True
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _inner_radius(footprint: object) -> float | None:
-    """Return the smaller half of a footprint's extents, or None if it is not a footprint."""
-    try:
-        corners = yaml.load(footprint) if isinstance(footprint, str) else footprint
-    except PiprosError:
-        return None
-    if not isinstance(corners, list) or len(corners) < 3:
-        return None
-    if not all(isinstance(each, list) and len(each) == 2 and all(map(_is_number, each)) for each in corners):
-        return None
-    extents = [float(max(axis) - min(axis)) for axis in zip(*corners, strict=True)]
-    return min(extents) / 2

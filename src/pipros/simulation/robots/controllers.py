@@ -1,4 +1,4 @@
-"""A simulated base behind a controller manager: the services of controller_manager, and two controllers.
+"""Controllers of a simulated base, which `controller_manager` loads.
 
 `diff_drive_controller/DiffDriveController` and `joint_state_controller/JointStateController` have the topics
 and parameters of ros_control's (http://wiki.ros.org/diff_drive_controller), on the robot of a `Simulation`.
@@ -11,24 +11,21 @@ import math
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from pipros.basics import names
-from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.robot_endpoints import Headers, odometry_message, serve
+from pipros.simulation.robots.robot_endpoints import Headers, odometry_message
 from pipros.simulation.robots.settings import number
 from pipros.simulation.robots.simulation import STEP_S, Simulation
 
-BASE_CLASS: Final = "controller_interface::ControllerBase"
-MAX_CONTROLLERS: Final = 100
-STRICT: Final = 2
+_STATES: Final = ("position", "velocity", "effort")
 
 
-class Controller(Protocol):
+class Controller:
     """A controller that is loaded.
 
     Attributes:
@@ -37,19 +34,27 @@ class Controller(Protocol):
     """
 
     interface: str
-    joints: tuple[str, ...]
+    joints: tuple[str, ...] = ()
+
+    def __init__(self) -> None:
+        self._topics: list[Any] = []
 
     def start(self) -> None:
         """Begin without commands."""
+
+    def stop(self) -> None:
+        """Stop what the controller moves."""
 
     def update(self, now_s: float) -> None:
         """Command the robot before a step."""
 
     def publish(self, stamp: Time, steps: int) -> None:
-        """Publish measurements after a step."""
+        """Publish measurements after a step, as often as `publish_rate` says."""
 
     def close(self) -> None:
         """Unregister all topics."""
+        for topic in self._topics:
+            topic.unregister()
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +84,7 @@ class Limiter:
         return min(max(wanted, before + self.slowest * STEP_S), before + self.fastest * STEP_S)
 
 
-class DiffDrive:
+class DiffDrive(Controller):
     """Follows `cmd_vel`; publishes `odom` and the transform to the robot."""
 
     interface = "hardware_interface::VelocityJointInterface"
@@ -94,7 +99,7 @@ class DiffDrive:
         self._simulation, self._lock = simulation, lock
         self._timeout_s = number(params.get("cmd_vel_timeout", 0.5), "cmd_vel_timeout")
         self._limits = [
-            Limiter.of(_mapping(_mapping(params.get(axis)).get(way)), f"{axis}/{way}")
+            Limiter.of(mapping(mapping(params.get(axis)).get(way)), f"{axis}/{way}")
             for axis, way in (("linear", "x"), ("angular", "z"))
         ]
         self._every = _steps(params.get("publish_rate", 50.0))
@@ -110,15 +115,21 @@ class DiffDrive:
         odometry: Any = load_message_class("nav_msgs/Odometry")
         self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
         self.start()
+        super().__init__()
         self._odom = node.advertise(f"{prefix}/odom", odometry, queue_size=100)
         has_tf = params.get("enable_odom_tf", True) is not False
         self._tf = node.advertise("/tf", self._tf_class, queue_size=100) if has_tf else None
         twist: Any = load_message_class("geometry_msgs/Twist")
-        self._commands = node.subscribe(f"{prefix}/cmd_vel", twist, self._command, queue_size=1)
+        commands = node.subscribe(f"{prefix}/cmd_vel", twist, self._command, queue_size=1)
+        self._topics = [commands, self._odom, *([self._tf] if self._tf is not None else [])]
 
     def start(self) -> None:
         """Begin without commands."""
         self._wanted, self._velocity, self._commanded_s = (0.0, 0.0), (0.0, 0.0), -math.inf
+
+    def stop(self) -> None:
+        """Stop the robot."""
+        self._robot.command(0.0, 0.0, self._simulation.time_s)
 
     def _command(self, message: Any) -> None:
         wanted = message.linear.x, message.angular.z
@@ -137,7 +148,7 @@ class DiffDrive:
         self._robot.command(forwards, turn, now_s)
 
     def publish(self, stamp: Time, steps: int) -> None:
-        """Publish the odometry, as often as `publish_rate` says."""
+        """Publish the odometry and the transform."""
         if steps % self._every:
             return
         odom, base = self._frames
@@ -152,15 +163,8 @@ class DiffDrive:
             transform = self._headers.transform(stamp, odom, base, self._robot.odometry)
             self._tf.publish(self._tf_class([transform]))
 
-    def close(self) -> None:
-        """Unregister all topics."""
-        self._commands.unregister()
-        self._odom.unregister()
-        if self._tf is not None:
-            self._tf.unregister()
 
-
-class JointStates:
+class JointStates(Controller):
     """Publishes `joint_states` with the joints of all drives, and `extra_joints`."""
 
     interface = "hardware_interface::JointStateInterface"
@@ -189,16 +193,12 @@ class JointStates:
             for each in extra
         ]
         self._class: Any = load_message_class("sensor_msgs/JointState")
+        super().__init__()
         self._topic = node.advertise(names.namespace(prefix) + "joint_states", self._class, queue_size=100)
-
-    def start(self) -> None:
-        """Do nothing."""
-
-    def update(self, now_s: float) -> None:
-        """Do nothing."""
+        self._topics = [self._topic]
 
     def publish(self, stamp: Time, steps: int) -> None:
-        """Publish the joint states, as often as `publish_rate` says."""
+        """Publish the joint states."""
         if steps % self._every or not self._topic.connection_count:
             return
         robot, message = self._robot, self._class()
@@ -213,195 +213,6 @@ class JointStates:
             message.effort.append(effort)
         self._topic.publish(message)
 
-    def close(self) -> None:
-        """Unregister the topic."""
-        self._topic.unregister()
-
-
-_STATES: Final = ("position", "velocity", "effort")
-TYPES: Final = (
-    "diff_drive_controller/DiffDriveController",
-    "joint_state_controller/JointStateController",
-)
-
-
-@dataclass(slots=True)
-class _Loaded:
-    name: str
-    kind: str
-    controller: Controller
-    state: str = "initialized"
-
-
-class ControllerManager:
-    """Loads, starts and stops the controllers of the only robot of a simulation."""
-
-    def __init__(
-        self,
-        node: Node,
-        namespace: str,
-        simulation: Simulation,
-        lock: threading.Lock,
-        wheels: tuple[str, str],
-    ) -> None:
-        """Offer the services `controller_manager/…` in a namespace.
-
-        Args:
-            lock: held while the simulation is used. `update` and `publish` are called with the lock held.
-            wheels: the joints of the robot before a drive with other names is loaded.
-
-        Raises:
-            InvalidSettings: the simulation has several robots.
-        """
-        if len(simulation.robots) != 1:
-            raise InvalidSettings(f"controllers need exactly one robot, got {len(simulation.robots)}")
-        self._node, self._simulation, self._lock = node, simulation, lock
-        self._namespace = names.make_global_namespace(namespace)
-        self._loaded: dict[str, _Loaded] = {}
-        self._usual_wheels, self._wheels = wheels, dict(zip(wheels, (0, 1), strict=True))
-        self._changing = threading.Lock()  # held during a service call, so that no two of them mix
-        for service, kind, handler in (
-            ("list_controllers", "ListControllers", self._list),
-            ("list_controller_types", "ListControllerTypes", self._list_types),
-            ("load_controller", "LoadController", self._load),
-            ("unload_controller", "UnloadController", self._unload),
-            ("switch_controller", "SwitchController", self._switch),
-            ("reload_controller_libraries", "ReloadControllerLibraries", self._reload),
-        ):
-            serve(
-                node,
-                f"{self._namespace}controller_manager/{service}",
-                f"controller_manager_msgs/{kind}",
-                self._guarded(handler),
-            )
-
-    def update(self) -> None:
-        """Let the running controllers command the robot, before a step."""
-        for each in self._running():
-            each.controller.update(self._simulation.time_s)
-
-    def publish(self, stamp: Time) -> None:
-        """Publish what the running controllers measure."""
-        for each in self._running():
-            each.controller.publish(stamp, self._simulation.steps)
-
-    def _running(self) -> list[_Loaded]:
-        return [each for each in self._loaded.values() if each.state == "running"]
-
-    def _guarded(self, handler: Any) -> Any:
-        def handle(request: Any) -> Any:
-            with self._changing:
-                return handler(request)
-
-        return handle
-
-    # -- services --------------------------------------------------------------------
-
-    def _list(self, _: Any) -> Any:
-        state: Any = load_message_class("controller_manager_msgs/ControllerState")
-        resources: Any = load_message_class("controller_manager_msgs/HardwareInterfaceResources")
-        return {
-            "controller": [
-                state(
-                    each.name,
-                    each.state,
-                    each.kind,
-                    [resources(each.controller.interface, list(each.controller.joints))],
-                )
-                for each in self._loaded.values()
-            ]
-        }
-
-    def _list_types(self, _: Any) -> Any:
-        return {"types": list(TYPES), "base_classes": [BASE_CLASS] * len(TYPES)}
-
-    def _load(self, request: Any) -> Any:
-        prefix = self._namespace + request.name
-        try:
-            if request.name in self._loaded or len(self._loaded) >= MAX_CONTROLLERS:
-                raise InvalidSettings(f"it is already loaded, or {MAX_CONTROLLERS} others are")
-            if not request.name or not names.is_legal(request.name):
-                raise InvalidSettings("this is not a name")
-            params = _mapping(self._node.params.get(prefix)) if self._node.params.has(prefix) else {}
-            self._loaded = {**self._loaded, request.name: self._made(request.name, prefix, params)}
-        except PiprosError as error:
-            self._node.log.error("cannot load the controller [%s]: %s", prefix, error)
-            return {"ok": False}
-        return {"ok": True}
-
-    def _made(self, name: str, prefix: str, params: Mapping[str, Any]) -> _Loaded:
-        kind = str(params.get("type", ""))
-        if kind == TYPES[0]:
-            drive = DiffDrive(self._node, prefix, params, self._simulation, self._lock)
-            left = joint_names(params.get("left_wheel"))
-            with self._lock:
-                if not any(each.kind == kind for each in self._loaded.values()):
-                    self._wheels.clear()
-                self._wheels |= {joint: int(joint not in left) for joint in drive.joints}
-            return _Loaded(name, kind, drive)
-        if kind == TYPES[1]:
-            return _Loaded(
-                name, kind, JointStates(self._node, prefix, params, self._simulation, self._wheels)
-            )
-        if not kind:
-            raise InvalidSettings(f"the parameter {prefix}/type is not set")
-        raise InvalidSettings(f"{kind} is not simulated; only {' and '.join(TYPES)} are")
-
-    def _unload(self, request: Any) -> Any:
-        found = self._loaded.get(request.name)
-        if found is None or found.state == "running":
-            why = "it is not loaded" if found is None else "it is running; stop it first"
-            self._node.log.error("cannot unload the controller [%s]: %s", request.name, why)
-            return {"ok": False}
-        self._loaded = {key: each for key, each in self._loaded.items() if each is not found}
-        found.controller.close()
-        return {"ok": True}
-
-    def _switch(self, request: Any) -> Any:
-        """Stop and start controllers. If that fails with `STRICT`, change nothing."""
-        problems = []
-        stop: list[_Loaded] = []
-        start: list[_Loaded] = []
-        for chosen, wanted, is_running in (
-            (stop, request.stop_controllers, True),
-            (start, request.start_controllers, False),
-        ):
-            for name in wanted:
-                found = self._loaded.get(name)
-                if found is None or (found.state == "running") is not is_running:
-                    state = "not loaded" if found is None else found.state
-                    problems.append(f"[{name}] is {state}")
-                else:
-                    chosen.append(found)
-        used = {joint for each in self._running() if each not in stop for joint in each.controller.joints}
-        for each in list(start):
-            if used & set(each.controller.joints):
-                problems.append(f"the joints of [{each.name}] are in use")
-                start.remove(each)
-            used |= set(each.controller.joints)
-        if problems:
-            self._node.log.error("cannot switch all controllers: %s", "; ".join(problems))
-        if problems and (request.strictness == STRICT or any("in use" in each for each in problems)):
-            return {"ok": False}
-        with self._lock:
-            for each in stop:
-                each.state = "stopped"
-            for each in start:
-                each.controller.start()
-                each.state = "running"
-        return {"ok": True}
-
-    def _reload(self, request: Any) -> Any:
-        """Unload all controllers, if that is asked for; there are no libraries to reload."""
-        loaded = list(self._loaded.values())
-        if loaded and not request.force_kill:
-            self._node.log.error("cannot reload libraries: controllers are loaded")
-            return {"ok": False}
-        self._loaded = {}
-        for each in loaded:
-            each.controller.close()
-        return {"ok": True}
-
 
 def joint_names(value: object) -> list[str]:
     """Return the joints in a parameter: a name, or a list of names."""
@@ -409,7 +220,8 @@ def joint_names(value: object) -> list[str]:
     return [each for each in listed if isinstance(each, str) and each]
 
 
-def _mapping(value: object) -> Mapping[str, Any]:
+def mapping(value: object) -> Mapping[str, Any]:
+    """Return a parameter that should be a mapping, or an empty one."""
     return value if isinstance(value, dict) else {}
 
 

@@ -14,7 +14,7 @@ from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.start_params import is_on
 from pipros.simulation.limits import SimulationLimits
-from pipros.simulation.robots.controllers import ControllerManager
+from pipros.simulation.robots.controller_manager import ControllerManager
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.lockstep import Lockstep, members
 from pipros.simulation.robots.robot_endpoints import RobotEndpoints, RobotInterface, serve
