@@ -350,8 +350,9 @@ def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_pat
     (tmp_path / "room.pgm").write_bytes(write_pgm(100, 100, pixels.tobytes(), "a room"))
     (tmp_path / "room.world").write_text(
         'model ( bitmap "room.pgm" size [10 10 1] )\n'
-        "define rover position ( size [0.4 0.4 0.2]\n"
-        "  ranger ( sensor ( range [0 30] fov 180 samples 181 ) ) )\n"
+        'define rover position ( size [0.4 0.4 0.2] drive "omni"\n'
+        ' localization "gps" localization_origin [0 0 0 0]\n'
+        "  ranger ( pose [0 0 0.05 0] sensor ( range [0 30] fov 180 samples 181 ) ) )\n"
         "rover ( pose [1 0 0 90] ) rover ( pose [-3 0 0 0] )\n"
     )
     ros.serve_master()
@@ -363,6 +364,12 @@ def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_pat
     assert scan.ranges[90] == pytest.approx(4.9)
     assert scan.ranges[180] == pytest.approx(3.8)  # the other robot
     assert "http" not in stage.output
+    fixed = subscribe(node, "/tf_static", "tf2_msgs/TFMessage").wait()[0]
+    heights = {each.child_frame_id: each.transform.translation.z for each in fixed.transforms}
+    assert heights["robot_1/base_laser_link"] == pytest.approx(0.25)  # the robot's height and the scanner's z
+    odometry = subscribe(node, "/robot_1/odom", "nav_msgs/Odometry").wait()[0].pose.pose.position
+    assert (odometry.x, odometry.y) == (-3.0, 0.0)
+    assert stage.output.count("drive of a position has no effect") == 1
     stage.press_ctrl_c()
     assert stage.wait() == 0
 
