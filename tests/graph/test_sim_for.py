@@ -21,7 +21,6 @@ GOALS = {
     "burger": ((3.2, 2.0, 1.5), "[amcl, move_base]"),
     "clearpath": ((4.0, 4.0, 3.0), "[]"),
     "kobuki": ((3.2, 2.0, 1.5), "[]"),
-    "slam": ((1.5, 1.0, 0.5), "[]"),
 }
 """Goals on the map, and the members of the lockstep: all nodes between the scans and the commands."""
 
@@ -55,3 +54,39 @@ def test_the_robot_of_a_wrapper_reaches_a_goal(ros: RosSystem, name: str) -> Non
     launched.press_ctrl_c()
     assert launched.wait() == 0
     assert "Traceback" not in launched.output
+
+
+@pytest.mark.parametrize(
+    ("name", "scan", "frame", "reader"),
+    [
+        ("in_a_group", "/robot1/laser/scan", "robot1/base_scan", "/robot1/amcl"),
+        ("slam", "/base_scan", "base_scan", "/slam_gmapping"),
+    ],
+)
+def test_the_nodes_of_a_wrapper_get_their_scans(
+    ros: RosSystem, name: str, scan: str, frame: str, reader: str
+) -> None:
+    ros.serve_master()
+    written = ros.pipros.run("pipros", "sim-for", LAUNCH_FILES / f"{name}.launch")
+    wrapper = ros.home / "wrapper.launch"
+    wrapper.write_text("\n".join(written.stdout))
+    launched = ros.pipros.start("roslaunch", wrapper, "headless:=true")
+    with Node("test", environment=Environment(master_uri=ros.master_uri)) as node:
+        scans, maps = Inbox(), Inbox()
+        node.subscribe(scan, load_message_class("sensor_msgs/LaserScan"), scans)
+        node.subscribe("/map", load_message_class("nav_msgs/OccupancyGrid"), maps)
+        assert scans.wait()[0].header.frame_id == frame
+        wait_until(lambda: reader in ros.subscribers(scan), 60, lambda: str(launched.output))
+        assert max(maps.wait()[0].data) == 100  # from map_server or, with slam_gmapping, from the scans
+    launched.press_ctrl_c()
+    assert launched.wait() == 0
+
+
+def test_a_launch_file_that_cannot_be_read_is_named(ros: RosSystem) -> None:
+    (ros.home / "bad.launch").write_text("<launch><nope></launch>")
+    ended = ros.pipros.run("pipros", "sim-for", ros.home / "bad.launch")
+
+    assert ended.returncode == 1
+    assert "bad.launch" in ended.output
+    assert "Traceback" not in ended.output
+    assert ros.pipros.run("pipros", "sim-for", "a", "b", "c").returncode == 2

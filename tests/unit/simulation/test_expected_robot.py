@@ -78,10 +78,10 @@ def test_the_laser_is_at_a_height_that_the_costmaps_keep() -> None:
     ]
 
 
-def test_filters_of_scans_and_slashes_in_frames() -> None:
+def test_slashes_in_frames_are_left_out() -> None:
     found = expected("slam")
 
-    assert found.topics["scan"] == "/scan"
+    assert found.topics["scan"] == "/base_scan"
     assert (found.params["base_frame"], found.params["odom_frame"]) == ("base_footprint", "odom")
     assert found.unknown == ["the map: no map_server is started; the room that is built in is used"]
 
@@ -90,7 +90,7 @@ def test_a_robot_in_a_namespace_keeps_its_names() -> None:
     found = expected("in_a_group")
 
     assert found.topics == {
-        "scan": "/robot1/laser/scan",
+        "scan": "/robot1/laser/scan_raw",  # that of the filter
         "odom": "/robot1/odom",
         "cmd_vel": "/robot1/cmd_vel",
         "/tf": "/robot1/tf",
@@ -105,7 +105,7 @@ def test_everything_that_was_not_found_out_is_named() -> None:
     text = "\n".join(expected("two_lasers").unknown)
 
     for part in (
-        "/robot_description: its command failed",
+        "/robot_description: its command fails",
         "a second scan topic, /b_scan",
         "odom_frame: the nodes name odom_comb, odom; odom_comb is used",
         "the robot's radius",

@@ -88,7 +88,7 @@ class _Reader:
             if key.rpartition("/")[2] != "robot_description":
                 continue
             if isinstance(value, NotRun):
-                self.found.unknown.append(f"{key}: its command failed; are all packages installed?")
+                self.found.unknown.append(f"{key}: its command fails, and so will roslaunch")
                 continue
             try:
                 return read_robot(str(value))
