@@ -11,7 +11,7 @@ from pipros.basics.rooms import all_offered, offered
 from pipros.packages.nodelets import package_of
 
 _NAMES = """
-    carrot_planner cartographer_ros controller_manager depth_image_proc
+    carrot_planner cartographer_ros depth_image_proc
     explore_lite filters freenect_launch gazebo gazebo_plugins
     gazebo_ros gazebo_ros_control global_planner hector_mapping hls_lfcd_lds_driver hokuyo_node
     image_proc image_publisher image_rotate mavros move_group
