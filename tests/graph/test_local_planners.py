@@ -23,7 +23,6 @@ SHAPES: dict[str, tuple[str, dict[str, Any], float, float]] = {
         {"TrajectoryPlannerROS": {
             "max_vel_x": 0.15, "max_rotational_vel": 1.0, "min_in_place_vel_theta": 0.4, "acc_lim_x": 1.0,
             "holonomic_robot": False, "xy_goal_tolerance": 0.1, "yaw_goal_tolerance": 0.15, "vx_samples": 6,
-            "meter_scoring": True,
         }}, 0.15, 1.0,
     ),
     "teb": (
@@ -33,7 +32,7 @@ SHAPES: dict[str, tuple[str, dict[str, Any], float, float]] = {
             "acc_lim_theta": 1.0, "xy_goal_tolerance": 0.2, "yaw_goal_tolerance": 0.2, "dt_ref": 0.3,
         }}, 0.25, 0.8,
     ),
-    "no limits": (TRAJECTORY, {"TrajectoryPlannerROS": {"holonomic_robot": False, "meter_scoring": True,
+    "no limits": (TRAJECTORY, {"TrajectoryPlannerROS": {"holonomic_robot": False,
                                                         "yaw_goal_tolerance": 0.15}}, 0.55, 1.0),
 }  # fmt: skip
 
