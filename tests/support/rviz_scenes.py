@@ -151,7 +151,7 @@ COLOURED = (
     *("layout_navigation", "layout_gmapping", "layout_cartographer"),
 )
 """Scenes whose silhouette consists of the coloured pixels, because a grey map covers the background."""
-SCENES: Mapping[str, tuple[str, str]] = {
+USUAL_SCENES: Mapping[str, tuple[str, str]] = {
     "robot": (ORTHO, ROBOT),
     "robot_orbit": (ORBIT, ROBOT),
     "robot_alpha": (ORTHO, display("RobotModel", Alpha=0.5)),
@@ -295,16 +295,89 @@ SCENES: Mapping[str, tuple[str, str]] = {
 } | {f"layout_{name}": layout for name, layout in LAYOUTS.items()}
 
 
-LEVELS: Mapping[str, int] = {"point": 3, "range": 4, "layout_camera": 5}
+def odd(name: str) -> str:
+    return display("MarkerArray", Marker_Topic=f"/odd/{name}")
+
+
+FLAT = {"Color_Transformer": "FlatColor", "Color": "9; 80; 200"}
+SMALL = {**FLAT, "Size (m)": 0.02}
+FAR = ORBIT.replace("Distance: 12", "Distance: 60").replace("Pitch: 0.9", "Pitch: 0.3")
+ODD_ARRAYS = ", ".join(
+    [
+        display("Path", Topic="/odd/path", Line_Style="Billboards", Line_Width=0.3, Color="255; 0; 0"),
+        display("Path", Topic="/odd/turned_path", Line_Style="Billboards", Line_Width=0.3, Pose_Style="Axes"),
+        display("Polygon", Topic="/odd/polygon"),
+        display("GridCells", Topic="/odd/cells"),
+        display("PoseArray", Topic="/odd/poses", Arrow_Length=1),
+        display("Odometry", Topic="/odd/odom", Covariance="{Value: false}"),
+        display("PointCloud", Topic="/odd/old_cloud", **{"Size (m)": 0.5}, Channel_Name="heat"),
+        display("LaserScan", Topic="/odd/scan", **{"Size (m)": 0.5}),
+        display("PointCloud2", Topic="/odd/cloud", **{"Size (m)": 0.5}),
+    ]
+)
+LONG = ", ".join(
+    [
+        display("Grid", Alpha=1, Cell_Size=10, Plane_Cell_Count=100, Color="0; 0; 255", Offset=OFF_PIXELS),
+        display("Path", Topic="/odd/long_path", Line_Style="Billboards", Line_Width=0.6, Color="255; 0; 0"),
+        odd("long_lines"),
+        display("TF", Marker_Scale=30, Show_Names="false"),
+    ]
+)
+ODD_SCENES: Mapping[str, tuple[str, str]] = {
+    **{
+        f"odd_{name}": (ORTHO, odd(name))
+        for name in ("numbers", "tints", "colours", "counts", "sizes", "arrows")
+    },
+    "odd_meshes": (
+        ORTHO,
+        f"{odd('meshes')}, {display('RobotModel', Robot_Description='odd_robot', Visual_Enabled='false')}",
+    ),
+    "odd_arrays": (ORTHO, ODD_ARRAYS),
+    "odd_robot": (ORTHO, display("RobotModel", Robot_Description="odd_robot")),
+    "long_lines": (FAR, LONG),
+    "long_lines_near": (ORBIT, LONG),
+    "long_lines_ortho": (ORTHO, LONG),
+    "long_grid": (
+        FAR,
+        display(
+            "Grid",
+            Alpha=1,
+            Cell_Size=50,
+            Plane_Cell_Count=20,
+            Line_Style="{Value: Billboards, Line Width: 1}",
+        ),
+    ),
+    "fine_cloud": (
+        ORBIT.replace("Distance: 12", "Distance: 40"),
+        display("PointCloud2", Topic="/odd/fine_cloud", **SMALL),
+    ),
+}
+"""Scenes of `odd_scene_program.py`: what rviz draws of messages and files that are odd."""
+FINE = ("fine_cloud",)
+"""Scenes of points smaller than a pixel, of which only the mean brightness is compared, within a third."""
+
+
+SCENES: Mapping[str, tuple[str, str]] = {**USUAL_SCENES, **ODD_SCENES}
+
+
+LEVELS: Mapping[str, int] = {
+    "point": 3,
+    "range": 4,
+    "layout_camera": 5,
+    "odd_colours": 3,
+    "long_lines_near": 9,
+}
 """Maximum difference of a colour channel in scenes that exceed `USUAL_LEVELS`.
 
-Ogre computes the normals of curved surfaces differently.
+Ogre computes the normals of curved surfaces differently, and rounds each of several layers of see-through
+colours.
 """
 USUAL_LEVELS = 2
-OVERLAPS: Mapping[str, float] = {"xy_orbit": 0.97, "layout_cartographer": 0.97}
+OVERLAPS: Mapping[str, float] = {"xy_orbit": 0.97, "layout_cartographer": 0.97, "odd_counts": 0.96}
 """Minimum overlap of the silhouettes in scenes that do not reach `USUAL_OVERLAP`.
 
-The Scene tab does not turn squares with their frame.
+The Scene tab does not turn squares with their frame. rviz draws lines with a negative alpha, one level
+brighter than the background.
 """
 USUAL_OVERLAP = 0.98
 
@@ -324,7 +397,16 @@ def record_of(name: str, rgb: bytes) -> dict[str, Any]:
             if colour != BACKGROUND and is_inside(rgb, x, y, colour):
                 probes[f"{x},{y}"] = list(colour)
     bits = silhouette(rgb, name in COLOURED)
-    return {"probes": probes, "silhouette": base64.b64encode(zlib.compress(bits, 9)).decode()}
+    made: dict[str, Any] = {
+        "probes": probes,
+        "silhouette": base64.b64encode(zlib.compress(bits, 9)).decode(),
+    }
+    return made | ({"mean": mean_difference(rgb)} if name in FINE else {})
+
+
+def mean_difference(rgb: bytes) -> float:
+    """Return the mean difference of all channels from the background."""
+    return sum(abs(channel - BACKGROUND[0]) for channel in rgb) / len(rgb)
 
 
 def pixel(rgb: bytes, x: int, y: int) -> tuple[int, int, int]:

@@ -1,17 +1,34 @@
 """Read XML as leniently as TinyXML, with which C++ programs read robot descriptions and plugin descriptions.
 
 Many public files have mistakes that TinyXML accepts: white space, a byte order mark or comments before the
-declaration, `--` in a comment, an `&` that begins no entity, and text after the root element. Lines and
-columns stay those of the original text, except after an `&` in the same line. Document types stay refused.
+declaration, `--` in a comment, an `&` that begins no entity, `<` in a value, values without quotation marks,
+attributes without a space between them, control characters, and text after the root element. Lines and
+columns stay those of the original text, except after such a mistake in the same line. A document type with
+declarations stays refused; any other is ignored.
 """
 
 from __future__ import annotations
 
+import contextlib
 import re
 
-from pipros.safe.xml import Element, parse
+from pipros.safe.xml import Element, XmlError, parse
 
-_DECLARATIONS = re.compile(r"(?:[\ufeff \t\r\n]*<\?xml.*?\?>)*", re.DOTALL)
+# Each alternative also matches markup that does not end, so that reading takes linear time.
+_MARKUP = re.compile(
+    r"""(?P<dropped> <!-- (?: .*?--> | .* ) | <\?.*?\?> | <\?.*\Z | <![A-Z][^<>\[]*> )
+    | (?P<kept> <!\[CDATA\[ (?: .*?\]\]> | .* ) | <! )
+    | (?P<tag> < [^\s<>"'/!?=] (?: [^<>"'] | "[^"]*" | '[^']*' )* )
+    | (?P<text> [^<]+ )""",
+    re.DOTALL | re.VERBOSE,
+)
+_ATTRIBUTE = re.compile(
+    r"""(?<=[\s"']) ([^\s=<>"'/]+) (\s*=\s*) (?: "([^"]*)" | '([^']*)' | ([^\s<>"'/=][^\s<>"'/]*) )""",
+    re.VERBOSE,
+)
+_NO_ENTITY = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
+_REFERENCE = re.compile(r"&#(x?)([0-9a-fA-F]+);")
+_CONTROL = re.compile("[\x01-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 
 
 def parse_tolerantly(text: str, file: str = "<string>") -> Element:
@@ -20,28 +37,49 @@ def parse_tolerantly(text: str, file: str = "<string>") -> Element:
     Raises:
         XmlError: see `pipros.safe.xml.parse`.
     """
+    with contextlib.suppress(XmlError):
+        return parse(text, file)
     return parse(strict_text(text), file, ignores_rest=True)
 
 
 def strict_text(text: str) -> str:
-    """Return the text without declarations before the root element and, if it has no CDATA, without comments.
+    """Return the text without declarations, contents of comments, and mistakes.
 
-    The removed parts are replaced by spaces.
+    Spaces replace what is removed. As in C, the text ends at its first NUL.
     """
-    if "<![CDATA[" not in text:
-        text = _without_comments(text)
-        text = re.sub(r"&(?!(?:amp|lt|gt|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)", "&amp;", text)
-    end = _DECLARATIONS.match(text).end()  # type: ignore[union-attr] # it also matches nothing
-    return (_blank(text[:end]) + text[end:]).removeprefix("\ufeff")
+    text = _CONTROL.sub(" ", text.partition("\0")[0].removeprefix("\ufeff"))
+    return _MARKUP.sub(_strict, text)
 
 
-def _without_comments(text: str) -> str:
-    parts, end = [], 0
-    while (start := text.find("<!--", end)) >= 0 and (closed := text.find("-->", start + 4)) >= 0:
-        parts += [text[end:start], _blank(text[start : closed + 3])]
-        end = closed + 3
-    return "".join([*parts, text[end:]])
+def _strict(found: re.Match[str]) -> str:
+    part = found[0]
+    if found["dropped"]:
+        is_comment = part.startswith("<!--") and part.endswith("-->")
+        return f"<!--{_blank(part[4:-3])}-->" if is_comment else _blank(part)
+    if found["tag"]:
+        return _ATTRIBUTE.sub(_attribute, part)
+    return _escaped(part).replace("]]>", "]]&gt;") if found["text"] else part
 
 
 def _blank(text: str) -> str:
     return re.sub(r"[^\r\n]", " ", text)
+
+
+def _attribute(found: re.Match[str]) -> str:
+    name, sign, *values = found.groups()
+    value = next(each for each in values if each is not None)
+    quote = "'" if values[1] is not None else '"'
+    before = "" if found.string[found.start() - 1].isspace() else " "
+    return f"{before}{name}{sign}{quote}{_escaped(value).replace('<', '&lt;')}{quote}"
+
+
+def _escaped(text: str) -> str:
+    """Escape each `&` that begins neither an entity nor the number of a character."""
+    return _REFERENCE.sub(_reference, _NO_ENTITY.sub("&amp;", text)) if "&" in text else text
+
+
+def _reference(found: re.Match[str]) -> str:
+    digits = found[2].lstrip("0")[:9] or "0"
+    number = int(digits, 16 if found[1] else 10) if found[1] or digits.isdecimal() else 0
+    is_valid = number in (9, 10, 13) or 32 <= number < 0xD800 or 0xE000 <= number < 0x110000
+    return found[0] if is_valid and number not in (0xFFFE, 0xFFFF) else f"&amp;{found[0][1:]}"

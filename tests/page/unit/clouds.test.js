@@ -49,3 +49,10 @@ test("columns are read at any offset, without copies if they are aligned", () =>
     assert.equal(found.get("x").buffer === bytes.buffer, offset === 0);
   }
 });
+
+test("intensities that are not finite have rviz's colours, and leave the others of theirs", () => {
+  const rows = [[0, 0, 0, NaN], [0, 0, 0, Infinity], [0, 0, 0, -Infinity], [0, 0, 0, 50]];
+  const made = cloudArrays(columns(rows, ["x", "y", "z", "intensity"]), { ...OPTIONS, rainbow: true });
+  const found = [0, 1, 2, 3].map((i) => [...made.tints.slice(4 * i, 4 * i + 3)]);
+  assert.deepEqual(found, [[0, 0, 255], [255, 0, 255], [255, 0, 0], [0, 255, 128]]);
+});

@@ -32,9 +32,22 @@ ACCEPTED = {
     "text after": ROBOT + "junk",
     "two roots": ROBOT + '<robot name="s"/>',
     "undeclared prefix": ROBOT.replace("<link", "<gazebo:x/><link"),
+    "text at the end of CDATA": ROBOT.replace("<link", "]]><link"),
+    "comment with dashes beside CDATA": "<!-- a -- b -->" + ROBOT.replace("<link", "<![CDATA[a & b]]><link"),
+    "no quotation marks": ROBOT.replace('"l"', "l"),
+    "no space between attributes": ROBOT.replace('"r"', '"r"x="1"'),
+    "smaller sign in a value": ROBOT.replace('"r"', '"r" x="a<b"'),
+    "control character": ROBOT.replace('"r"', '"r" x="\x01"'),
+    "number of no character": ROBOT.replace('"r"', '"r" x="&#0;&#99999999;&#xD800;"'),
+    "declaration in capitals": "<?XML version='1.0'?>" + ROBOT,
+    "document type": DECLARATION + "<!DOCTYPE robot>" + ROBOT,
+    "NUL at the end": ROBOT + "\0",
+    "comment at the end that is not closed": ROBOT + "<!-- x",
     "CDATA": ROBOT.replace("<link", "<![CDATA[x & y]]><link"),
 }
 REFUSED = {
+    "document type with a declaration": DECLARATION + '<!DOCTYPE robot [<!ENTITY a "b">]>' + ROBOT,
+    "attribute without a value": ROBOT.replace('"r"', '"r" x'),
     "duplicate attribute": ROBOT.replace('name="l"', 'name="l" name="m"'),
     "mismatch": '<robot name="r"><link name="l"></joint></robot>',
     "not closed": '<robot name="r"><link name="l"/>',
@@ -56,14 +69,14 @@ def test_a_robot_that_genuine_ros_refuses_is_refused(text: str) -> None:
         read_robot(text)
 
 
-def test_document_types_stay_refused() -> None:
+def test_document_types_with_declarations_stay_refused() -> None:
     with pytest.raises(XmlError, match="document type"):
-        parse_tolerantly("\n" + DECLARATION + "<!DOCTYPE robot>" + ROBOT)
+        parse_tolerantly("\n" + DECLARATION + '<!DOCTYPE robot [<!ENTITY a "b">]>' + ROBOT)
 
 
 def test_errors_name_the_place_in_the_original_text() -> None:
-    text = "\n<!-- a -- b\n -->\n" + DECLARATION + "\n<robot>\n  <link name=x/>\n</robot>"
-    with pytest.raises(XmlError, match=r"^<string>:6:14: "):
+    text = "\n<!-- a -- b\n -->\n" + DECLARATION + "\n<robot>\n  <link name/>\n</robot>"
+    with pytest.raises(XmlError, match=r"^<string>:6:13: "):
         parse_tolerantly(text)
 
 
@@ -74,15 +87,20 @@ def test_entities_and_comments_keep_their_meaning() -> None:
 
 def test_many_comments_that_are_not_closed_take_linear_time() -> None:
     text = "<!--" * 500_000
-    assert strict_text(text) == text
+    assert strict_text(text).strip() == ""
+
+
+@pytest.mark.parametrize("part", ['<a "', "<a b=", "<a b='", '"b="c"', "&#", "<![CDATA[", "<!", "<!DOCTYPE ", "<?"])
+def test_much_damaged_markup_takes_linear_time(part: str) -> None:
+    assert len(strict_text("<a " + part * 50_000)) >= 3 + len(part) * 50_000
 
 
 @pytest.mark.parametrize("count", [1, 20_000])
 def test_many_declarations_take_linear_time(count: int) -> None:
     assert strict_text("<?xml?> \n" * count + "<robot/>").split() == ["<robot/>"]
     open_ones = "<?xml " * count
-    assert strict_text(open_ones) == open_ones
-    assert strict_text("<?xml?>" + open_ones) == " " * 7 + open_ones
+    assert strict_text(open_ones).strip() == ""
+    assert strict_text("<?xml?>" + open_ones).strip() == ""
 
 
 def test_a_description_of_plugins_may_begin_with_a_comment(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
     ("text", "complaint"),
     [
         ("nothing", "not XML"),
-        ("<!DOCTYPE a><robot/>", "not XML"),
+        ("<!DOCTYPE a [<!ENTITY b ''>]><robot/>", "not XML"),
         ("<sdf/>", "must have the root element <robot>, got <sdf>"),
         (robot(""), "exactly one link, the root, must have no parent, got none"),
         (robot(LINKS), "got base and hand"),

@@ -3,6 +3,7 @@
 import { rainbow } from "./colours.js";
 
 const FLOAT32 = 7;
+const MOST = 999999; // the limit of automatic bounds of intensities, in rviz
 const NUMBERS = [null, Int8Array, Uint8Array, Int16Array, Uint16Array, Int32Array, Uint32Array, Float32Array, Float64Array];
 
 // Returns the fields that a transformer needs.
@@ -75,10 +76,10 @@ function floatColours(out, columns) {
 
 function intensities(out, columns, options) {
   const values = columns.get(options.channel) ?? columns.get("intensities");
-  const [low, high] = options.autoBounds ? bounds(values) : options.bounds;
-  const range = high - low;
+  const [low, high] = options.autoBounds ? bounds(values).map((each) => Math.min(MOST, Math.max(-MOST, each))) : options.bounds;
+  const range = high - low || 1e20;
   for (let i = 0; i < values.length; i += 1) {
-    const fraction = range === 0 ? 0 : Math.min(1, Math.max(0, (Number(values[i]) - low) / range));
+    const fraction = Math.min(1, Math.max(0, (Number(values[i]) - low) / range));
     if (options.rainbow) rainbow(options.invert ? 1 - fraction : fraction, out, i * 4);
     else for (let c = 0; c < 3; c += 1) out[i * 4 + c] = options.minColor[c] + fraction * (options.maxColor[c] - options.minColor[c]);
   }

@@ -13,8 +13,12 @@ export const colourText = (colour) => colour.join("; ");
 export const hexOf = (colour) => `#${colour.map((part) => part.toString(16).padStart(2, "0")).join("")}`;
 
 // Writes the rainbow's colour of a value from 0 to 1 (the fraction between minimum and maximum): red, yellow, green,
-// cyan, blue, magenta.
+// cyan, blue, magenta. NaN is blue, as in rviz.
 export function rainbow(fraction, out, at) {
+  if (Number.isNaN(fraction)) {
+    out.set([0, 0, 255], at);
+    return;
+  }
   const h = Math.min(1, Math.max(0, 1 - fraction)) * 5 + 1;
   const i = Math.floor(h);
   const f = i % 2 ? h - i : 1 - (h - i);

@@ -5,13 +5,16 @@ const LISTS = [LINE_STRIP, LINE_LIST, CUBES, SPHERES, POINTS, TRIANGLES];
 
 const isFinite = (...parts) => parts.every((part) => Object.values(part).every(Number.isFinite));
 
+// The points that must be finite. Of lists, the finite ones are drawn.
+const ends = (type, points) => (type === ARROW ? points : []);
+
 // Returns why a marker cannot be drawn, or an empty text.
 export function problemOf({ pose, scale, color, points, colors, type, text, mesh_resource: mesh }) {
   const { position, orientation } = pose;
   const sum = position.x + position.y + position.z + orientation.x + orientation.y + orientation.z + orientation.w + scale.x + scale.y +
     scale.z + color.r + color.g + color.b + color.a; // finite only if all are
   if (type > ARROW && type < LINE_STRIP && Number.isFinite(sum) && !points.length && !colors.length) return "";
-  const parts = { Position: [position], Orientation: [orientation], Scale: [scale], Color: [color], Points: points, Colors: colors };
+  const parts = { Position: [position], Orientation: [orientation], Scale: [scale], Color: [color], Points: ends(type, points) };
   const invalid = Object.keys(parts).filter((name) => !isFinite(...parts[name]));
   if (invalid.length) return invalid.map((name) => `${name} contains invalid floating point values (nans or infs)`).join("\n");
   if (LISTS.includes(type)) return problemOfList(type, points.length, colors.length);

@@ -5,7 +5,10 @@ import { BatchOfSolids } from "./batches_of_solids.js";
 import { dispose, place } from "./shapes.js";
 import { DETAILS } from "./solid_details.js";
 
-const SMALLEST = 1e-9; // metres: a size of 0 would make the matrix singular
+export const SMALLEST = 1e-9; // metres: a size of 0 would make the matrix singular
+
+// Returns the sizes of a solid. A negative size mirrors it, which changes no cube, sphere or cylinder.
+export const sizesOf = ({ x, y, z }) => [x, y, z].map((size) => Math.abs(size) || SMALLEST);
 
 // A separate object, below `root`.
 export class OwnObject {
@@ -54,8 +57,8 @@ export class InBatch {
   change({ scale, color, pose }) {
     const { position: p, orientation: q } = pose;
     own.quaternion.set(q.x, q.y, q.z, q.w).normalize(); // becomes the identity if all components are 0
-    own.scale.set(scale.x || SMALLEST, scale.y || SMALLEST, scale.z || SMALLEST);
-    this.local.compose(own.position.set(p.x, p.y, p.z), own.quaternion, own.scale);
+    const [x, y, z] = sizesOf(scale);
+    this.local.compose(own.position.set(p.x, p.y, p.z), own.quaternion, own.scale.set(x, y, z));
     this.color = color;
   }
 

@@ -157,7 +157,10 @@ const plain = () => new THREE.MeshLambertMaterial({ color: 0xffffff });
 function lambert(from) {
   const { color = 0xffffff, map = null, opacity = 1, side } = from;
   const material = new THREE.MeshLambertMaterial({ color, map, opacity, side });
-  if (material.map) material.map.userData.isShared = true;
+  if (map) {
+    map.colorSpace = THREE.NoColorSpace; // as all colours of the scene: rviz converts none
+    map.userData.isShared = true;
+  }
   material.userData.isOwn = true;
   return material;
 }

@@ -20,7 +20,11 @@ void main() {
   vec4 place = modelViewMatrix * vec4(position, 1.0);
   gl_Position = projectionMatrix * place;
   float metre = projectionMatrix[1][1] * height * 0.5 / (isOrthographic ? 1.0 : max(-place.z, 1e-6));
-  gl_PointSize = metric > 0.5 ? max(1.0, (perDepth > 0.0 ? perDepth * position.z : size) * metre) : size;
+  float pixels = metric > 0.5 ? (perDepth > 0.0 ? perDepth * position.z : size) * metre : size;
+  gl_PointSize = max(1.0, pixels);
+  // A point is drawn as at least one pixel. Of smaller ones, as many are drawn as together cover the right area.
+  float chance = fract(sin(float(gl_VertexID) * 12.9898) * 43758.5453);
+  if (number == 0.0 && chance >= pixels * pixels) gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
 }`;
 
 const FRAGMENT = `
@@ -65,13 +69,15 @@ void main() {
   vec3 middle = placeOf(box, tint);
   vec3 extent = perDepth > 0.0 ? abs(vec3(perDepth * middle.z)) : sizes;
   float towards = (eye.xyz - eye.w * middle)[axis];
-  bool isUpper = towards > 0.0;
-  if (!(abs(towards) > 0.5 * eye.w * extent[axis])) {
+  // In rviz, an odd number of negative sizes turns a box inside out: its far faces are visible instead of its near ones.
+  bool isUpper = (towards > 0.0) == (extent.x * extent.y * extent.z >= 0.0);
+  if (!(abs(towards) > 0.5 * eye.w * abs(extent[axis]))) {
     gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
     return;
   }
   place = vec2(corner == 1 || corner >= 4, corner == 2 || corner == 3 || corner == 5);
   vec2 across = place - 0.5;
+  isUpper = isUpper == (extent[axis] >= 0.0);
   float along = isUpper ? 0.5 : -0.5;
   vec3 at = axis == 0 ? vec3(along, across) : axis == 1 ? vec3(across.y, along, across.x) : vec3(across, along);
   float shade = axis == 2 ? (isUpper ? 0.9 : 0.5) : axis == 0 ? 0.6 : isUpper ? 0.4 : 1.0;

@@ -108,15 +108,26 @@ export function axes(length, diameter, alpha = 1) {
   return new THREE.Group().add(rods);
 }
 
+// Clips a line at the near plane. Chromium without a graphics card omits lines that begin behind the viewer.
+const CLIPPED = `
+  vec4 to = projectionMatrix * modelViewMatrix * vec4(other, 1.0);
+  float inside = gl_Position.z + gl_Position.w, insideTo = to.z + to.w;
+  if (inside < 0.0 && insideTo > 0.0) gl_Position = mix(gl_Position, to, inside / (inside - insideTo));`;
+
 // Lines one pixel wide. `points` has x, y, z of each point; with `isStrip` they are connected.
 export function thinLines(points, rgb, alpha = 1, { isStrip = false, colours = null } = {}) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(Float32Array.from(points), 3));
+  const ends = Float32Array.from(isStrip ? segments(points) : points);
+  geometry.setAttribute("position", new THREE.BufferAttribute(ends, 3));
+  geometry.setAttribute("other", new THREE.BufferAttribute(ends.map((_, i) => ends[i % 6 < 3 ? i + 3 : i - 3]), 3));
   if (colours) geometry.setAttribute("color", new THREE.BufferAttribute(Float32Array.from(colours), 4));
   const color = colours ? 0xffffff : colourOf(rgb);
   const material = new THREE.LineBasicMaterial({ color, vertexColors: Boolean(colours), ...blended(alpha) });
   if (colours) material.transparent = true;
-  const lines = isStrip ? new THREE.Line(geometry, material) : new THREE.LineSegments(geometry, material);
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = `attribute vec3 other;\n${shader.vertexShader.replace("#include <project_vertex>", `$&${CLIPPED}`)}`;
+  };
+  const lines = new THREE.LineSegments(geometry, material);
   lines.frustumCulled = false;
   return lines;
 }

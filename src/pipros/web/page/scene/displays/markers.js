@@ -190,13 +190,18 @@ export class Markers extends Display {
     const group = new THREE.Group();
     const { color, mesh_use_embedded_materials: isOwn, scale } = marker;
     const keepsOwn = isOwn && color.r === 0 && color.g === 0 && color.b === 0 && color.a === 0;
+    const hasOwn = ({ userData }) => isOwn && userData.isOwn;
     const tint = (own) => {
-      const material = isOwn && own.userData.isOwn ? own.clone() : lit(keepsOwn ? [255, 255, 255] : rgb);
+      const material = hasOwn(own) ? own.clone() : lit(keepsOwn ? [255, 255, 255] : rgb);
       if (!keepsOwn) Object.assign(material, blended(color.a));
       return material;
     };
-    this.scene.meshes.mesh(marker.mesh_resource, tint).then((object) => {
-      group.add(object);
+    // rviz draws the marker's colour over the mesh's own materials, with an alpha of at most 0.5.
+    const over = (own) => (hasOwn(own) ? lit(rgb, Math.min(0.5, color.a)) : lit(rgb, 0, { visible: false }));
+    const { meshes } = this.scene;
+    const layers = isOwn && !keepsOwn ? [tint, over] : [tint];
+    Promise.all(layers.map((each) => meshes.mesh(marker.mesh_resource, each))).then((objects) => {
+      group.add(...objects);
       this.scene.invalidate();
     }, (error) => this.setStatus(key, "error", `Could not load [${marker.mesh_resource}]: ${error.message}`));
     const scaled = new THREE.Group();

@@ -77,18 +77,19 @@ export class Path extends Placed {
   draw(message) {
     const group = new THREE.Group();
     group.position.set(...this.get("Offset"));
-    const strip = message.poses.flatMap(({ pose: { position } }) => [position.x, position.y, position.z]);
-    if (!strip.every(Number.isFinite)) return this.refuse();
+    const poses = message.poses.map(({ pose }) => poseOf(pose));
+    if (!poses.every(isFinitePose)) return this.refuse();
+    const strip = poses.flatMap((pose) => pose.slice(0, 3));
     const [rgb, alpha] = [this.get("Color"), this.get("Alpha")];
     if (this.get("Line Style") === "Billboards")
       group.add(wideLines(segments(strip), this.get("Line Width"), [...rgb.map((part) => part / 255), alpha], alpha < 0.9998));
     else group.add(thinLines(strip, rgb, 1, { isStrip: true }));
     const style = this.get("Pose Style");
     if (style === "None") return group;
-    for (const { pose } of message.poses.slice(0, MAX_POSES)) {
+    for (const pose of poses.slice(0, MAX_POSES)) {
       const shape = style === "Axes" ? axes(this.get("Length"), this.get("Radius")) : arrow(this.get("Shaft Length"),
         this.get("Shaft Diameter"), this.get("Head Length"), this.get("Head Diameter"), lit(this.get("Pose Color")));
-      place(shape, normalized(poseOf(pose)));
+      place(shape, normalized(pose));
       group.add(shape);
     }
     return group;
