@@ -1,4 +1,4 @@
-"""Workspaces with Windows's programs."""
+"""Workspaces and interrupts with Windows's programs."""
 
 from __future__ import annotations
 
@@ -55,3 +55,14 @@ def test_cmake_finds_files_in_the_folders_that_it_names(folder: Path) -> None:
     installed = folder / "install"
     assert {"one.py", "two.py"} <= {path.name for path in (installed / "lib" / "found_scripts").iterdir()}
     assert [path.name for path in (installed / "share" / "scripts").iterdir()] == ["one.py"]
+
+
+def test_an_interrupt_from_a_thread_ends_a_sleep(environment: None) -> None:
+    code = (
+        "import threading, time\n"
+        "from pipros.basics.interrupts import interrupt_main_thread\n"
+        "threading.Timer(0.5, interrupt_main_thread).start()\n"
+        "try: time.sleep(1000)\n"
+        "except KeyboardInterrupt: print('interrupted')\n"
+    )
+    assert "interrupted" in lines_of(["python", "-c", code], DRIVE)
