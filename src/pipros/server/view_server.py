@@ -352,6 +352,7 @@ class _Browser:
             is_last = begin + PART_BYTES >= len(content)
             kind = 0 if not is_last else 1 if isinstance(message, str) else 2
             await self._connection.send(head + bytes([kind]) + content[begin : begin + PART_BYTES])
+            await asyncio.sleep(0)  # a browser that reads at once would let no other task run
 
     async def _send(self, value: Mapping[str, Any]) -> None:
         await self._connection.send(await json_text(value))
