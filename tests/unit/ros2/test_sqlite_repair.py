@@ -78,7 +78,7 @@ def test_a_row_that_its_table_does_not_allow_is_left_out(damaged: Path) -> None:
     ]
 
 
-def test_a_full_disk_is_no_damage(damaged: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_does_not_count_as_damage(damaged: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     connect = sqlite3.connect
 
     def small(path: str | Path, **options: Any) -> sqlite3.Connection:
@@ -92,7 +92,9 @@ def test_a_full_disk_is_no_damage(damaged: Path, monkeypatch: pytest.MonkeyPatch
         recovered(damaged)
 
 
-def test_ctrl_c_while_rows_are_read_is_no_damage(damaged: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_while_rows_are_read_does_not_count_as_damage(
+    damaged: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     opened = sqlite_repair.opened_database
 
     def interrupted(path: Path) -> sqlite3.Connection:
