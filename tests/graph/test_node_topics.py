@@ -27,6 +27,7 @@ from pipros.net.timings import LinkTimings
 from pipros.node import Node, registration
 from pipros.node.endpoints import TypeConflict
 from pipros.node.publisher import Publication
+from pipros.node.service_link import ServiceFailed
 from pipros.node.service_server import ServiceServer
 from pipros.node.subscriber import Subscription
 from pipros.node.timings import NodeTimings
@@ -354,6 +355,25 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_is_called(make_node: 
     publisher.publish(String("x"))
     assert inbox.wait() == [("x", 7)]
     assert lines[0].startswith("bad callback:")
+
+
+def test_a_callback_that_waits_while_its_node_ends_leaves_no_traceback(make_node: MakeNode) -> None:
+    log, lines = listening_log()
+    talker, listener, inbox = make_node("talker"), make_node("listener", log=log), Inbox()
+
+    def interrupted(_: Any) -> None:
+        raise Interrupted("the node was shut down while it waited")
+
+    listener.subscribe("chat", String, interrupted)
+    listener.subscribe("chat", String, inbox)
+    listener.serve("wait", Empty, interrupted)
+    publisher = talker.advertise("chat", String)
+    wait_until_connected(publisher)
+    publisher.publish(String("x"))
+    inbox.wait()
+    with pytest.raises(ServiceFailed):
+        talker.client("wait", Empty).call(Empty._request_class(), 30)
+    assert lines == []
 
 
 def test_a_callback_that_lacks_a_library_is_logged_once_in_one_line(make_node: MakeNode) -> None:

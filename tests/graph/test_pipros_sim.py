@@ -76,7 +76,9 @@ def test_one_robot_drives_and_reports_what_it_measures(ros: RosSystem, node: Nod
     assert [(each.header.frame_id, each.child_frame_id) for each in fixed.wait()[0].transforms] == [
         ("base_footprint", "base_link"),
         ("base_link", "base_scan"),
+        ("base_link", "imu_link"),
     ]
+    assert fixed.messages[0].transforms[1].transform.translation.z == 0.2
     (transform,) = moving.wait()[-1].transforms
     assert (transform.header.frame_id, transform.child_frame_id) == ("odom", "base_footprint")
     assert joints.wait()[0].name == ["wheel_left_joint", "wheel_right_joint"]
@@ -84,6 +86,55 @@ def test_one_robot_drives_and_reports_what_it_measures(ros: RosSystem, node: Nod
     assert truth.wait()[0].pose.pose.orientation.w == 1.0
     sim.press_ctrl_c()
     assert sim.wait() == 0
+
+
+def test_an_imu_measures_turns_and_accelerations_with_noise(ros: RosSystem, node: Node) -> None:
+    start_sim(ros, "_headless:=true", "_imu:={gyro_noise: 0.001, yaw_noise: 0}", "_imu_frame:=gyro")
+    measured = subscribe(node, "/imu", "sensor_msgs/Imu")
+    still = measured.wait(50)[-1]
+    assert still.header.frame_id == "gyro"
+    assert still.linear_acceleration.z == pytest.approx(9.81, abs=0.5)
+    assert still.angular_velocity_covariance[8] == pytest.approx(1e-6)
+    assert len({each.angular_velocity.z for each in measured.messages}) > 10
+
+    drive(node, "/cmd_vel", 0.4, 0.5)
+
+    wait_until(lambda: measured.messages[-1].orientation.z > 0.1)
+    turning = measured.messages[-1]
+    assert turning.angular_velocity.z == pytest.approx(0.5, abs=0.02)
+    assert turning.linear_acceleration.y == pytest.approx(0.2, abs=0.5)  # 0.4 m/s * 0.5 rad/s
+    assert max(each.linear_acceleration.x for each in measured.messages) > 10  # it starts within a step
+
+
+def test_another_node_can_publish_the_transforms(ros: RosSystem, node: Node) -> None:
+    start_sim(ros, "_headless:=true", "_publish_tf:=false", "_publish_static_tf:=false")
+    subscribe(node, "/odom", "nav_msgs/Odometry").wait()
+
+    assert ros.publishers("/tf") == ros.publishers("/tf_static") == []
+
+
+def test_the_laser_is_where_the_robot_description_has_it(ros: RosSystem, node: Node) -> None:
+    ros.serve_master()
+    node.params.set(
+        "robot_description",
+        "<robot name='r'><link name='base_footprint'/><link name='base_link'/><link name='scanner'/>"
+        "<joint name='a' type='fixed'><parent link='base_footprint'/><child link='base_link'/>"
+        "<origin xyz='0 0 0.1'/></joint><joint name='b' type='fixed'><parent link='base_link'/>"
+        "<child link='scanner'/><origin xyz='0.2 0 0.3' rpy='3.14159265 0 0'/></joint></robot>",
+    )
+    sim = ros.pipros.start(
+        "rosrun", "pipros_sim", "sim", "_headless:=true", "_scan_frame:=scanner", "_laser:={noise: 0}"
+    )
+    sim.wait_for(READY)
+    fixed = subscribe(node, "/tf_static", "tf2_msgs/TFMessage")
+    scans = subscribe(node, "/scan", "sensor_msgs/LaserScan")
+
+    scanner = fixed.wait()[0].transforms[1].transform
+    assert (scanner.translation.x, scanner.translation.y, scanner.translation.z) == (0.2, 0.0, 0.3)
+    assert (abs(scanner.rotation.x), abs(scanner.rotation.w)) == pytest.approx((1.0, 0.0), abs=1e-6)
+    ranges = scans.wait()[0].ranges
+    call(node, "/place", "pipros_sim/Place", x=0.0, y=-1.0, theta=0.0)
+    wait_until(lambda: scans.messages[-1].ranges[270] == ranges[270] + 1.0)  # seen from above, the left
 
 
 def test_services_place_charge_and_reset(ros: RosSystem, node: Node) -> None:
@@ -299,8 +350,9 @@ def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_pat
     (tmp_path / "room.pgm").write_bytes(write_pgm(100, 100, pixels.tobytes(), "a room"))
     (tmp_path / "room.world").write_text(
         'model ( bitmap "room.pgm" size [10 10 1] )\n'
-        "define rover position ( size [0.4 0.4 0.2]\n"
-        "  ranger ( sensor ( range [0 30] fov 180 samples 181 ) ) )\n"
+        'define rover position ( size [0.4 0.4 0.2] drive "omni"\n'
+        ' localization "gps" localization_origin [0 0 0 0]\n'
+        "  ranger ( pose [0 0 0.05 0] sensor ( range [0 30] fov 180 samples 181 ) ) )\n"
         "rover ( pose [1 0 0 90] ) rover ( pose [-3 0 0 0] )\n"
     )
     ros.serve_master()
@@ -312,6 +364,12 @@ def test_stageros_runs_a_world_with_a_bitmap(ros: RosSystem, node: Node, tmp_pat
     assert scan.ranges[90] == pytest.approx(4.9)
     assert scan.ranges[180] == pytest.approx(3.8)  # the other robot
     assert "http" not in stage.output
+    fixed = subscribe(node, "/tf_static", "tf2_msgs/TFMessage").wait()[0]
+    heights = {each.child_frame_id: each.transform.translation.z for each in fixed.transforms}
+    assert heights["robot_1/base_laser_link"] == pytest.approx(0.25)  # the robot's height and the scanner's z
+    odometry = subscribe(node, "/robot_1/odom", "nav_msgs/Odometry").wait()[0].pose.pose.position
+    assert (odometry.x, odometry.y) == (-3.0, 0.0)
+    assert stage.output.count("drive of a position has no effect") == 1
     stage.press_ctrl_c()
     assert stage.wait() == 0
 

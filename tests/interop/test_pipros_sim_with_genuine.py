@@ -48,7 +48,7 @@ def test_genuine_nodes_and_tools_use_a_simulated_robot(ros: RosSystem) -> None:
     driven = ros.genuine.run("/usr/bin/python3", driver, timeout_s=150)
     assert driven.stdout == [
         "scan base_scan 360 4.9",
-        "fixed base_link base_scan",
+        "fixed base_link base_scan imu_link",
         "charge charging",
         "odom odom base_footprint 0.4",
         "tf odom base_footprint True",

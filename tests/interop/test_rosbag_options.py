@@ -15,7 +15,7 @@ COMMANDS = (
     *("check", "compress", "decompress", "decrypt", "encrypt", "filter", "fix", "info", "play", "record"),
     "reindex",
 )
-OURS = dict.fromkeys(("check", "filter", "fix", "info", "play"), {"--msgs"}) | {"record": {"--snapshot"}}
+OURS = {**{name: {"--msgs"} for name in ("check", "filter", "fix", "info", "play")}, "record": {"--snapshot"}}
 """What pipros has besides."""
 
 

@@ -54,7 +54,7 @@ def test_a_cut_file_of_a_split_recording_does_not_hide_the_others(capsys: pytest
     Path("run/run_0.mcap").write_bytes(mcap_of(3))
     Path("run/run_1.mcap").write_bytes(mcap_of(5)[:-50])
 
-    assert main(["info", "run"]) == 0
+    assert main(["info", "run"]) == 1
     assert "run/run_1.mcap" in capsys.readouterr().err
     assert numbers("run") == [0, 1, 2]
     assert main(["reindex", "run/run_1.mcap"]) == 0

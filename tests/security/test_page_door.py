@@ -28,7 +28,7 @@ from websockets.uri import parse_uri
 from pipros.net import sockets
 from pipros.net.loop import BackgroundLoop
 from pipros.server.access import Access
-from pipros.server.view_server import PageServer, ServedViews
+from pipros.server.view_server import PART_BYTES, PageServer, ServedViews
 from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -342,6 +342,41 @@ def browser_of(access: Access) -> Iterator[LivePage]:
     with connect(f"ws://{host}/live", origin=Origin(f"http://{host}"), proxy=None) as socket:
         socket.send(json.dumps({"token": access.secret.token}))
         yield LivePage(socket)
+
+
+LARGE = {"text": "größer " * 3_000_000, "bytes": bytes(range(256)) * 80_000}
+
+
+@pytest.mark.parametrize("kind", LARGE)
+def test_a_large_message_comes_in_parts_between_which_others_are_sent(
+    serve: Callable[[ServedViews], Access], kind: str
+) -> None:
+    """On a slow link, each part shows the page that the server is alive, and other answers need not wait."""
+
+    async def large(_: Mapping[str, Any]) -> AsyncIterator[Any]:
+        yield LARGE[kind]
+
+    async def act(_: Mapping[str, Any]) -> str:
+        return "done"
+
+    with browser_of(serve(ServedViews({"large": large}, {"act": act}))) as browser:
+        browser.socket.send(json.dumps({"id": 7, "view": "large"}))
+        browser.socket.send(json.dumps({"id": 8, "action": "act"}))
+        received = [browser.socket.recv(timeout=30)]
+        while not (isinstance(received[-1], bytes) and received[-1][4]):
+            received.append(browser.socket.recv(timeout=30))
+
+    assert max(map(len, received)) <= PART_BYTES + 5
+    assert any(isinstance(each, str) and json.loads(each) == {"id": 8, "data": "done"} for each in received)
+    parts = [each for each in received if isinstance(each, bytes)]
+    assert {part[:4] for part in parts} == {(2**31 + 7).to_bytes(4, "big")}
+    whole = b"".join(part[5:] for part in parts)
+    if kind == "text":
+        assert parts[-1][4] == 1
+        assert json.loads(whole) == {"id": 7, "data": LARGE["text"]}
+    else:
+        assert parts[-1][4] == 2
+        assert whole == (7).to_bytes(4, "big") + LARGE["bytes"]
 
 
 def nested(depth: int) -> Any:

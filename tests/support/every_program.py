@@ -147,6 +147,8 @@ actionlib_tutorials fibonacci_server
 actionlib_tutorials fibonacci_server.py
 actionlib_tutorials gen_numbers.py
 amcl amcl
+controller_manager controller_manager list
+controller_manager spawner base
 depthimage_to_laserscan depthimage_to_laserscan
 diagnostic_aggregator add_analyzers
 diagnostic_aggregator aggregator_node

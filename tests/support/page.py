@@ -105,7 +105,7 @@ class LivePage:
 
     def _answer(self, number: int) -> Any:
         while True:
-            data = self.socket.recv(timeout=30)
+            data = self._received(number)
             if isinstance(data, bytes):
                 if int.from_bytes(data[:4], "big") == number:
                     return data[4:]
@@ -113,3 +113,16 @@ class LivePage:
             message: Mapping[str, Any] = json.loads(data)
             if message["id"] in (number, -1):
                 return message["data"] if "data" in message else {"error": message["error"]}
+
+    def _received(self, number: int) -> str | bytes:
+        """Return the next message, or the last of the parts of an answer as a whole."""
+        parts = b""
+        while True:
+            data = self.socket.recv(timeout=30)
+            if isinstance(data, str) or int.from_bytes(data[:4], "big") != number + 2**31:
+                if not parts:
+                    return data
+                continue
+            parts += data[5:]
+            if data[4]:
+                return parts.decode() if data[4] == 1 else parts

@@ -37,6 +37,7 @@ MODULES = {
     "plot/selection.js": 97,
     "stale.js": 60,
     "silence.js": 97,
+    "partial_message.js": 97,
     "angles.js": 97,
     "image_address.js": 97,
 }

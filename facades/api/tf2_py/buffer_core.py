@@ -13,6 +13,7 @@ from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
 from pipros.libraries.transforms.errors import InvalidArgumentException
 from pipros.libraries.transforms.messages import in_ns, pose_of_transform
 from pipros.libraries.transforms.pose import Pose
+from pipros.libraries.transforms.rejections import Rejections
 from pipros.msg.time import NS_PER_S
 
 _new = object.__new__
@@ -30,6 +31,7 @@ class BufferCore:
 
     def __init__(self, cache_time: Any = None) -> None:
         self._buffer = TransformBuffer(DEFAULT_LENGTH if cache_time is None else in_ns(cache_time))
+        self._rejections = Rejections(self._warn)
 
     def _repr_html_(self) -> str:
         """Return the frame tree as HTML, for notebooks."""
@@ -53,7 +55,7 @@ class BufferCore:
             header.frame_id, transform.child_frame_id, stamp, pose, authority, is_static
         )
         for reason in reasons:
-            self._warn(reason)
+            self._rejections.add(transform.child_frame_id, reason)
 
     def lookup_transform_core(self, target_frame: str, source_frame: str, time: Any) -> TransformStamped:
         """Return the transform from the source frame to the target frame. Does not block.

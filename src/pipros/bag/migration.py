@@ -17,8 +17,9 @@ from pipros.bag.writer import MessageWriter
 from pipros.msg.base import Message
 from pipros.msg.class_finder import installed_class
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.msg.errors import DeserializationError
+from pipros.msg.errors import MessageException
 from pipros.msg.time import NS_PER_S
+from pipros.safe.expr import ExpressionError
 
 _LONGEST_CHAIN = 50
 
@@ -191,14 +192,13 @@ class Migrator:
             written, target = made[connection.id]
             if target is not None:
                 try:
-                    message = bag.decode(stored)
-                except (BagError, DeserializationError) as error:
+                    buffer = io.BytesIO()
+                    self.migrate(bag.decode(stored), target).serialize(buffer)
+                except (BagError, ExpressionError, MessageException) as error:
                     if bag.on_bad_message is None:
                         raise
                     bag.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
                     continue
-                buffer = io.BytesIO()
-                self.migrate(message, target).serialize(buffer)
                 data = buffer.getvalue()
             writer.write(written, *divmod(time_ns, NS_PER_S), data)
         writer.finish()

@@ -73,7 +73,8 @@ class BagReader:
         skipped, skipped_files: map each topic, or file of a bag of several files, that cannot be read to the
             reason. The others are not affected.
         on_bad_message: called with the topic and the reason for each message that does not match its
-            definition, which is then left out; None (the default) to raise an error instead.
+            definition, and for each connection without a valid definition, which are then left out; None (the
+            default) to raise an error instead.
 
     >>> with BagReader("run.bag") as bag:                              # doctest: +SKIP
     ...     for topic, message, time, _ in bag.messages(["/chatter"]):
@@ -384,7 +385,7 @@ class BagReader:
             DeserializationError: a message's bytes do not match its definition.
         """
         connections = [c for c in self.connections_of(topics) if where is None or where(c)]
-        for connection in connections:
+        for connection in connections if self.on_bad_message is None else ():
             self.class_of(connection)
         for connection, time_ns, message in self.decoded(connections, ns_of(start), ns_of(end)):
             yield BagMessage(connection.topic, message, Time(*divmod(time_ns, NS_PER_S)), connection)
@@ -403,9 +404,11 @@ class BagReader:
         for connection, time_ns, data, _, _ in self.stored_fields(
             connections, start_ns, end_ns, as_views=True
         ):
-            cls = classes.get(connection.id)
+            if connection.id not in classes:
+                classes[connection.id] = self._known_class(connection)
+            cls = classes[connection.id]
             if cls is None:
-                cls = classes[connection.id] = self.class_of(connection)
+                continue
             try:
                 message = cls().deserialize(data)
             except DeserializationError as error:
@@ -414,6 +417,16 @@ class BagReader:
                 self.on_bad_message(connection.topic, f"{received_at(time_ns)}: {error}")
                 continue
             yield connection, time_ns, message
+
+    def _known_class(self, connection: Connection) -> Any:
+        """Return the class for a connection's messages, or None if that is reported to `on_bad_message`."""
+        try:
+            return self.class_of(connection)
+        except BagError as error:
+            if self.on_bad_message is None:
+                raise
+            self.on_bad_message(connection.topic, str(error))
+            return None
 
     def decode(self, stored: StoredMessage) -> Any:
         """Deserialize one message; see `messages` for errors."""

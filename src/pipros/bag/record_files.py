@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.opening import writer_for
 from pipros.bag.writer import CHUNK_BYTES, BagWriter, MessageWriter, WholeWrites
+from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ class RecordFiles:
                 writer.finish()
         finally:
             self._file.close()
-        self._active().replace(self._path)
+        replace_file(self._active(), self._path)
         self._kept.append(self._path)
 
     def flush(self) -> None:

@@ -18,6 +18,7 @@ from typing import Any, Final
 from pipros.bag.connection import Connection
 from pipros.bag.reader import BagReader
 from pipros.basics.errors import MissingExtra
+from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S, TVal
 from pipros.pictures.cloud_columns import cloud_columns
 from pipros.pictures.errors import PictureError
@@ -48,7 +49,7 @@ def rerun_file(path: Path, bag: BagReader) -> Iterator[RerunSink]:
         yield RerunSink(rerun, recording, bag)
         recording.flush()
         recording.disconnect()
-        part.replace(path)
+        replace_file(part, path)
     finally:
         part.unlink(missing_ok=True)
 

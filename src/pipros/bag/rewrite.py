@@ -19,6 +19,7 @@ from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import BagWriter, MessageSink
 from pipros.basics.limits import Limits
+from pipros.basics.windows import replace_file
 from pipros.msg.time import NS_PER_S, Time
 
 Progress = Callable[[int], None]
@@ -44,7 +45,7 @@ def replaced_file(path: Path) -> Iterator[Any]:
             yield file
             file.flush()
             os.fsync(file.fileno())
-        unfinished.replace(path)
+        replace_file(unfinished, path)
     except BaseException as error:
         unfinished.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.filename is None:

@@ -138,4 +138,4 @@ def interrupt_main_thread() -> None:
     if sys.platform != "win32" and main is not None and hasattr(signal, "pthread_kill"):
         signal.pthread_kill(main, signal.SIGINT)  # also interrupts a blocking system call
     else:
-        _thread.interrupt_main()
+        signal.raise_signal(signal.SIGINT)  # unlike _thread.interrupt_main(), wakes time.sleep()

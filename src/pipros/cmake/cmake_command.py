@@ -10,6 +10,7 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.windows import with_slashes
 from pipros.cmake.interpreter import Interpreter
 from pipros.cmake.language import Command
 from pipros.cmake.message import Kind, read_message
@@ -45,8 +46,8 @@ def run_script(file: str, settings: Sequence[str] = (), arguments: Sequence[str]
         CMakeError: the script is malformed, or a command in it fails.
     """
     variables = {
-        "CMAKE_COMMAND": sys.argv[0],
-        "CMAKE_SCRIPT_MODE_FILE": os.path.abspath(file),
+        "CMAKE_COMMAND": with_slashes(sys.argv[0]),
+        "CMAKE_SCRIPT_MODE_FILE": with_slashes(os.path.abspath(file)),
         "CMAKE_ARGC": str(len(arguments)),
         **{f"CMAKE_ARGV{number}": word for number, word in enumerate(arguments)},
     }
@@ -64,7 +65,7 @@ def script_interpreter(settings: Mapping[str, str]) -> Interpreter:
     Args:
         settings: the initial cache entries.
     """
-    folder = os.getcwd()
+    folder = with_slashes(os.getcwd())
     names = ("SOURCE_DIR", "BINARY_DIR", "CURRENT_SOURCE_DIR", "CURRENT_BINARY_DIR")
     variables = {f"CMAKE_{name}": folder for name in names}
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.windows import with_slashes
 from pipros.cmake import regex
 
 if TYPE_CHECKING:
@@ -241,6 +242,7 @@ def paths_to_copy(item: Copy, target: Path | None = None) -> Iterator[Path]:
 
 
 def _matching(item: Copy, path: str) -> list[CopyPattern]:
+    path = with_slashes(path)
     return [pattern for pattern in item.patterns if pattern.expression.search(path)]
 
 

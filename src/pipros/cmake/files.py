@@ -15,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
+from pipros.basics.windows import with_slashes
 from pipros.cmake import regex
 from pipros.cmake.configure import configured
 from pipros.cmake.copying import CannotCopy, copy, read_copies
@@ -61,17 +62,18 @@ def _glob(words: list[str], scope: Scope, *, is_recursive: bool) -> None:
             pattern = scope.in_source(word)
             found.update((_matching_below if is_recursive else _matching)(pattern, with_folders=with_folders))
     paths = sorted(os.path.relpath(path, relative_to) if relative_to else path for path in found)
-    scope.values[output] = ";".join(paths)
+    scope.values[output] = with_slashes(";".join(paths))
 
 
 def _matching(pattern: str, *, with_folders: bool) -> list[str]:
     """Return the paths that match an absolute pattern. As in CMake, the paths include hidden files."""
-    found = [""]
-    for part in pattern.split("/")[1:]:
+    base, *parts = pattern.split("/")  # the base is a drive, or empty
+    found = [base]
+    for part in parts:
         if _WILD.search(part):
             found = [
-                os.path.join(folder, name)
-                for folder in (base or "/" for base in found)
+                f"{folder}{name}"
+                for folder in (f"{base}/" for base in found)
                 for name in _names(folder)
                 if fnmatch.fnmatchcase(name, part)
             ]
@@ -201,7 +203,7 @@ def _relative_path(path: str, folder: str) -> str:
 
     As in CMake, a path that consists only of `..` components ends with a slash.
     """
-    relative = os.path.relpath(path, folder)
+    relative = with_slashes(os.path.relpath(path, folder))
     if relative == ".":
         return ""
     return f"{relative}/" if relative.endswith("..") else relative
@@ -253,15 +255,19 @@ _OPERATIONS: Mapping[str, Callable[[list[str], Scope], None]] = {
     "LOCK": lambda _words, _scope: None,
     "RELATIVE_PATH": _set(lambda words, _scope: _relative_path(words[1], words[0])),
     "TIMESTAMP": _timestamp,
-    "TO_CMAKE_PATH": lambda words, scope: scope.values.update({words[1]: words[0].replace(":", ";")}),
-    "TO_NATIVE_PATH": lambda words, scope: scope.values.update({words[1]: words[0].replace(";", ":")}),
+    "TO_CMAKE_PATH": lambda words, scope: scope.values.update(
+        {words[1]: with_slashes(words[0].replace(os.pathsep, ";"))}
+    ),
+    "TO_NATIVE_PATH": lambda words, scope: scope.values.update(
+        {words[1]: words[0].replace("/", os.sep).replace(";", os.pathsep)}
+    ),
     "SIZE": lambda words, scope: scope.values.update(
         {words[1]: str(os.path.getsize(scope.in_source(words[0])))}
     ),
     "REAL_PATH": lambda words, scope: scope.values.update(
-        {words[1]: os.path.realpath(scope.in_source(words[0]))}
+        {words[1]: with_slashes(os.path.realpath(scope.in_source(words[0])))}
     ),
     "READ_SYMLINK": lambda words, scope: scope.values.update(
-        {words[1]: os.readlink(scope.in_source(words[0]))}
+        {words[1]: with_slashes(os.readlink(scope.in_source(words[0])))}
     ),
 }

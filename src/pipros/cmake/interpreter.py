@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from pipros.basics.input_file import read_text
+from pipros.basics.windows import with_slashes
 from pipros.cmake import language
 from pipros.cmake.blocks import BLOCKS, branches, end_of_block
 from pipros.cmake.condition import is_true
@@ -136,7 +137,8 @@ class Interpreter:
         before = self.file, [values.get(name, "") for name in names]
         self.file = file
         self._depth += 1
-        values.update(zip(names, (file, os.path.dirname(file)), strict=True))
+        listed = with_slashes(file)
+        values.update(zip(names, (listed, os.path.dirname(listed)), strict=True))
         try:
             yield
         finally:
@@ -317,7 +319,7 @@ class Interpreter:
         for path in (os.path.join(folder, name) for folder in folders for name in names):
             if os.path.isfile(path):
                 if options:
-                    self.scope.values[options["RESULT_VARIABLE"]] = path
+                    self.scope.values[options["RESULT_VARIABLE"]] = with_slashes(path)
                 self.run_file(path)
                 return
         if options:

@@ -7,6 +7,7 @@ import re
 import shutil
 from collections.abc import Callable
 
+from pipros.basics.windows import with_slashes
 from pipros.cmake.scope import Scope
 from pipros.cmake.words import options_of
 
@@ -21,6 +22,7 @@ def get_filename_component(words: list[str], scope: Scope) -> None:
         raise ValueError("called with incorrect number of arguments")
     output, path, mode = words[:3]
     options = options_of(words[3:], "BASE_DIR")
+    path = with_slashes(path)
     name = path.rpartition("/")[2]
     folder = (re.sub("//+", "/", path).rstrip("/") or "/").rpartition("/")[0]
     stem, dot, extension = name.partition(".")
@@ -34,9 +36,9 @@ def get_filename_component(words: list[str], scope: Scope) -> None:
         "NAME_WE": stem,
         "LAST_EXT": last_dot + last_extension if last_dot else "",
         "NAME_WLE": longest_stem if last_dot else name,
-        "ABSOLUTE": os.path.normpath(absolute),
-        "REALPATH": os.path.realpath(absolute),
-        "PROGRAM": shutil.which(path, path=scope.environment.get("PATH")) or "",
+        "ABSOLUTE": with_slashes(os.path.normpath(absolute)),
+        "REALPATH": with_slashes(os.path.realpath(absolute)),
+        "PROGRAM": with_slashes(shutil.which(path, path=scope.environment.get("PATH")) or ""),
     }
     if mode not in parts:
         raise ValueError(f"unknown component {mode}")
@@ -98,4 +100,4 @@ def _find(
         raise ValueError(
             f"Could not find {variable} using the following names: {', '.join(sections['NAMES'])}"
         )
-    scope.cache[variable] = found or f"{variable}-NOTFOUND"
+    scope.cache[variable] = with_slashes(found or f"{variable}-NOTFOUND")

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMappin
 from contextlib import contextmanager
 
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.windows import with_slashes
 
 
 class _Values(ChainMap[str, str]):
@@ -111,11 +112,15 @@ class Scope:
 
     def in_source(self, path: str) -> str:
         """Return the absolute path of an input file, which may be relative to the current source folder."""
-        return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_SOURCE_DIR", ""), path))
+        return with_slashes(
+            os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_SOURCE_DIR", ""), path))
+        )
 
     def in_binary(self, path: str) -> str:
         """Return the absolute path of an output file, which may be relative to the current binary folder."""
-        return os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_BINARY_DIR", ""), path))
+        return with_slashes(
+            os.path.normpath(os.path.join(self.values.get("CMAKE_CURRENT_BINARY_DIR", ""), path))
+        )
 
 
 ValueCommand = Callable[[list[str], Scope], None]

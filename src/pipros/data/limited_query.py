@@ -56,7 +56,8 @@ def run_query(bag: Path, sql: str, *, limit_s: float, limit_bytes: int) -> str:
             reason = _beginning(errors, _ERROR_BYTES) or f"it ended with the code {ended.returncode}"
             raise QueryError(reason.strip())
         text = _beginning(output, OUTPUT_BYTES)
-    return text if len(text) < OUTPUT_BYTES // 4 else text[: text.rfind("\n") + 1]
+        is_cut = output.stat().st_size > OUTPUT_BYTES
+    return text[: text.rfind("\n") + 1] if is_cut else text
 
 
 def _beginning(file: Path, limit_bytes: int) -> str:

@@ -23,6 +23,7 @@ from pipros.bag.mcap_repair import recover
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.rewrite import replaced_file
 from pipros.basics.limits import Limits, process_limits
+from pipros.basics.windows import replace_file
 from pipros.fleet.limits import FleetLimits
 
 FILE_BYTES: Final = 8 * 1024 * 1024
@@ -133,7 +134,7 @@ class HistoryFiles:
             if _described(path) is None:
                 self._delete(path)
             else:
-                path.replace(path.with_suffix(""))
+                replace_file(path, path.with_suffix(""))
 
     def write(self, member: str, connection: Connection, time_ns: int, data: bytes) -> None:
         """Add a message.

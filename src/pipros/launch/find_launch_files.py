@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pipros.basics.errors import NotFound
 from pipros.basics.similar_names import similar_names
 from pipros.launch.model import LaunchError
-from pipros.packages.well_known import why_missing
+from pipros.packages.well_known import why_not_here
 from pipros.workspace.index import Package, PackageIndex
 
 STDIN = "-"
@@ -60,7 +60,7 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
     try:
         package = index.find(package_name)
     except NotFound:
-        reason = why_missing(package_name)
+        reason = why_not_here(package_name)
         suggestion = similar_names(package_name, [package.name for package in index])
         hints = [nothing, reason] if reason else [nothing, suggestion, index.advice]
         raise LaunchError("\n".join(filter(None, hints))) from None

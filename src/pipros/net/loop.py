@@ -24,6 +24,9 @@ CLOSING_TURNS = 3
 iterations later.
 """
 
+CANCEL_AGAIN_S = 0.5
+"""How long a task may take to end after its cancellation, for example to close what it has opened."""
+
 OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
 
 
@@ -116,10 +119,13 @@ class BackgroundLoop:
         asyncio.set_event_loop(loop)
         try:
             loop.run_forever()
-            left = asyncio.all_tasks(loop)
-            for task in left:
-                task.cancel()
-            loop.run_until_complete(asyncio.gather(*left, return_exceptions=True))
+            # Up to Python 3.11, `asyncio.wait_for` drops a cancellation that arrives just when it is done. A
+            # task with an endless loop then runs on, so it is cancelled again.
+            while left := asyncio.all_tasks(loop):
+                for task in left:
+                    task.cancel()
+                ended = asyncio.gather(*left, return_exceptions=True)
+                loop.run_until_complete(asyncio.wait((ended,), timeout=CANCEL_AGAIN_S))
             for _ in range(CLOSING_TURNS):
                 loop.run_until_complete(asyncio.sleep(0))
         finally:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.budget import Budget
-from pipros.basics.errors import PiprosError
+from pipros.basics.errors import Interrupted, PiprosError
 from pipros.basics.limits import Limits
 from pipros.basics.ports import AdvertisedAddress
 from pipros.net.address import uri
@@ -324,6 +324,8 @@ class Endpoints:
                 del self._services[server.name]
 
     def _log_handler_error(self, error: BaseException) -> None:
+        if isinstance(error, Interrupted):  # the node ends while the handler waits
+            return
         self._context.log.error("Error processing request: %s", error, exc_info=error)
 
     # -- connections --------------------------------------------------------------------

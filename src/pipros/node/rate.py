@@ -9,6 +9,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pipros.basics.errors import Interrupted
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock, TimeMovedBackwards
 
@@ -136,7 +137,10 @@ class Timer(threading.Thread):
         last_expected_ns = last_real_ns = last_duration_s = None
         while rate.sleep() and not self._is_shutdown:
             real_ns = self._clock.now_ns()
-            self._callback(Tick(last_expected_ns, last_real_ns, expected_ns, real_ns, last_duration_s))
+            try:
+                self._callback(Tick(last_expected_ns, last_real_ns, expected_ns, real_ns, last_duration_s))
+            except Interrupted:  # the node ends while the callback waits
+                return
             if self._oneshot:
                 return
             last_duration_s = (self._clock.now_ns() - real_ns) / NS_PER_S

@@ -9,7 +9,7 @@ from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
-from pipros.basics.errors import LimitExceeded, MissingExtra, ProtocolError
+from pipros.basics.errors import Interrupted, LimitExceeded, MissingExtra, ProtocolError
 from pipros.basics.printable import printable
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.shared_receiver import NoSharedMemory
@@ -356,6 +356,8 @@ class Subscription:
             if str(error) not in self._missing:
                 self._missing.add(str(error))
                 self._context.log.error("bad callback: %s: %s", entry.callback, error)
+            return
+        if isinstance(error, Interrupted):  # the node ends while the callback waits
             return
         self._context.log.error("bad callback: %s", entry.callback, exc_info=error)
 

@@ -25,10 +25,10 @@ class _AbsentLoader(Loader):
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
         if spec.name in _PACKAGES:
-            from pipros.packages.well_known import why_missing
+            from pipros.packages.well_known import why_not_here
 
             raise ModuleNotFoundError(
-                f"No module named '{spec.name}': {why_missing(spec.name)}", name=spec.name
+                f"No module named '{spec.name}': {why_not_here(spec.name)}", name=spec.name
             )
         reason = _REASONS[spec.name].format(spec.name)
         if spec.name == "em":

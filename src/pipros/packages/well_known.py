@@ -11,7 +11,7 @@ from pipros.basics.rooms import all_offered, offered
 from pipros.packages.nodelets import package_of
 
 _NAMES = """
-    carrot_planner cartographer_ros controller_manager depth_image_proc
+    carrot_planner cartographer_ros depth_image_proc
     explore_lite filters freenect_launch gazebo gazebo_plugins
     gazebo_ros gazebo_ros_control global_planner hector_mapping hls_lfcd_lds_driver hokuyo_node
     image_proc image_publisher image_rotate mavros move_group
@@ -69,16 +69,11 @@ _QT = frozenset(_QT_NAMES.split())
 """rqt plugins that pipros does not replace."""
 
 
-def why_missing(package: str) -> str | None:
-    """Return advice on a package that was not found, or None if the package is unknown."""
-    return why_not_here(package)
-
-
 def why_no_command(name: str) -> str | None:
     """Return advice on a command that the shell did not find, or None if the command is unknown."""
     if name in _PYPI:
         return f"{name} is not part of pipros, but is on PyPI: pip install {_PYPI[name]}"
-    return why_missing(_PACKAGE_OF_COMMAND.get(name, ""))
+    return why_not_here(_PACKAGE_OF_COMMAND.get(name, ""))
 
 
 def why_not_here(package: str, programs: Iterable[str] = ()) -> str | None:

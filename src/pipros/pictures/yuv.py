@@ -18,11 +18,12 @@ LAYOUTS: Final = {
 def plane_rows(encoding: str, height: int, size: int, step: int) -> int:
     """Return the number of rows in the data of an image, including those of the second plane.
 
-    The height of NV12 and NV21 images may or may not include the second plane.
+    The height of NV12 and NV21 images may or may not include the second plane, whose last row belongs to one
+    row of pixels if their number is odd.
     """
-    if len(LAYOUTS.get(encoding, "yuyv")) == 4 or (size < step * (height * 3 // 2) and height % 3 == 0):
+    if len(LAYOUTS.get(encoding, "yuyv")) == 4 or (size < step * (height * 3 // 2) and height % 3 != 1):
         return height
-    return height * 3 // 2
+    return height + (height + 1) // 2
 
 
 def rgb_rows(encoding: str, width: int, rows: Any) -> Any:

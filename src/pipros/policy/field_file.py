@@ -27,7 +27,11 @@ ORDERED = frozenset((*INTEGERS, *FLOATS, *TIMES))
 """Types whose values can have a range."""
 PLAIN = ("string", "bool")
 _STEP = re.compile(r"([A-Za-z]\w*)((?:\[\d*\])*)")
-_FIELD_KEYS = ("range", "one_of", "unit", "change_per_s", "start", "count")
+
+BOUNDS: Final = ("range", "one_of", "unit")
+"""Keys that bound one value, wherever a policy has one: in fields, parameters, arguments and conditions."""
+
+_FIELD_KEYS = (*BOUNDS, "change_per_s", "start", "count")
 
 
 def place_of(section: Settings, key: str = "") -> str:
@@ -39,13 +43,13 @@ def place_of(section: Settings, key: str = "") -> str:
 def read_fields(section: Settings, message_class: Any) -> FieldTree:
     """Return the rules under the key `fields` as a tree. Fields that do not exist are errors."""
     if section.values.get("fields") == "any":
-        return FieldTree(FieldRule(place_of(section), is_any=True))
+        return FieldTree(FieldRule(place=place_of(section), is_any=True))
     fields = section.section("fields")
     root: dict[str | int, Any] = {}
     for key, value in fields.values.items():
         path, kind = field_path(fields, key, message_class)
         if value == "any":
-            rule = FieldRule(place_of(fields, key), is_any=True)
+            rule = FieldRule(place=place_of(fields, key), is_any=True)
         else:
             spec = fields.section(key)
             spec.only(_FIELD_KEYS)
@@ -115,8 +119,14 @@ def read_rule(spec: Settings, *, is_number: bool, is_element: bool = False, kind
             raise spec.error("", "must have range or one_of")
         raise spec.error("", "must have range, one_of, change_per_s or count; `any` allows all values")
     return FieldRule(
-        *(place_of(spec), False, least * unit.factor, most * unit.factor, tuple(scaled)),
-        *(unit, change, start, count),
+        place=place_of(spec),
+        least=least * unit.factor,
+        most=most * unit.factor,
+        one_of=tuple(scaled),
+        unit=unit,
+        change_per_s=change,
+        start=start,
+        count=count,
     )
 
 

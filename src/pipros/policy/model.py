@@ -55,7 +55,7 @@ class Unit:
         return f"{value / self.factor:g} {self.text}".rstrip()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FieldRule:
     """The permitted values of a field, in the units of the message.
 
@@ -99,7 +99,7 @@ class FieldTree:
     below: Mapping[str | int, FieldTree] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ActRule:
     """What clients may do with one topic, service, parameter or launch file, or with recordings of a topic.
 
@@ -125,7 +125,7 @@ class ActRule:
     place: str
     kind: ActKind
     name: str
-    type: str
+    type: str = ""
     message_class: Any = None
     md5sum: str = ""
     fields: FieldTree = field(default_factory=FieldTree)

@@ -17,19 +17,30 @@ from pipros.msg.from_yaml import fill_message_args
 from pipros.msg.language.spec import TIMES
 from pipros.policy.decisions import PARAMETER_TYPES
 from pipros.policy.field_check import is_finite
-from pipros.policy.field_file import ORDERED, PLAIN, field_path, place_of, read_fields, read_rule, whole
+from pipros.policy.field_file import (
+    BOUNDS,
+    ORDERED,
+    PLAIN,
+    field_path,
+    place_of,
+    read_fields,
+    read_rule,
+    whole,
+)
 from pipros.policy.model import EACH, RUNS, ActKind, ActRule, Condition, FieldRule, FieldTree, Policy
 from pipros.safe.settings import BadSettings, Settings
 from pipros.safe.yaml import YamlError
 
-_BOUNDS = ("range", "above", "below", "one_of", "unit")
-_ACT_KEYS = ("type", "fields", "per_minute", "requires")
+_SIDES = ("above", "below")  # bounds of conditions only
+_CONDITIONS = ("range", *_SIDES, "one_of")
+_LIMITS = ("per_minute", "requires")
+_MESSAGE_KEYS = ("type", "fields", "stop", "time_limit_s", *_LIMITS)
 _KEYS = {
-    ActKind.TOPIC: (*_ACT_KEYS, "stop", "time_limit_s"),
-    ActKind.SERVICE: (*_ACT_KEYS, "stop", "time_limit_s"),
-    ActKind.PARAMETER: ("type", "range", "one_of", "unit", "per_minute", "requires"),
-    ActKind.LAUNCH: ("args", "per_minute", "requires", "time_limit_s"),
-    ActKind.RECORD: ("per_minute", "requires", "time_limit_s"),
+    ActKind.TOPIC: _MESSAGE_KEYS,
+    ActKind.SERVICE: _MESSAGE_KEYS,
+    ActKind.PARAMETER: ("type", *BOUNDS, *_LIMITS),
+    ActKind.LAUNCH: ("args", "time_limit_s", *_LIMITS),
+    ActKind.RECORD: ("time_limit_s", *_LIMITS),
 }
 _LAUNCH_FILE = re.compile(r"[A-Za-z][\w-]*(/[\w-][\w.-]*)+\.launch", re.ASCII)
 
@@ -104,32 +115,39 @@ class _PolicyReader:
 
     def _act(self, section: Settings, kind: ActKind, name: str, known: Mapping[str, Condition]) -> ActRule:
         section.only(_KEYS[kind])
-        per_minute, requires = self._limits(section, known)
-        limit_s = _time_limit(section)
-        found: tuple[Any, ...]
+        common = {
+            "place": place_of(section),
+            "kind": kind,
+            "name": name,
+            "time_limit_s": _time_limit(section),
+            **self._limits(section, known),
+        }
         if kind is ActKind.PARAMETER:
             type_name = section.choice("type", PARAMETER_TYPES, "")
             rule = read_rule(section, is_number=type_name in ("int", "double"), kind=type_name)
             if type_name in ("bool", "str") and not rule.one_of:
-                rule = FieldRule(rule.place, is_any=True)
-            tree = FieldTree(rule)
-            found = (type_name, None, "", tree)
-        elif kind in RUNS:
-            if limit_s is None:
+                rule = FieldRule(place=rule.place, is_any=True)
+            return ActRule(type=type_name, fields=FieldTree(rule), **common)
+        if kind in RUNS:
+            if common["time_limit_s"] is None:
                 raise section.error("time_limit_s", "is missing")
             args = section.section("args")
-            found = ("", None, "", FieldTree(below={each: _argument(args, each) for each in args.values}))
-        else:
-            loaded = self._load(section, kind)
-            message_class = loaded if kind is ActKind.TOPIC else loaded._request_class
-            tree = read_fields(section, message_class)
-            found = (loaded._type, message_class, loaded._md5sum, tree, per_minute, requires)
-            return ActRule(place_of(section), kind, name, *found, _stop(section, message_class), limit_s)
-        return ActRule(place_of(section), kind, name, *found, per_minute, requires, time_limit_s=limit_s)
+            tree = FieldTree(below={each: _argument(args, each) for each in args.values})
+            return ActRule(fields=tree, **common)
+        loaded = self._load(section, kind)
+        message_class = loaded if kind is ActKind.TOPIC else loaded._request_class
+        return ActRule(
+            type=loaded._type,
+            message_class=message_class,
+            md5sum=loaded._md5sum,
+            fields=read_fields(section, message_class),
+            stop=_stop(section, message_class),
+            **common,
+        )
 
     def _action(self, section: Settings, name: str, conditions: Mapping[str, Condition]) -> Iterator[ActRule]:
         """Yield the rules for an action's goal and cancel topics. The key `fields` applies to the goal."""
-        section.only((*_ACT_KEYS, "stop", "time_limit_s"))
+        section.only(_MESSAGE_KEYS)
         type_name = section.text("type")
         if not type_name.endswith("Action"):
             raise section.error(
@@ -142,19 +160,31 @@ class _PolicyReader:
             raise section.error("type", f"{goal_class._type} is not the goal type of an action")
         below = read_fields(section, self._loaded(section, parts["goal"]))
         place = place_of(section)
-        free = FieldTree(FieldRule(place, is_any=True))
+        free = FieldTree(FieldRule(place=place, is_any=True))
         tree = FieldTree(below={"header": free, "goal_id": free, "goal": below})
-        per_minute, requires = self._limits(section, conditions)
         cancel: Any = load_message_class("actionlib_msgs/GoalID")
         yield ActRule(
-            *(place, ActKind.TOPIC, f"{name}/goal", goal_class._type, goal_class, goal_class._md5sum, tree),
-            per_minute=per_minute,
-            requires=requires,
+            place=place,
+            kind=ActKind.TOPIC,
+            name=f"{name}/goal",
+            type=goal_class._type,
+            message_class=goal_class,
+            md5sum=goal_class._md5sum,
+            fields=tree,
             time_limit_s=_time_limit(section),
             cancel=cancel(),
             halt=self._halt(section, type_name),
+            **self._limits(section, conditions),
         )
-        yield ActRule(place, ActKind.TOPIC, f"{name}/cancel", cancel._type, cancel, cancel._md5sum, free)
+        yield ActRule(
+            place=place,
+            kind=ActKind.TOPIC,
+            name=f"{name}/cancel",
+            type=cancel._type,
+            message_class=cancel,
+            md5sum=cancel._md5sum,
+            fields=free,
+        )
 
     def _halt(self, section: Settings, action: str) -> tuple[str, Any, str] | None:
         """Return the topic that stops the robot when no goal is left; the guardian needs a time limit."""
@@ -174,17 +204,14 @@ class _PolicyReader:
             f"{action}Result",
         )
 
-    def _limits(
-        self, section: Settings, conditions: Mapping[str, Condition]
-    ) -> tuple[int | None, tuple[str, ...]]:
-        per_minute = None
-        if "per_minute" in section.values:
-            per_minute = whole(section, "per_minute", 60_000)
+    def _limits(self, section: Settings, conditions: Mapping[str, Condition]) -> dict[str, Any]:
+        """Return the limits that all kinds of acts have, by the names of `ActRule`."""
         requires = section.texts("requires")
         for each in requires:
             if each not in conditions:
                 raise section.error("requires", f"names {each}, which is not one of the conditions")
-        return per_minute, requires
+        per_minute = whole(section, "per_minute", 60_000) if "per_minute" in section.values else None
+        return {"per_minute": per_minute, "requires": requires}
 
     def _load(self, section: Settings, kind: ActKind) -> Any:
         if kind is ActKind.TOPIC:
@@ -204,7 +231,7 @@ class _PolicyReader:
 
     def _conditions(self) -> Iterator[Condition]:
         for section in self._top.section("conditions").sections():
-            section.only(("topic", "type", "field", "max_age_s", *_BOUNDS))
+            section.only(("topic", "type", "field", "max_age_s", *BOUNDS, *_SIDES))
             name = section.key.rpartition(".")[2]
             topic = section.text("topic")
             if (
@@ -215,7 +242,7 @@ class _PolicyReader:
             message_class = self._loaded(section, section.text("type"))
             path: tuple[str | int, ...] = ()
             kind = "string"
-            given = [key for key in _BOUNDS[:4] if key in section.values]
+            given = [key for key in _CONDITIONS if key in section.values]
             if len(given) > 1:
                 raise section.error(given[1], f"must not be combined with {given[0]}")
             if "field" in section.values:
@@ -240,7 +267,7 @@ class _PolicyReader:
                     else end
                     for key, end in (("above", -math.inf), ("below", math.inf))
                 )
-                rule = FieldRule(rule.place, least=least, most=most, unit=rule.unit)
+                rule = FieldRule(place=rule.place, least=least, most=most, unit=rule.unit)
             age_s = section.number("max_age_s", None, least=0.01)
             yield Condition(place_of(section), name, topic, message_class, path, rule, age_s)
 
@@ -284,5 +311,5 @@ def _time_limit(section: Settings) -> float | None:
 def _argument(args: Settings, name: str) -> FieldTree:
     """Return the rule for a launch file's argument. The rule must have a range or a list of values."""
     spec = args.section(name)
-    spec.only(("range", "one_of", "unit"))
+    spec.only(BOUNDS)
     return FieldTree(read_rule(spec, is_number="range" in spec.values))

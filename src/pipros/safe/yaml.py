@@ -156,7 +156,7 @@ def load_texts(content: str | bytes, file: str = "<string>", *, limits: Limits |
     Raises:
         YamlError: as in `load`.
     """
-    return _only(_documents(content, file, _TextLoader, limits), file)
+    return _only(documents(content, file, _TextLoader, limits), file)
 
 
 def load_all(
@@ -171,10 +171,15 @@ def load_all(
     Takes the same arguments and raises the same errors as `load`.
     """
     text = content if isinstance(content, (str, bytes)) else content.read()
-    return _documents(text, file, _Loader if angles else _PlainLoader, limits)
+    return documents(text, file, _Loader if angles else _PlainLoader, limits)
 
 
-def _documents(text: str | bytes, file: str, loader: Any, limits: Limits | None) -> list[Any]:
+def documents(text: str | bytes, file: str, loader: Any, limits: Limits | None) -> list[Any]:
+    """Return all documents in the text as a PyYAML loader constructs them.
+
+    Raises:
+        YamlError: as in `load`.
+    """
     try:
         check_outline(_SafeLoader, text, limits or process_limits())
         return list(yaml.load_all(text, loader))

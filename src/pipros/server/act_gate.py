@@ -111,19 +111,19 @@ class ActGate:
         """
         self._check(ActKind.TOPIC, self._node.resolve(topic), message, type_name, md5sum, client)
 
-    def published(self, topic: str, message: Any, *, has_failed: bool = False) -> None:
+    def renew_after_publishing(self, topic: str, message: Any, *, has_failed: bool = False) -> None:
         """Restart a published message's time limit, because it may have waited. Do nothing for goals.
 
         If a stop could not be published, restart the time limit that it ended.
         """
-        rule = self._rule(topic)
+        rule = self._topic_rule(topic)
         if rule is None or rule.time_limit_s is None or rule.cancel is not None:
             return
         self._done(rule, message, has_failed=has_failed)
 
     def left(self, topic: str, client: object) -> None:
         """Stop what a client started on a topic, because the client no longer publishes it."""
-        rule = self._rule(topic)
+        rule = self._topic_rule(topic)
         if rule is None or rule.time_limit_s is None:
             return
         if self._guardian.left(key_of(rule), client) and rule.stop is not None:
@@ -138,10 +138,9 @@ class ActGate:
         if has_failed or value != stop:
             self._guardian.renew(key_of(rule))
 
-    def _rule(self, topic: str) -> ActRule | None:
-        return (
-            None if self.policy is None else self.policy.rules.get((ActKind.TOPIC, self._node.resolve(topic)))
-        )
+    def _topic_rule(self, topic: str) -> ActRule | None:
+        rules = {} if self.policy is None else self.policy.rules
+        return rules.get((ActKind.TOPIC, self._node.resolve(topic)))
 
     @contextmanager
     def calling(self, service: str, request: Any, type_name: str, md5sum: str) -> Iterator[None]:
@@ -179,9 +178,12 @@ class ActGate:
         Raises:
             ActRefused: no rule has this name and type, or there is no policy.
         """
+        return rule_for(self._required_policy(), kind, name, type_name, md5sum)
+
+    def _required_policy(self) -> Policy:
         if self.policy is None:
             raise ActRefused("there is no policy")
-        return rule_for(self.policy, kind, name, type_name, md5sum)
+        return self.policy
 
     def preview(self, act: Act) -> ActRule:
         """Return the rule that allows an act now, without counting the act.
@@ -193,7 +195,7 @@ class ActGate:
         _goal_id(rule, act.value)
         with self._lock:
             state = PolicyState(deepcopy(self._state.accepted), dict(self._state.readings))
-        return decide(self.policy, act, state, self._clock_s()) if self.policy is not None else rule
+        return decide(self._required_policy(), act, state, self._clock_s())
 
     def check_parameter(self, name: str, value: Any) -> None:
         """Check a new value of a parameter; `name` is global. See `check_message`."""
@@ -279,9 +281,9 @@ class GatedPublisher:
         try:
             self._publisher.publish(message)
         except BaseException:
-            self._gate.published(self._topic, message, has_failed=True)
+            self._gate.renew_after_publishing(self._topic, message, has_failed=True)
             raise
-        self._gate.published(self._topic, message)
+        self._gate.renew_after_publishing(self._topic, message)
 
     def unregister(self) -> None:
         """Let the guardian stop what the client started on the topic, and unregister the publisher."""

@@ -20,7 +20,7 @@ from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.publisher import Publisher
 from pipros.policy.decisions import Act, PolicyState
-from pipros.policy.model import ActRefused, ActRule, Policy
+from pipros.policy.model import ActKind, ActRefused, ActRule, Policy
 from pipros.server.act_gate import ActGate, GatedPublisher
 from pipros.server.approvals import Approvals, Question
 from pipros.server.limited_process import LimitedProcesses
@@ -140,6 +140,14 @@ class ApprovedActs:
     def _disconnect(system: System) -> None:
         system.gate.close()
         system.node.shutdown()
+
+    def rule(self, kind: ActKind, name: str) -> ActRule:
+        """Return the rule for a name. If there is none, log the refusal and raise `ActRefused`."""
+        found = self.policy.rules.get((kind, name))
+        if found is None:
+            with self._logged(f"act on {kind.value}", name, ""):
+                found = self.system().gate.rule(kind, name)
+        return found
 
     def perform(
         self,

@@ -12,6 +12,7 @@ from pipros.basics.limits import process_limits
 from pipros.cmake.copying import paths_to_copy
 from pipros.wheels.archive import ArchiveEntry
 from pipros.wheels.limits import WheelLimits
+from pipros.workspace.catkin.installation import Installation
 from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
 from pipros.workspace.setup_py import PythonSetup
 
@@ -55,24 +56,49 @@ def check_sources(project: Project, setup: PythonSetup | None, package: Path, bu
                 )
 
 
+def check_targets(project: Project, prefix: Path) -> None:
+    """Check that each file is installed below the prefix, and not through a link that is installed, too.
+
+    Raises:
+        WheelRefused: a path leads out of the prefix or through a link.
+    """
+    targets = [
+        (item.place, path, made) for item in project.installations for path, made in _made(item, prefix)
+    ]
+    links = {made for _, path, made in targets if path.is_symlink()}
+    for interface in project.interfaces:
+        if interface.folder is not None:
+            made = Path(os.path.normpath(prefix / "share" / project.name / interface.folder))
+            targets.append((project.file, Path(interface.path), made))
+    for place, path, made in targets:
+        if not made.is_relative_to(prefix):
+            raise WheelRefused(f"{place}: {path} would be installed as {made}, outside of the prefix")
+        if not links.isdisjoint(made.parents):
+            raise WheelRefused(f"{place}: {path} would be installed through a link, as {made}")
+
+
 def replace_links(project: Project, prefix: Path, package: Path) -> None:
     """Replace installed links whose target is in the package but not installed by copies of the target."""
     for item in project.installations:
-        if item.copy is None:
-            continue
-        target = prefix / item.copy.target
-        source = Path(item.copy.source)
-        pairs = [(source, target / (item.copy.rename or source.name))]
-        if item.copy.is_folder:
-            base = target if item.copy.source.endswith("/") else target / source.name
-            pairs = [(path, base / path.relative_to(source)) for path in paths_to_copy(item.copy)]
-        for path, made in pairs:
-            made = Path(os.path.normpath(made))
+        for path, made in _made(item, prefix):
             if made.is_symlink() and not made.exists() and path.exists():
                 real = path.resolve()
                 if real.is_relative_to(package.resolve()) and not path.is_relative_to(real):
                     made.unlink()
                     (copy_whole if real.is_dir() else shutil.copy2)(real, made)
+
+
+def _made(item: Installation, prefix: Path) -> Iterator[tuple[Path, Path]]:
+    """Yield each file, folder and link that an installation copies, with the path of the copy."""
+    if item.copy is None:
+        return
+    source, target = Path(item.copy.source), prefix / item.copy.target
+    if not item.copy.is_folder:
+        yield source, Path(os.path.normpath(target / (item.copy.rename or source.name)))
+        return
+    base = target if item.copy.source.endswith("/") else target / (item.copy.rename or source.name)
+    for path in paths_to_copy(item.copy):
+        yield path, Path(os.path.normpath(base / path.relative_to(source)))
 
 
 def source_entries(folder: Path) -> dict[str, ArchiveEntry]:

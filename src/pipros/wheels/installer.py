@@ -80,13 +80,13 @@ class Installer:
         if code != 0:
             raise InstallFailed(f"[{' '.join(words[:4])} …] failed with exit code {code}")
 
-    def has_wheel(self, distribution: str) -> bool:
-        """Return whether the index or the folders have a wheel of a distribution.
+    def has_wheel(self, requirement: str) -> bool:
+        """Return whether the index or the folders have a wheel for a requirement such as `ros1-arm>=1.2`.
 
         Nothing is installed, and source archives, whose code would have to run, are ignored. Blocks for up to
         two minutes, and returns False after that time.
         """
-        words = ["--dry-run", "--no-deps", "--quiet", "--only-binary=:all:", distribution]
+        words = ["--dry-run", "--no-deps", "--quiet", "--only-binary=:all:", requirement]
         try:
             ended = subprocess.run(  # noqa: S603
                 [*self.command, "install", *self.options(), *words],

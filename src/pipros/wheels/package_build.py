@@ -21,7 +21,14 @@ from pipros.packages.installed_packages import EDITABLE, MODULES
 from pipros.reconfigure import cfg_file
 from pipros.wheels.archive import ArchiveEntry
 from pipros.wheels.dependencies import is_shipped
-from pipros.wheels.file_tree import WheelRefused, check_sources, collected, copy_whole, replace_links
+from pipros.wheels.file_tree import (
+    WheelRefused,
+    check_sources,
+    check_targets,
+    collected,
+    copy_whole,
+    replace_links,
+)
 from pipros.wheels.names import ON_PYPI, own_modules
 from pipros.workspace.catkin.context import FoundPackage
 from pipros.workspace.catkin.installation import Installation
@@ -149,6 +156,7 @@ def package_files(
     )
     setup = python_setup(project)
     check_sources(project, setup, package.folder, folder)
+    check_targets(project, prefix)
     definitions = Definitions(DefinitionFiles(find_folder))
     install_package(project, layout, definitions, settings_of(folder), _warnings(result), setup)
     replace_links(project, prefix, package.folder)

@@ -10,12 +10,13 @@ import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import cache
 from pathlib import Path
 
 from pipros.basics.errors import InvalidName
 from pipros.packages.apt_names import PROGRAM_PACKAGES
 from pipros.wheels.dependencies import DependencySource, classify, is_shipped, run_dependencies
-from pipros.wheels.folder_wheels import FolderWheels, split_requirement
+from pipros.wheels.folder_wheels import FolderWheels, fits, split_requirement
 from pipros.wheels.index import IndexedWheel
 from pipros.wheels.installer import installed_version
 from pipros.wheels.names import ON_PYPI, PREFIX, distribution_name
@@ -61,8 +62,8 @@ class Places:
 
     Attributes:
         folders: folders with wheels.
-        has_in_index: function that returns whether the chosen index has a wheel of a distribution; None if
-            no index was chosen.
+        has_in_index: function that returns whether the chosen index has a wheel for a requirement such as
+            `ros1-arm>=1.2`; None if no index was chosen. It is called once for each requirement.
         keys: requirements by rosdep key.
     """
 
@@ -73,10 +74,29 @@ class Places:
 
 @dataclass(slots=True)
 class _Need:
-    """A dependency: the packages that need it, and their limits on its version."""
+    """A dependency: its distribution, the packages that need it, and their limits on its version.
 
-    users: list[str] = field(default_factory=list)
-    bounds: list[str] = field(default_factory=list)
+    Attributes:
+        name: the name in a manifest, or that of the distribution.
+        requirement: the requirement for a PyPI project, without the limits unless only pip can read them.
+        is_named: whether a manifest names it.
+        bounds: the limits, shared with the other names of the same distribution.
+    """
+
+    name: str
+    distribution: str
+    requirement: str = ""
+    is_named: bool = False
+    users: set[str] = field(default_factory=set[str])
+    bounds: dict[str, None] = field(default_factory=dict[str, None])
+
+    @property
+    def key(self) -> str:
+        return self.requirement or self.distribution or self.name
+
+    @property
+    def limits(self) -> str:
+        return ",".join(self.bounds)
 
 
 def make_plan(packages: Sequence[SourcePackage], places: Places, errors: list[str]) -> list[PlanStep]:
@@ -84,99 +104,127 @@ def make_plan(packages: Sequence[SourcePackage], places: Places, errors: list[st
 
     A dependency is provided by the first of these: the given packages, a wheel in a folder, pipros, a PyPI
     project, an installed wheel, a wheel in the index, an installed package, or a Debian package, which is
-    only listed. What the wheels in folders require is added.
+    only listed. What the wheels in folders require is added. A wheel or a project is within the version
+    limits of all packages and wheels that need it.
 
     Args:
-        errors: receives the reason for each needed file in a folder that is not a valid wheel.
+        errors: receives the reason for each needed file in a folder that is not a valid wheel, and for each
+            installed wheel outside of the version limits that nothing replaces.
     """
-    names = {package.name for package in packages}
-    built = {distribution_name(name) for name in names}
-    needs: dict[str, _Need] = {name: _Need() for name in names}
-    requirements: dict[str, _Need] = {}
+    planner = _Planner(packages, places, errors)
     for package in packages:
-        for name, bounds in run_dependencies(package).items():
-            need = needs.setdefault(name, _Need())
-            need.users.append(package.name)
-            need.bounds += bounds
-        if package.name in ON_PYPI:
-            requirements.setdefault(ON_PYPI[package.name][1], _Need()).users.append(package.name)
-    planner = _Planner(places, FolderWheels(places.folders, errors))
-    steps = []
-    for name, need in needs.items():
-        found = (
-            PlanStep(name, Provider.SOURCE, distribution_name(name))
-            if name in names
-            else planner.step(name, ",".join(need.bounds))
-        )
-        steps.append(replace(found, needed_by=tuple(sorted(need.users))))
-    known = built | {step.wheel.name for step in steps if step.wheel}
-    pending = [(step.wheel.requires, step.wheel.name) for step in steps if step.wheel]
-    pending += [((text,), user) for text, need in requirements.items() for user in need.users]
-    while pending:
-        texts, user = pending.pop(0)
-        for text in texts:
-            step = planner.required(text, user)
-            if step is not None and step.name not in known:
-                known.add(step.name)
-                steps.append(step)
-                pending += [(step.wheel.requires, step.wheel.name)] if step.wheel else []
-    return sorted(steps, key=lambda step: step.name)
+        planner.add_manifest(package)
+    planner.follow_wheels()
+    return planner.steps()
 
 
 class _Planner:
-    def __init__(self, places: Places, wheels: FolderWheels) -> None:
-        self._places = places
-        self._wheels = wheels
+    def __init__(self, packages: Sequence[SourcePackage], places: Places, errors: list[str]) -> None:
+        self._built = {package.name: distribution_name(package.name) for package in packages}
+        self._keys = places.keys or {}
+        self._wheels = FolderWheels(places.folders, errors)
+        self._errors = errors
+        self._has_in_index = cache(places.has_in_index or (lambda _requirement: False))
         self._index = PackageIndex.from_environment()
+        self._needs: dict[tuple[str, str], _Need] = {}
+        self._first: dict[str, _Need] = {}  # by key
 
-    def step(self, name: str, bounds: str) -> PlanStep:
-        """Return the step for a dependency in a manifest."""
-        found = classify(name, False, self._places.keys or {})
-        distribution = _distribution(name)
-        wheel = self._wheels.find(distribution, bounds)
-        if wheel is None and found.source is DependencySource.PYPI:
-            return replace(self._project(found.requirement), name=name)
-        if wheel is not None:
-            return _of_wheel(name, wheel)
-        if found.source is DependencySource.PIPROS:
+    def add_manifest(self, package: SourcePackage) -> None:
+        """Add a package and the dependencies in its manifest."""
+        self._add(_Need(package.name, self._built[package.name], is_named=True))
+        for name, bounds in run_dependencies(package).items():
+            found = classify(name, False, self._keys)
+            need = _Need(name, _distribution(name), is_named=True, bounds=dict.fromkeys(bounds))
+            if found.source is DependencySource.PYPI and self._wheel(need) is None:
+                need = _project(name, found.requirement, is_named=True)
+            self._add(need, package.name)
+        if package.name in ON_PYPI:
+            requirement = ON_PYPI[package.name][1]
+            self._add(_project(split_requirement(requirement)[0], requirement), package.name)
+
+    def _add(self, need: _Need, user: str = "") -> None:
+        first = self._first.setdefault(need.key, need)
+        first.bounds |= need.bounds
+        need.bounds = first.bounds
+        row = need if need.is_named else first
+        row = self._needs.setdefault((row.name, row.key), row)
+        row.users.update(filter(None, [user]))
+
+    def follow_wheels(self) -> None:
+        """Add what the wheels in folders require, until nothing is new."""
+        followed = set[Path]()
+        while True:
+            found = [self._wheel(need) for need in self._needs.values()]
+            new = [wheel for wheel in found if wheel is not None and wheel.file not in followed]
+            if not new:
+                return
+            for wheel in new:
+                followed.add(wheel.file)
+                for text in wheel.requires:
+                    self._add_required(text, wheel.name)
+
+    def _add_required(self, text: str, user: str) -> None:
+        name, limits, _is_simple = split_requirement(text)
+        if name == "pipros" or "extra ==" in text:
+            return
+        if name.startswith(PREFIX):
+            need = _Need(name, name, bounds=dict.fromkeys(filter(None, [limits])))
+        else:
+            need = _project(name, text)
+        self._add(need, user)
+
+    def steps(self) -> list[PlanStep]:
+        """Return the steps for all that is needed, sorted by name."""
+        found = [
+            replace(self._step(need), needed_by=tuple(sorted(need.users))) for need in self._needs.values()
+        ]
+        return sorted(found, key=lambda step: step.name)
+
+    def _wheel(self, need: _Need) -> IndexedWheel | None:
+        """Return the wheel in a folder that provides a need; pip chooses if only it can read the limits."""
+        if need.name in self._built or need.requirement not in ("", need.distribution):
+            return None
+        return self._wheels.find(need.distribution, need.limits)
+
+    def _step(self, need: _Need) -> PlanStep:
+        name, distribution = need.name, need.distribution
+        if name in self._built:
+            return PlanStep(name, Provider.SOURCE, distribution)
+        if wheel := self._wheel(need):
+            return PlanStep(name, Provider.FOLDER, f"{wheel.name}=={wheel.version}", wheel=wheel)
+        if need.requirement:
+            return PlanStep(name, Provider.PYPI, need.requirement + need.limits)
+        if need.is_named and classify(name, False, self._keys).source is DependencySource.PIPROS:
             return PlanStep(name, Provider.PIPROS, "pipros" if is_shipped(name) else "")
-        if distribution and (step := self._distribution(name, distribution)):
-            return step
-        package = self._index.get(name)
+        return self._ros_package(need)
+
+    def _ros_package(self, need: _Need) -> PlanStep:
+        """Return the step for a ROS package that no folder has."""
+        name, distribution = need.name, need.distribution
+        version = installed_version(distribution) if distribution else None
+        if version is not None and fits(version, need.limits):
+            return PlanStep(name, Provider.INSTALLED, f"{distribution}=={version}")
+        if distribution and self._has_in_index(distribution + need.limits):
+            return PlanStep(name, Provider.INDEX, distribution + need.limits)
+        if version is not None:
+            self._errors.append(
+                f"{', '.join(sorted(need.users))} requires {distribution}{need.limits}, but {version} is "
+                "installed, and no folder or chosen index has another that fits"
+            )
+            return PlanStep(name, Provider.INSTALLED, f"{distribution}=={version}")
+        package = self._index.get(name) if need.is_named else None
         if package is not None:
             return PlanStep(name, Provider.INSTALLED, str(package.path))
-        debian = debian_package(name)
+        debian = debian_package(name) if need.is_named else ""
         return PlanStep(name, Provider.DEBIAN, debian) if debian else PlanStep(name, Provider.UNKNOWN)
 
-    def required(self, text: str, user: str) -> PlanStep | None:
-        """Return the step for a requirement of a wheel, named after the distribution; None for pipros."""
-        name, bounds = split_requirement(text)
-        if name == "pipros" or "extra ==" in text:
-            return None
-        if not name.startswith(PREFIX):
-            return replace(self._project(text), name=name, needed_by=(user,))
-        wheel = self._wheels.find(name, bounds or "")
-        step = _of_wheel(name, wheel) if wheel else self._distribution(name, name)
-        return replace(step or PlanStep(name, Provider.UNKNOWN), needed_by=(user,))
 
-    def _project(self, requirement: str) -> PlanStep:
-        """Return the step for a PyPI project, which a folder may have, too."""
-        name, bounds = split_requirement(requirement)
-        wheel = None if bounds is None else self._wheels.find(name, bounds)
-        return _of_wheel(name, wheel) if wheel else PlanStep(name, Provider.PYPI, requirement)
-
-    def _distribution(self, name: str, distribution: str) -> PlanStep | None:
-        """Return the step for the wheel of a ROS package that is installed, or in the chosen index."""
-        if (version := installed_version(distribution)) is not None:
-            return PlanStep(name, Provider.INSTALLED, f"{distribution}=={version}")
-        has_in_index = self._places.has_in_index
-        if has_in_index is not None and has_in_index(distribution):
-            return PlanStep(name, Provider.INDEX, distribution)
-        return None
-
-
-def _of_wheel(name: str, wheel: IndexedWheel) -> PlanStep:
-    return PlanStep(name, Provider.FOLDER, f"{wheel.name}=={wheel.version}", wheel=wheel)
+def _project(name: str, requirement: str, *, is_named: bool = False) -> _Need:
+    """Return the need for a PyPI project, with the limits in the requirement if they can be read."""
+    project, limits, is_simple = split_requirement(requirement)
+    if not is_simple:
+        return _Need(name, project, requirement, is_named)
+    return _Need(name, project, project, is_named, bounds=dict.fromkeys(filter(None, [limits])))
 
 
 def _distribution(name: str) -> str:

@@ -121,7 +121,7 @@ def write_devel_files(project: Project, layout: WorkspaceFolders, definitions: D
 
 
 def _missing(setup: PythonSetup | None) -> list[str]:
-    """Return a line for each folder and file that `setup.py` names but that does not exist.
+    """Return a line for each folder and file in `setup.py` that does not exist, and for what is left out.
 
     Raises:
         PiprosError: a script does not exist, which is an error in genuine catkin, too.
@@ -131,9 +131,8 @@ def _missing(setup: PythonSetup | None) -> list[str]:
     for script in setup.scripts:
         if not os.path.isfile(script):
             raise PiprosError(f"{script} does not exist; setup.py lists it in scripts")
-    return [
-        f"setup.py names {path}, which does not exist" for path in setup.files if not os.path.exists(path)
-    ]
+    absent = [path for path in setup.files if not os.path.exists(path)]
+    return [*(f"setup.py names {path}, which does not exist" for path in absent), *setup.left_out]
 
 
 def write_over_genuine(project: Project, devel: Path) -> None:

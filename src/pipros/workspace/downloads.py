@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 
+from pipros.basics.windows import replace_file
 from pipros.workspace.catkin.project import Download
 
 _TIMEOUT_S = 60.0
@@ -30,7 +30,7 @@ def fetch(download: Download, say: Callable[[str], object]) -> None:
         say(f"-- WARNING: the MD5 of {download.url} must be {download.md5}, got {received}")
         unfinished.unlink()
         return
-    os.replace(unfinished, path)
+    replace_file(unfinished, path)
 
 
 def _receive(url: str, file: Path) -> None:

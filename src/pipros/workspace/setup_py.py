@@ -11,7 +11,7 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -67,6 +67,7 @@ _CONFIGURATIONS = ("setup.cfg", "pyproject.toml")
 _PACKAGES_ELSEWHERE = re.compile(
     r"^\s*(packages|py[-_]modules|scripts)\s*=|^\[tool\.setuptools\.packages", re.MULTILINE
 )
+_PROGRAM_GROUPS = ("console_scripts", "gui_scripts")
 _ENTRY_POINT = re.compile(r"\s*([\w.-]+)\s*=\s*([\w.]+:[\w.]+)\s*(?:\[.*)?")
 
 
@@ -78,7 +79,9 @@ class PythonSetup:
         packages: the folder of each package.
         modules: the file of each module that is not in a package.
         data_files: pairs of a folder below the install space and a file to install there.
-        entry_points: the function of each program in `console_scripts`, such as `arm.cli:main`.
+        entry_points: the function of each program in `console_scripts` and `gui_scripts`, such as
+            `arm.cli:main`.
+        left_out: a line for each entry point that no program can be made of.
     """
 
     packages: Mapping[str, str]
@@ -86,6 +89,7 @@ class PythonSetup:
     modules: Mapping[str, str] = field(default_factory=dict)
     data_files: Sequence[tuple[str, str]] = ()
     entry_points: Mapping[str, str] = field(default_factory=dict)
+    left_out: Sequence[str] = ()
 
     @property
     def files(self) -> list[str]:
@@ -122,6 +126,13 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
         raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_lines))
     recorded = json.loads(ended.stdout.rpartition("\0")[2])
     _check_elsewhere(folder, recorded)
+    for name in (*(recorded.get("packages") or ()), *(recorded.get("py_modules") or ())):
+        below = os.path.normpath(os.path.join(*name.split(".")))
+        if os.path.isabs(below) or below.split(os.sep)[0] == os.pardir:
+            raise SetupPyError(
+                f"{folder}/setup.py: the name of a package or module must not lead out of the folder of all "
+                f"modules, got {name!r}"
+            )
     folders = recorded.get("package_dir") or {}
     packages = {
         name: os.path.normpath(os.path.join(folder, _folder_of(name, folders)))
@@ -142,16 +153,42 @@ def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup
             for target, files in [("", [pair]) if isinstance(pair, str) else pair]
             for file in files
         ],
-        _entry_points(recorded.get("entry_points")),
+        *_entry_points(recorded.get("entry_points")),
     )
 
 
-def _entry_points(declared: object) -> dict[str, str]:
-    lines = declared.get("console_scripts") if isinstance(declared, dict) else ()
-    found = (
-        _ENTRY_POINT.fullmatch(str(line)) for line in ([lines] if isinstance(lines, str) else lines or ())
-    )
-    return {match[1]: match[2] for match in found if match}
+def _entry_points(declared: object) -> tuple[dict[str, str], list[str]]:
+    """Return the function of each program, and a line for each other entry point."""
+    programs: dict[str, str] = {}
+    left_out = []
+    for group, line in _grouped(declared):
+        match = _ENTRY_POINT.fullmatch(line)
+        if group not in _PROGRAM_GROUPS:
+            left_out.append(f"setup.py: the entry point [{line}] is left out, because it is in [{group}]")
+        elif match is None:
+            left_out.append(
+                f"setup.py: the entry point [{line}] is left out; it must be NAME = MODULE:FUNCTION"
+            )
+        else:
+            programs[match[1]] = match[2]
+    return programs, left_out
+
+
+def _grouped(declared: object) -> Iterator[tuple[str, str]]:
+    """Return the group and text of each entry point.
+
+    As in setuptools, they can be a text with the groups as headings; in a dictionary, the value of a group is
+    a list, or a text with several lines.
+    """
+    groups: dict[str, Any] = declared if isinstance(declared, dict) else {"": declared}
+    for name, value in groups.items():
+        group = name
+        for text in [value] if isinstance(value, str) else value or ():
+            for line in map(str.strip, str(text).splitlines()):
+                if line.startswith("[") and line.endswith("]"):
+                    group = line[1:-1].strip()
+                elif line and not line.startswith("#"):
+                    yield group.strip(), line
 
 
 def _check_elsewhere(folder: str, recorded: Mapping[str, Any]) -> None:

@@ -181,6 +181,21 @@ def test_yuv_becomes_rgb(encoding: str, width: int) -> None:
     )
 
 
+@pytest.mark.parametrize("height", [1, 2, 3, 4, 5, 7, 8])
+@pytest.mark.parametrize("has_both_planes", [False, True])
+def test_the_last_row_of_an_odd_nv12_image_has_its_own_colours(height: int, has_both_planes: bool) -> None:
+    total = height + (height + 1) // 2
+    data = bytes([GREEN["y"]] * 2 * height + [GREEN["u"], GREEN["v"]] * (total - height))
+    shown = total if has_both_planes else height
+    message = Image(encoding="nv12", width=2, height=shown, step=2, data=data)
+
+    found = numpy.frombuffer(pixels(image_file(message)[1]), numpy.uint8).reshape(height, 7)[:, 1:]
+
+    assert (abs(found.reshape(-1, 3).astype(int) - [0, 255, 1]) <= 1).all()
+    with pytest.raises(BagError):
+        image_file(Image(encoding="nv12", width=2, height=height, step=2, data=data[: 2 * height - 1]))
+
+
 @pytest.mark.parametrize(
     ("start", "suffix"),
     [

@@ -7,6 +7,7 @@ import os
 import sqlite3
 import struct
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,11 @@ from mcap.writer import Writer as LibraryWriter
 from sensor_msgs.msg import CompressedImage, Image, Imu
 from std_msgs.msg import Int32, String
 
-from pipros.bag import BagWriter, open_bag
+from pipros.bag import BagError, BagWriter, open_bag
+from pipros.bag.merge import merged
+from pipros.bag.migration import rule_text
 from pipros.cli.rosbag import main
+from pipros.msg.dynamic import message_classes_from_text
 from tests.support.bags import bag_bytes, header_of, rows_of
 
 Change = Callable[[dict[str, bytes]], object]
@@ -152,6 +156,52 @@ def test_a_definition_that_cannot_be_used_affects_only_its_topic(
     assert main(["table", "run.bag", *good, "-o", "both.csv"]) == 0
     assert main(["query", "run.bag", f"FROM {good[0][1:]}, {good[1][1:]}"]) == 0
     assert main(["table", "run.bag", wrong, "-o", "none.csv"]) == 1
+
+
+@pytest.mark.parametrize("bad", POSITIONS)
+def test_a_definition_that_cannot_be_used_affects_only_its_connection(bad: int) -> None:
+    change = _definition(b"nothing x y")
+    with open("run.bag", "w+b") as file:
+        writer = BagWriter(file)
+        for number in POSITIONS:
+            header = header_of(Int32(), "/one")
+            if number == bad:
+                change(header)
+            connection = writer.add_connection("/one", header)
+            for time in (1, 2):
+                writer.write(connection, time, number, struct.pack("<i", 10 * number + time))
+        writer.finish()
+    reported: list[tuple[str, str]] = []
+
+    with open_bag("run.bag") as reader:
+        with pytest.raises(BagError, match="own/Type"):
+            next(reader.messages())
+        reader.on_bad_message = lambda *words: reported.append(words)
+        found = [each.message.data for each in reader.messages("/one")]
+        assert [each.message.data for each in merged([reader])] == found
+
+    good = [number for number in POSITIONS if number != bad]
+    assert found == [10 * number + time for time in (1, 2) for number in good]
+    assert len(reported) == 2
+    assert all(topic == "/one" and "definition of own/Type" in reason for topic, reason in reported)
+
+
+@pytest.mark.parametrize("bad", POSITIONS)
+def test_a_message_that_a_rule_cannot_migrate_affects_only_itself(
+    bad: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = message_classes_from_text("std_msgs/Int32", "int64 other")["std_msgs/Int32"]
+    rows = [("/n", made(other=2**40 if number == bad else number), number + 1, 0) for number in POSITIONS]
+    Path("old.bag").write_bytes(bag_bytes(rows))
+    rule = rule_text(((made._type, made._md5sum), ("std_msgs/Int32", Int32._md5sum)), made, Int32)
+    assign = "new_msg.data = old_msg.other"
+    Path("rules.bmr").write_text(rule.replace("pass", assign).replace("valid = False", "valid = True"))
+
+    assert main(["fix", "old.bag", "new.bag", "rules.bmr"]) == 1
+
+    assert f"messages on /n are left out: the message received at {bad + 1}.0" in capsys.readouterr().err
+    with open_bag("new.bag") as reader:
+        assert [row[1] for row in rows_of(reader)] == [number for number in POSITIONS if number != bad]
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
@@ -420,6 +470,36 @@ def test_a_damaged_message_of_ros2_affects_only_itself(bad: int, capsys: pytest.
 
 
 @pytest.mark.parametrize("bad", POSITIONS)
+@pytest.mark.parametrize("value", [None, "text", 5])
+def test_a_row_of_ros2_with_a_wrong_value_affects_only_itself(
+    value: object, bad: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_ros2(bad)
+    with closing(sqlite3.connect("run.db3")) as database:
+        database.execute(
+            "UPDATE messages SET data = ? WHERE topic_id = ? AND timestamp > 1999999999", (value, bad)
+        )
+        database.commit()
+
+    assert main(["convert", "run.db3", "out.bag"]) == 1
+
+    assert f"messages on {names(bad)[0][bad]} are left out: " in capsys.readouterr().err
+    with open_bag("out.bag") as reader:
+        assert reader.message_count == 5
+
+
+def test_each_bag_names_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
+    for number, kind in enumerate((b"nothing x y", b"other z")):
+        write_mcap(1, "ros1", ("ros1msg", kind))
+        os.rename("run.mcap", f"{number}.mcap")
+
+    assert main(["table", "0.mcap", "1.mcap", "/a", "-o", "a.csv"]) == 0
+
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(":")[1] for line in lines] == [" /c is left out", " /c of 1.mcap is left out"]
+
+
+@pytest.mark.parametrize("bad", POSITIONS)
 @pytest.mark.parametrize("has_metadata", [True, False])
 def test_a_bad_file_of_a_ros2_bag_affects_only_itself(
     has_metadata: bool, bad: int, capsys: pytest.CaptureFixture[str]
@@ -435,7 +515,7 @@ def test_a_bad_file_of_a_ros2_bag_affects_only_itself(
         text += "{nanoseconds_since_epoch: 0}, duration: {nanoseconds: 0}, message_count: 0}"
         Path("run/metadata.yaml").write_text(text)
 
-    assert main(["info", "run"]) == 0
+    assert main(["info", "run"]) == 1
     shown = capsys.readouterr()
     assert "messages:    12\n" in shown.out
     assert f"run/{files[bad]} is not a bag, but a pointer of Git LFS" in shown.out

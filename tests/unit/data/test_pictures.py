@@ -48,6 +48,18 @@ def test_images_are_decoded_when_they_are_accessed(folder: Path) -> None:
         raw["_points"]
 
 
+def test_an_nv21_image_of_odd_height_has_a_whole_second_plane(folder: Path) -> None:
+    data = bytes(range(16))
+    image = Image(height=5, width=2, encoding="nv21", step=2, data=data)
+    short = Image(height=5, width=2, encoding="nv21", step=2, data=data[:14])
+    with open_bags(written("run.bag", [("/raw", image, 1, 0), ("/raw", short, 2, 0)])) as bags:
+        column = bags.table("/raw")["_image"]
+
+    assert column[0].tolist() == np.arange(16).reshape(8, 2).tolist()
+    with pytest.raises(PictureError, match=r"2 x 8 pixels of nv21 .* 16 bytes in total, .* and 14 in total"):
+        column[1]
+
+
 def test_compressed_images_keep_their_bytes(folder: Path) -> None:
     import cv2
 

@@ -12,6 +12,7 @@ import pytest
 
 from pipros.net.lookup import Lookups
 from pipros.net.loop import BackgroundLoop, in_daemon_thread
+from tests.support.waiting import wait_until
 
 
 class Silence:
@@ -161,3 +162,37 @@ def test_a_coroutine_that_cannot_begin_is_closed() -> None:
         loop.run(stopped)
     assert begun == []
     assert [inspect.getcoroutinestate(each) for each in (late, stopped)] == [inspect.CORO_CLOSED] * 2
+
+
+def test_a_loop_stops_although_wait_for_drops_a_cancellation() -> None:
+    """A node that shut down just when its watch of the master had connected ran for ever."""
+    loop = BackgroundLoop("stopping")
+    loop.start()
+    turns = 0
+    is_over = False
+
+    async def watch(phase: int) -> None:
+        nonlocal turns
+        for _ in range(phase):
+            await asyncio.sleep(0)
+        while True:
+            ready = asyncio.get_running_loop().create_future()
+            if not is_over:
+                asyncio.get_running_loop().call_soon(ready.set_result, None)
+            await asyncio.wait_for(ready, 600)
+            turns += 1
+
+    async def begin() -> list[asyncio.Task[None]]:
+        return [asyncio.create_task(watch(phase)) for phase in range(6)]
+
+    def end() -> None:  # when some of the awaited futures are done, but the tasks do not know it yet
+        nonlocal is_over
+        is_over = True
+        loop.asyncio.stop()
+
+    watches = loop.run(begin(), 30)
+    wait_until(lambda: turns > 100)
+    loop.call(end)
+    loop.stop(20.0)
+    assert all(each.done() for each in watches)
+    assert "stopping" not in [thread.name for thread in threading.enumerate()]

@@ -4,6 +4,7 @@ import threading
 
 import pytest
 
+from pipros.basics.errors import Interrupted
 from pipros.node.clock import TimeMovedBackwards
 from pipros.node.rate import Rate, Tick, Timer
 
@@ -128,3 +129,10 @@ def test_a_timer_ends_after_one_call_or_when_it_is_shut_down() -> None:
     made.set()
     timer.join(30)
     assert len(calls) == 2
+
+
+def test_a_timer_whose_callback_waits_while_the_node_ends_leaves_no_traceback() -> None:
+    def interrupted(_: Tick) -> None:
+        raise Interrupted("the node was shut down while it waited")
+
+    Timer(FakeClock(), PERIOD_NS, interrupted).join(30)  # pytest fails for an exception in a thread

@@ -10,7 +10,7 @@ from pipros.cli.rosmsg import main as rosmsg
 from pipros.cli.rosrun import main
 from pipros.launch.find_launch_files import find_in_package
 from pipros.launch.model import LaunchError
-from pipros.packages.well_known import why_missing, why_no_command, why_no_nodelet, why_not_here
+from pipros.packages.well_known import why_no_command, why_no_nodelet, why_not_here
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.setup_files import SHELL_FOLDER
 from tests.support.debian_system import make_debian
@@ -35,7 +35,7 @@ def test_a_program_in_c_plus_plus_names_its_package() -> None:
 
 
 def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
-    advice = str(why_missing("hector_slam_launch"))
+    advice = str(why_not_here("hector_slam_launch"))
     assert advice.startswith(
         "hector_slam_launch starts programs in C++, which are not part of pipros: hector_m"
     )
@@ -98,7 +98,7 @@ def test_advice_names_the_package_of_the_running_distribution(
     if system is not None:
         (tmp_path / "os-release").write_text(system)
     monkeypatch.setattr("pipros.packages.apt_names.OS_RELEASE", str(tmp_path / "os-release"))
-    assert advice in str(why_missing("image_proc"))
+    assert advice in str(why_not_here("image_proc"))
 
 
 @pytest.mark.parametrize(("package", "code"), [("hector_mapping", 2), ("teb_local_planner", 2)])
@@ -128,12 +128,12 @@ def test_roslaunch_omits_advice_that_does_not_help(monkeypatch: pytest.MonkeyPat
 
 
 def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
-    assert why_missing("rosserial_python") == (
+    assert why_not_here("rosserial_python") == (
         "rosserial_python does not come with pipros, but needs no compiler: its sources on "
         "ROS_PACKAGE_PATH are enough. git clone them into the src folder of a workspace."
     )
     assert why_not_here("smach", ["viewer"]) is None
-    assert why_missing("my_package") is None
+    assert why_not_here("my_package") is None
 
 
 @pytest.mark.parametrize("package", ["gazebo_ros", "rosserial_python", "rqt_shell"])
@@ -141,7 +141,7 @@ def test_all_tools_give_the_same_advice(
     package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
-    advice = str(why_missing(package))
+    advice = str(why_not_here(package))
     assert main([package, "any_program"]) == 2
     printed = capsys.readouterr().err
     assert advice in printed
@@ -166,4 +166,4 @@ def test_the_import_of_a_package_that_is_not_included_gives_advice(module: str, 
     with pytest.raises(ModuleNotFoundError, match=re.escape(advice)) as caught:
         importlib.import_module(module)
     assert caught.value.name == module
-    assert advice in (why_missing(module) or "")
+    assert advice in (why_not_here(module) or "")

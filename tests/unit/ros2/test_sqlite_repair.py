@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sqlite3
 from contextlib import closing
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from pipros.bag.errors import BagFormatError
+from pipros.bag.errors import BagError, BagFormatError
+from pipros.ros2.bags import sqlite_repair
 from pipros.ros2.bags.sqlite_repair import recover
 
 MESSAGES = "id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL"
@@ -53,8 +56,56 @@ def test_rows_before_the_damage_are_copied_and_the_damage_is_described(damaged: 
     with closing(copy):
         (count,) = copy.execute("SELECT count(*) FROM messages").fetchone()
         assert 100 < count < 400
-        assert len(damage) == 1
+        assert [line for line in damage if "NOT NULL constraint failed" not in line] == damage[:1]
         assert f"after {count} rows of the table messages: " in damage[0]
+
+
+def test_a_row_that_its_table_does_not_allow_is_left_out(damaged: Path) -> None:
+    with closing(sqlite3.connect(damaged)) as database:
+        database.execute("PRAGMA writable_schema = ON")
+        database.execute("UPDATE sqlite_master SET sql = replace(sql, 'data BLOB NOT NULL', 'data BLOB')")
+        database.commit()
+    with closing(sqlite3.connect(damaged)) as database:
+        database.execute("UPDATE messages SET data = NULL WHERE id IN (1, 250, 500)")
+        database.execute("PRAGMA writable_schema = ON")
+        database.execute("UPDATE sqlite_master SET sql = replace(sql, 'data BLOB', 'data BLOB NOT NULL')")
+        database.commit()
+    damage, copy = recovered(damaged)
+    with closing(copy):
+        assert copy.execute("SELECT count(*) FROM messages").fetchone() == (497,)
+    assert damage == [
+        f"{damaged}: 3 rows of the table messages are left out: NOT NULL constraint failed: messages.data"
+    ]
+
+
+def test_a_full_disk_does_not_count_as_damage(damaged: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    connect = sqlite3.connect
+
+    def small(path: str | Path, **options: Any) -> sqlite3.Connection:
+        database = connect(path, **options)
+        if "copy" in str(path):
+            database.execute("PRAGMA max_page_count = 20")
+        return database
+
+    monkeypatch.setattr(sqlite3, "connect", small)
+    with pytest.raises(BagError, match=r"cannot write .*copy\.db3: database or disk is full"):
+        recovered(damaged)
+
+
+def test_ctrl_c_while_rows_are_read_does_not_count_as_damage(
+    damaged: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = sqlite_repair.opened_database
+
+    def interrupted(path: Path) -> sqlite3.Connection:
+        database = opened(path)
+        steps = count()
+        database.set_progress_handler(lambda: next(steps) > 100, 20)
+        return database
+
+    monkeypatch.setattr(sqlite_repair, "opened_database", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        recovered(damaged)
 
 
 def test_a_file_without_readable_tables_is_refused(damaged: Path) -> None:

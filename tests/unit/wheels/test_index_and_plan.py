@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tracemalloc
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -19,17 +20,20 @@ from pipros.wheels.commands import rosdep
 from pipros.wheels.commands import wheel as wheel_command
 from pipros.wheels.index import read_wheel_name, write_index
 from pipros.wheels.names import distribution_name, is_requirement
-from pipros.wheels.plan import Places, Provider, make_plan
+from pipros.wheels.plan import Places, PlanStep, Provider, make_plan
 from pipros.wheels.python_keys import PYTHON_KEYS, read_keys
 from pipros.wheels.wheel_build import source_packages
 from tests.support.workspaces import Workspace
 
 
-def add_wheel(folder: Path, name: str, version: str, python: str = ">=3.10") -> Path:
+def add_wheel(
+    folder: Path, name: str, version: str, python: str = ">=3.10", requires: Sequence[str] = ()
+) -> Path:
     folder.mkdir(exist_ok=True)
     file = folder / f"{name}-{version}-py3-none-any.whl"
     with zipfile.ZipFile(file, "w") as archive:
-        archive.writestr(f"{name}-{version}.dist-info/METADATA", f"Name: {name}\nRequires-Python: {python}\n")
+        lines = [f"Name: {name}\nRequires-Python: {python}", *(f"Requires-Dist: {item}" for item in requires)]
+        archive.writestr(f"{name}-{version}.dist-info/METADATA", "\n".join(lines) + "\n")
     return file
 
 
@@ -144,6 +148,94 @@ def test_a_plan_names_what_provides_each_dependency(workspace: Workspace, tmp_pa
     places = Places((tmp_path / "wheels",), lambda name: name == "ros1-strange", PYTHON_KEYS)
     steps = {step.name: step for step in make_plan(packages, places, [])}
     assert (steps["far_msgs"].provider, steps["strange"].provider) == (Provider.FOLDER, Provider.INDEX)
+
+
+def step_of(workspace: Workspace, places: Places, name: str, errors: list[str] | None = None) -> PlanStep:
+    packages = source_packages([workspace.base]).packages
+    steps = make_plan(packages, places, [] if errors is None else errors)
+    (found,) = [step for step in steps if step.name == name]
+    return found
+
+
+@pytest.mark.parametrize(
+    ("limit", "version"),
+    [
+        *(
+            ("~=1.2", "1.9"),
+            ("~=1.2.0", "1.2.3"),
+            ("==1.2.*", "1.2.3"),
+            ("!=1.*", "2.0"),
+            ("===1.2.0", "1.2.0"),
+        ),
+        *(("<1.9,!=1.2.3", "1.2.0"), (">=1.2,<2", "1.9"), ("", "2.0"), ("==3", None), ("=>1", None)),
+    ],
+)
+def test_a_wheel_in_a_folder_is_within_the_limits_of_the_wheel_that_requires_it(
+    workspace: Workspace, tmp_path: Path, limit: str, version: str | None
+) -> None:
+    for each in ("1.2.0", "1.2.3", "1.9", "2.0"):
+        add_wheel(tmp_path / "wheels", "ros1_base_msgs", each)
+    add_wheel(tmp_path / "wheels", "ros1_far_msgs", "1.0", requires=(f"ros1-base-msgs{limit}",))
+    step = step_of(workspace, Places((tmp_path / "wheels",), None, {}), "ros1-base-msgs")
+    assert step.target == (f"ros1-base-msgs=={version}" if version else "")
+    assert step.needed_by == ("ros1-far-msgs",)
+
+
+def test_the_limits_of_all_users_of_a_distribution_count(workspace: Workspace, tmp_path: Path) -> None:
+    wheels = tmp_path / "wheels"
+    for version in ("1.0", "1.5", "2.0"):
+        add_wheel(wheels, "ros1_strange", version)
+        add_wheel(wheels, "semver", version)
+    add_wheel(wheels, "ros1_far_msgs", "1.0", requires=("ros1-strange<2", "semver<=1.5", "labtool<3", "six"))
+    add_wheel(wheels, "ros1_new_msgs", "1.0", requires=("ros1-strange!=1.5", "labtool>=2", "six[all]; a"))
+    workspace.add("leg", depends="new_msgs")
+    for name, target, users in (
+        ("strange", "ros1-strange==1.0", ("arm", "ros1-far-msgs", "ros1-new-msgs")),
+        ("python3-semver", "semver==1.5", ("arm", "ros1-far-msgs")),
+        ("labtool", "labtool<3,>=2", ("ros1-far-msgs", "ros1-new-msgs")),
+    ):
+        step = step_of(workspace, Places((wheels,), None, {"python3-semver": "semver"}), name)
+        assert (step.target, step.needed_by) == (target, users)
+    plan = make_plan(source_packages([workspace.base]).packages, Places((wheels,), None, {}), [])
+    assert [step.target for step in plan if step.name == "six"] == ["six", "six[all]; a"]
+
+
+def test_the_index_is_asked_once_for_each_requirement_with_its_limits(
+    workspace: Workspace, tmp_path: Path
+) -> None:
+    add_wheel(tmp_path / "wheels", "ros1_far_msgs", "1.0", requires=("ros1-strange>=1.2", "ros1-lost"))
+    add_wheel(tmp_path / "wheels", "ros1_hip_msgs", "1.0", requires=("ros1-strange<2", "ros1-lost"))
+    workspace.add("leg", depends="strange hip_msgs")
+    asked: list[str] = []
+
+    def has_in_index(requirement: str) -> bool:
+        asked.append(requirement)
+        return requirement.startswith("ros1-strange")
+
+    step = step_of(workspace, Places((tmp_path / "wheels",), has_in_index, {}), "strange")
+    assert (step.provider, step.target) == (Provider.INDEX, "ros1-strange>=1.2,<2")
+    assert sorted(asked) == [
+        "ros1-libarm",
+        "ros1-lost",
+        "ros1-python3-semver",
+        "ros1-python3-yaml",
+        "ros1-strange>=1.2,<2",
+    ]
+
+
+def test_an_installed_wheel_outside_of_the_limits_is_replaced_or_reported(
+    workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add_wheel(tmp_path / "wheels", "ros1_far_msgs", "1.0", requires=("ros1-strange>=1.2",))
+    monkeypatch.setattr(plan, "installed_version", lambda name: "1.0" if name == "ros1-strange" else None)
+    for has_in_index, provider in ((lambda _name: True, Provider.INDEX), (None, Provider.INSTALLED)):
+        errors: list[str] = []
+        places = Places((tmp_path / "wheels",), has_in_index, {})
+        assert step_of(workspace, places, "strange", errors).provider is provider
+    assert errors == [
+        "arm, ros1-far-msgs requires ros1-strange>=1.2, but 1.0 is installed, and no folder or chosen index "
+        "has another that fits"
+    ]
 
 
 def test_a_dry_run_prints_the_plan_and_runs_no_code(

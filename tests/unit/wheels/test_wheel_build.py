@@ -379,6 +379,45 @@ def test_files_outside_of_the_prefix_are_left_out(workspace: Workspace, tmp_path
     assert not (tmp_path / "rules.d").exists()
 
 
+@pytest.mark.parametrize(
+    ("cmake", "reason"),
+    [
+        ("install(FILES a.txt DESTINATION share/arm RENAME ../../../../up.txt)", "outside of the prefix"),
+        ("install(PROGRAMS a.txt DESTINATION lib RENAME {base}/up.txt)", "outside of the prefix"),
+        ("install(DIRECTORY data DESTINATION share/arm)\ninstall(FILES a.txt DESTINATION share/arm/data/up)",
+         "through a link"),
+        ("install(DIRECTORY data DESTINATION share)\ninstall(DIRECTORY more/ DESTINATION share/data/up)",
+         "through a link"),
+    ],
+)  # fmt: skip
+def test_nothing_is_written_outside_of_the_build_of_a_wheel(
+    workspace: Workspace, cmake: str, reason: str
+) -> None:
+    cmake = f"catkin_package()\n{cmake.format(base=workspace.base)}"
+    folder = workspace.add("arm", cmake, a_dot_txt="x", data__b_dot_txt="x", more__c_dot_txt="x")
+    (folder / "data" / "up").symlink_to("../..")
+    before = sorted(workspace.base.rglob("*"))
+    with pytest.raises(PiprosError, match=rf"arm/CMakeLists.txt:[45]: .* would be installed .*{reason}"):
+        wheels(workspace)
+    assert [path for path in sorted(workspace.base.rglob("*")) if "dist" not in path.parts] == before
+
+
+@pytest.mark.parametrize("name", ["{base}/up", "../up", "a/../../up", ".{base}/up"])
+@pytest.mark.parametrize("kind", ["packages", "py_modules"])
+def test_no_name_in_a_setup_py_leads_out_of_the_folder_of_modules(
+    workspace: Workspace, name: str, kind: str
+) -> None:
+    name = name.format(base=workspace.base)
+    folders = {"": "src", name: "src"}
+    setup = f"from setuptools import setup\nsetup({kind}=[{name!r}], package_dir={folders})\n"
+    workspace.add("arm", "catkin_python_setup()", setup_dot_py=setup, src__up_dot_py="x")
+    reason = r"arm/setup.py: the name of a package or module must not lead out of the folder of all modules"
+    with pytest.raises(PiprosError, match=reason):
+        wheels(workspace)
+    assert reason in "\n".join(workspace.build(installs=True).errors)
+    assert not list(workspace.base.glob("up*"))
+
+
 def test_two_packages_cannot_install_one_file(workspace: Workspace) -> None:
     for name in ("a", "b"):
         workspace.add(name, "catkin_package()\ninstall(FILES c DESTINATION share/common)", c="")

@@ -119,7 +119,7 @@ def test_an_installed_package_has_its_manifest_modules_and_scripts(workspace: Wo
 SETUP = """from setuptools import setup
 setup(packages=['spaced', 'gone'], package_dir={'': 'src'}, py_modules=['lone'], scripts=['bin/tool'],
       data_files=[('share/p/data', ['res/table.txt'])],
-      entry_points={'console_scripts': ['p_cli = lone:Program.main']})
+      entry_points="[console_scripts]\\np_cli = lone:Program.main\\nbad = lone\\n")
 """
 
 
@@ -135,6 +135,7 @@ def test_everything_that_a_setup_py_names_is_built_and_installed(workspace: Work
     )
     assert workspace.build(installs=True).errors == []
     assert f"setup.py names {workspace.base}/src/p/src/gone, which does not exist" in workspace.output
+    assert "the entry point [bad = lone] is left out" in workspace.output
     assert (workspace.layout.install / "share/p/data/table.txt").is_file()
     for prefix, lone in (
         (workspace.layout.devel, workspace.base / "src/p/src/lone.py"),

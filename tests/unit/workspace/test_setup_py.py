@@ -144,6 +144,32 @@ def test_modules_data_files_and_entry_points_are_read(tmp_path: Path) -> None:
         *(("share/p", "x.txt"), ("share/p", "y/z.txt"), ("", "top.txt")),
     ]
     assert setup.entry_points == {"arm": "a.cli:main"}
+    assert setup.left_out == [
+        "setup.py: the entry point [bad] is left out; it must be NAME = MODULE:FUNCTION"
+    ]
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [
+        {"console_scripts": ["arm = a.cli:main", "leg=a.leg:Leg.main [fast]"], "other": ["x = a:b"]},
+        {
+            "console_scripts": "\n  arm = a.cli:main\n# a comment\n\n leg=a.leg:Leg.main [fast]",
+            "other": "x = a:b",
+        },
+        {
+            "console_scripts": ("arm = a.cli:main",),
+            "gui_scripts": "leg = a.leg:Leg.main",
+            "other": ["x = a:b"],
+        },
+        "[console_scripts]\narm = a.cli:main\n\n[ gui_scripts ]\n  leg = a.leg:Leg.main\n[other]\nx = a:b\n",
+    ],
+)
+def test_entry_points_are_read_in_all_forms_of_setuptools(tmp_path: Path, declared: object) -> None:
+    text = f"from setuptools import setup\nsetup(packages=['a'], entry_points={declared!r})"
+    setup = read_setup_py(write(tmp_path, text))
+    assert setup.entry_points == {"arm": "a.cli:main", "leg": "a.leg:Leg.main"}
+    assert setup.left_out == ["setup.py: the entry point [x = a:b] is left out, because it is in [other]"]
 
 
 @pytest.mark.parametrize(

@@ -24,7 +24,7 @@ from pipros.graph.system_state import SystemState
 from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class, load_service_class
 from pipros.policy.decisions import Act
-from pipros.policy.model import ActKind, ActRule, Policy
+from pipros.policy.model import ActKind, Policy
 from pipros.server.approved_acts import CONNECTING_S, ApprovedActs, Caller, System
 
 CALL_S: Final = 10.0
@@ -62,7 +62,7 @@ class ActTools:
         """Publish a message once; or publish it repeatedly for `seconds`, followed by the policy's stop, if
         the topic has one. A human must approve this, unless the message is the stop."""
         name = self._acts.system().node.resolve(topic)
-        rule = self._rule(ActKind.TOPIC, name)
+        rule = self._acts.rule(ActKind.TOPIC, name)
         value = message_from_yaml(rule.message_class, message, time.time_ns())
         act = Act(ActKind.TOPIC, name, value, value._type, value._md5sum)
 
@@ -87,7 +87,7 @@ class ActTools:
         """Call a service, and show its response. A human must approve this, unless the request is the
         policy's stop."""
         name = self._acts.system().node.resolve(service)
-        found: Any = load_service_class(self._rule(ActKind.SERVICE, name).type)
+        found: Any = load_service_class(self._acts.rule(ActKind.SERVICE, name).type)
         value = message_from_yaml(found._request_class, request, time.time_ns())
 
         def carry_out(system: System) -> Answer:
@@ -113,7 +113,7 @@ class ActTools:
         """Send a goal to an action server, and wait up to `wait_s` seconds for its result. data contains the
         goal's id, for cancel_goal, and the result if it arrived in time. A human must approve this."""
         name = self._acts.system().node.resolve(action)
-        rule = self._rule(ActKind.TOPIC, f"{name}/goal")
+        rule = self._acts.rule(ActKind.TOPIC, f"{name}/goal")
         identity = f"pipros_mcp-{secrets.token_hex(8)}"
         fields = {"header": "auto", "goal_id": {"stamp": "now", "id": identity}, "goal": goal}
         value: Any = message_from_yaml(rule.message_class, fields, time.time_ns())
@@ -174,7 +174,7 @@ class ActTools:
         """Start the nodes of a launch file. They run until stop_run or the policy's time limit. file is a
         name from list_launch_files. A human must approve this."""
         name = f"{package}/{file}"
-        self._rule(ActKind.LAUNCH, name)
+        self._acts.rule(ActKind.LAUNCH, name)
         path = launch_file(self._robot, package, file)
         words = [
             f"{key}:={str(each).lower() if isinstance(each, bool) else each}"
@@ -222,12 +222,6 @@ class ActTools:
         return Answer([], figures={"has_ended": has_ended})
 
     # -- shared by these tools ------------------------------------------------------------
-
-    def _rule(self, kind: ActKind, name: str) -> ActRule:
-        """Return the rule for a name. If there is none, log the refusal and raise `ActRefused`."""
-        if (kind, name) not in self._acts.policy.rules:
-            self._perform(f"act on {kind.value}", Act(kind, name, None), None, lambda _: Answer([]))
-        return self._acts.policy.rules[kind, name]
 
     def _perform(
         self,

@@ -66,7 +66,7 @@ class ClientPublication:
             body = _from_json(self._class, body)
         self._gate.check_message(self.channel.topic, body, self._class._type, self._class._md5sum, self)
         self._publisher.publish(self._raw(body))
-        self._gate.published(self.channel.topic, body)
+        self._gate.renew_after_publishing(self.channel.topic, body)
 
     def close(self) -> None:
         """Unadvertise the topic. If the topic's rule has a time limit, first stop what the client started."""

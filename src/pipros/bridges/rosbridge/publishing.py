@@ -278,7 +278,7 @@ class _SharedPublisher:
 
     def _send(self, message: Any) -> None:
         self._publisher.publish(message)
-        self._gate.published(self._topic, message)
+        self._gate.renew_after_publishing(self._topic, message)
 
     def _publish_early(self) -> None:
         with self._lock:

@@ -35,7 +35,8 @@ def info(argv: Sequence[str]) -> int:
         if number:
             print("---")
         try:
-            _print(path, options)
+            if not _print(path, options):
+                status = 1
         except (OutputFailed, BrokenPipeError):
             raise
         except (OSError, BagError) as error:
@@ -47,13 +48,19 @@ def info(argv: Sequence[str]) -> int:
     return status
 
 
-def _print(path: str, options: Any) -> None:
+def _print(path: str, options: Any) -> bool:
+    """Print the facts. Return whether they are complete, which they are not if a file of the bag is left out.
+
+    Topics that cannot be read are listed.
+    """
     with opened(path, options, warned()) as bag:
+        is_complete = not bag.skipped_files
         facts = bag_info(bag, path, with_frequencies=bool(options.freq))
     if not options.yaml:
         print(info_text(facts))
-        return
+        return is_complete
     try:
         print(info_yaml(facts) if options.key is None else info_value(facts, options.key))
     except BagError as error:
         print(error, file=sys.stderr)
+    return is_complete

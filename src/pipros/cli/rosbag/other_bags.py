@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from functools import partial
 from optparse import OptionParser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
@@ -79,16 +80,17 @@ def opened(
     """Open a bag in any supported format.
 
     The topics and files of the bag that cannot be read, and later its damaged messages, are reported to
-    `left_out`. `is_requested` returns whether a topic is requested; the default is that all are.
+    `left_out` with the bag. `is_requested` returns whether a topic is requested; the default is that all are.
 
     Raises:
         BagError, OSError: the bag cannot be read.
     """
     others = None if is_ros1_bag(path) else other_bags()
     bag = open_bag(path) if others is None else others.opened(path, options)
+    file = os.fspath(path)
     for name, reason in bag.skipped_files.items():
-        left_out.whole(name, reason)
+        left_out.whole(name, reason, bag=file)
     for name, reason in bag.skipped.items():
-        left_out.whole(name, reason, is_requested=is_requested(name))
-    bag.on_bad_message = left_out.message
+        left_out.whole(name, reason, bag=file, is_requested=is_requested(name))
+    bag.on_bad_message = partial(left_out.message, bag=file)
     return bag

@@ -19,6 +19,7 @@ from pipros.bag.reader import BagReader
 from pipros.bag.repair import reindex as reindex_file
 from pipros.bag.rewrite import recompress, replaced_file
 from pipros.basics.limits import process_limits
+from pipros.basics.windows import replace_file
 from pipros.cli.rosbag.other_bags import other_bags
 from pipros.cli.rosbag.progress import Progress
 from pipros.cli.runner import add_flag, option_parser
@@ -99,7 +100,7 @@ def _with_backup(path: Path, options: Values, work: Work) -> None:
     try:
         work(path, unfinished, options)
         path.replace(backup)
-        unfinished.replace(path)
+        replace_file(unfinished, path)
     finally:
         unfinished.unlink(missing_ok=True)
 

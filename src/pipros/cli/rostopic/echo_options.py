@@ -9,7 +9,7 @@ from optparse import OptionParser
 from pipros.cli.runner import option_parser
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class EchoOptions:
     """The format of printed messages.
 
@@ -99,14 +99,14 @@ def parse(argv: Sequence[str]) -> tuple[str, EchoOptions, BagChoice | None]:
     count = _integer(parser, options.count, "COUNT")
     bag = BagChoice(options.bag, bool(options.all)) if options.bag else None
     shown = EchoOptions(
-        count,
-        options.plot,
-        options.no_arrays,
-        options.no_texts,
-        width,
-        options.clear,
-        options.offset,
-        options.expression,
+        count=count,
+        plot=options.plot,
+        no_arrays=options.no_arrays,
+        no_texts=options.no_texts,
+        width=width,
+        clear=options.clear,
+        offset=options.offset,
+        expression=options.expression,
     )
     return arguments[0] if arguments else "/", shown, bag
 

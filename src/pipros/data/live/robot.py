@@ -93,7 +93,12 @@ class LiveRobot:
             if limit_s:
                 stop = self._stop_message(each)
                 rule = ActRule(
-                    each.source.place, ActKind.TOPIC, each.topic, each.type, stop=stop, time_limit_s=limit_s
+                    place=each.source.place,
+                    kind=ActKind.TOPIC,
+                    name=each.topic,
+                    type=each.type,
+                    stop=stop,
+                    time_limit_s=limit_s,
                 )
                 self._guardian.watch(rule)
 

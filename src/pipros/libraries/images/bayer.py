@@ -68,6 +68,7 @@ def colors(image: Any, name: str, method: int) -> tuple[Any, str]:
             if kind.bits != 8:  # OpenCV's limit
                 raise BadImage(f"VNG needs 8 bits per pixel, got [{name}]; use another method")
             suffix = "_VNG"
+        # Like the genuine nodelet, which interpolates the other patterns bilinearly.
         elif method in (EDGE_AWARE, EDGE_AWARE_WEIGHTED) and kind.color is Color.BAYER_GRBG:
             suffix = "_EA"
         code = getattr(cv2, f"COLOR_Bayer{_OPENCV_NAMES[kind.color]}2BGR{suffix}")

@@ -53,8 +53,9 @@ class Scan:
     def message(self) -> Any:
         """Convert the scan to a message."""
         made: Any = load_message_class("sensor_msgs/LaserScan")()
-        for name in self.__slots__[2:]:
-            setattr(made, name, getattr(self, name))
+        for name in made.__slots__:
+            if name != "header":
+                setattr(made, name, getattr(self, name))
         made.header.frame_id, made.header.stamp = self.frame, Time(*divmod(self.stamp_ns, NS_PER_S))
         return made
 
@@ -92,13 +93,13 @@ class Scan:
         """Return the time at which a beam was measured. The offset is computed in float32."""
         with np.errstate(all="ignore"):
             after_s = float(np.float32(index) * np.float32(self.time_increment))
-        return self.stamp_ns + _in_ns(after_s)
+        return self.stamp_ns + _duration_ns(after_s)
 
     def stamp_of_cut(self, count: int) -> int:
         """Return the timestamp of the scan without its first `count` beams, rounded as in the C++ filters."""
-        return self.stamp_ns + count * _in_ns(self.time_increment)
+        return self.stamp_ns + count * _duration_ns(self.time_increment)
 
 
-def _in_ns(seconds: float) -> int:
+def _duration_ns(seconds: float) -> int:
     """Convert seconds to nanoseconds. Return 0 if the time is too long for a scan."""
     return round(seconds * NS_PER_S) if abs(seconds) < _LONGEST_SCAN_S else 0

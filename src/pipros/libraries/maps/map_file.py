@@ -19,7 +19,7 @@ from pipros.basics.input_file import read_text
 from pipros.libraries.maps.errors import BadMapDescription, NoMapFile
 from pipros.libraries.maps.picture import read_picture
 from pipros.pictures.planes import Picture
-from pipros.safe import yaml
+from pipros.safe import yaml_cpp
 
 MODES = ("trinary", "scale", "raw")
 
@@ -72,16 +72,19 @@ def read_map(file: str) -> Grid:
 def read_description(file: str) -> MapDescription:
     """Read a YAML file. A relative image path is resolved against the file's folder.
 
+    Values are converted as in Noetic's map_server, by the rules of yaml-cpp. Unlike in Noetic, numbers must
+    be finite, and the resolution must be positive.
+
     Raises:
         NoMapFile: the file cannot be read.
         BadMapDescription: the file is invalid.
     """
     try:
-        text = read_text(file)
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(file, errors="replace")
+    except OSError as error:
         raise NoMapFile(f"Map_server could not open {file}: {error}") from None
     try:
-        values = yaml.load(text, file)
+        values = yaml_cpp.load(text, file)
     except PiprosError as error:
         raise BadMapDescription(str(error)) from None
     if not isinstance(values, dict):
@@ -90,23 +93,27 @@ def read_description(file: str) -> MapDescription:
     if not isinstance(image, str) or not image:
         raise BadMapDescription(f"{file}: image must be the path to an image file, got {image!r}")
     origin = _value(file, values, "origin")
-    if not (isinstance(origin, list) and len(origin) == 3):
+    if not (isinstance(origin, list) and len(origin) >= 3):  # the rest is ignored
         raise BadMapDescription(f"{file}: origin must be a list of x, y and yaw, got {origin!r}")
     resolution = _number(file, "resolution", _value(file, values, "resolution"))
     if resolution <= 0.0:
         raise BadMapDescription(f"{file}: resolution must be > 0 m/pixel, got {resolution}")
-    mode = values.get("mode", "trinary")
+    mode = values.get("mode")
+    mode = mode if isinstance(mode, str) else "trinary"
     if mode not in MODES:
         raise BadMapDescription(f"{file}: mode must be one of {', '.join(MODES)}, got {mode!r}")
-    x, y, yaw = (_number(file, "origin", value) for value in origin)
+    x, y, yaw = (_number(file, "origin", value) for value in origin[:3])
+    negate = yaml_cpp.integer(_value(file, values, "negate"), -(2**31), 2**31 - 1)
+    if negate is None:
+        raise BadMapDescription(f"{file}: negate must be 0 or 1, got {values['negate']!r}")
     return MapDescription(
         os.path.join(os.path.dirname(file), image),
         resolution,
         (x, y, yaw),
-        bool(_number(file, "negate", _value(file, values, "negate"))),
+        bool(negate),
         _number(file, "occupied_thresh", _value(file, values, "occupied_thresh")),
         _number(file, "free_thresh", _value(file, values, "free_thresh")),
-        str(mode),
+        mode,
     )
 
 
@@ -118,8 +125,9 @@ def _value(file: str, values: dict[Any, Any], key: str) -> Any:
 
 
 def _number(file: str, key: str, value: Any) -> float:
-    if isinstance(value, (bool, int, float)) and isfinite(value):
-        return float(value)
+    found = yaml_cpp.number(value)
+    if found is not None and isfinite(found):
+        return found
     raise BadMapDescription(f"{file}: {key} must be a finite number, got {value!r}")
 
 

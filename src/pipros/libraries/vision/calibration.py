@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.safe import yaml
+from pipros.safe import yaml_cpp
+from pipros.safe.yaml import YamlError
 
 PLUMB_BOB = "plumb_bob"
 RATIONAL_POLYNOMIAL = "rational_polynomial"
@@ -74,14 +75,14 @@ def _format(file: str) -> str:
 
 
 def parse_yaml(text: str, file: str = "<string>") -> Calibration:
-    """Parse a calibration from YAML.
+    """Parse a calibration from YAML. Values are converted as by yaml-cpp, which genuine readers use.
 
     Raises:
         CalibrationError: the text is malformed, or values are missing.
     """
     try:
-        found = yaml.load(text, file, angles=False)
-    except yaml.YamlError as error:
+        found = yaml_cpp.load(text, file)
+    except YamlError as error:
         raise CalibrationError(str(error)) from error
     if not isinstance(found, dict):
         raise CalibrationError(f"{file}: a calibration must be a mapping, got {type(found).__name__}")
@@ -113,17 +114,16 @@ class _Reading:
         value = self._values.get(name)
         if value is None:
             return default
-        if isinstance(value, dict | list):
+        if not isinstance(value, str):
             raise self._error(name, "a string", value)
-        return str(value)
+        return value
 
     def whole(self, name: str, values: dict[Any, Any] | None = None, place: str = "") -> int:
         value = (self._values if values is None else values).get(name)
-        if isinstance(value, str) and value.isascii() and value.isdigit():
-            value = int(value[:20])
-        if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**32:
+        found = yaml_cpp.integer(value, 0, 2**32 - 1)
+        if found is None:
             raise self._error(place + name, "an integer from 0 to 2**32 - 1", value)
-        return value
+        return found
 
     def matrix(self, name: str, shape: tuple[int, int] | None = None) -> tuple[float, ...]:
         values = self._values.get(name)
@@ -138,13 +138,10 @@ class _Reading:
         return tuple(self._number(f"{name}: data", value) for value in data[:count])
 
     def _number(self, name: str, value: Any) -> float:
-        try:
-            # 1e-3 is a string in YAML 1.1, but a number in these files.
-            if not isinstance(value, bool | dict | list):
-                return float(value)
-        except (TypeError, ValueError, OverflowError):
-            pass
-        raise self._error(name, "numbers", value)
+        found = yaml_cpp.number(value)
+        if found is None:
+            raise self._error(name, "numbers", value)
+        return found
 
 
 def format_yaml(calibration: Calibration) -> str:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 
 from pipros.basics.input_file import read_text
+from pipros.basics.windows import replace_file
 from pipros.libraries.vision.calibration import Calibration, CalibrationError, formatted, parse
 
 FILE, PACKAGE = "file://", "package://"
@@ -40,7 +41,7 @@ def save(path: str, calibration: Calibration) -> None:
     try:
         with open(unfinished, "w", encoding="utf-8") as file:
             file.write(text)
-        os.replace(unfinished, path)
+        replace_file(unfinished, path)
     except OSError:
         if os.path.exists(unfinished):
             os.unlink(unfinished)

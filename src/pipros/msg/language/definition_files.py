@@ -98,9 +98,9 @@ class DefinitionFiles:
 
 def _advice(package: str) -> str:
     """Return advice on a missing package: the places that were searched, or how to install the package."""
-    from pipros.packages.well_known import why_missing
+    from pipros.packages.well_known import why_not_here
 
-    return why_missing(package) or _where_packages_are()
+    return why_not_here(package) or _where_packages_are()
 
 
 def _where_packages_are() -> str:

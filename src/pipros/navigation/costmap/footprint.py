@@ -42,7 +42,12 @@ def from_parameter(value: Any, name: str) -> Points:
     ):
         expected = f"a list of 3 to {_MOST_CORNERS} corners with finite numbers, such as [[1, 1], …]"
         raise InvalidParameter(f"{name} must be {expected}, got {str(value)[:200]}")
-    return [(float(x), float(y)) for x, y in corners]
+    # Genuine costmap_2d parses corners as single-precision floats; their cells depend on the rounding.
+    with np.errstate(over="ignore"):
+        single = [(float(np.float32(x)), float(np.float32(y))) for x, y in corners]
+    if not np.isfinite(single).all():
+        raise InvalidParameter(f"{name} must have coordinates below 3.4e38, got {str(value)[:200]}")
+    return single
 
 
 def as_text(corners: Points) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from importlib.metadata import entry_points
 from typing import Any, Final
 
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting
@@ -22,6 +23,7 @@ from pipros.navigation.parameters import InvalidParameter, PrivateParameters, re
 from pipros.navigation.wiring import advertise, stamped, subscribe
 from pipros.node.clock import stamp
 
+ENTRY_POINTS: Final = "pipros.costmap_layers"
 STATIC, OBSTACLE = "costmap_2d::StaticLayer", "costmap_2d::ObstacleLayer"
 VOXEL, INFLATION = "costmap_2d::VoxelLayer", "costmap_2d::InflationLayer"
 
@@ -89,14 +91,9 @@ def add_layers(costmap: CostmapCore) -> list[SensorInput]:
     else:
         costmap.warn("plugins is not set: the layers are determined by deprecated parameters")
         layers = _old_layers(costmap, given)
-    inputs = []
+    inputs: list[SensorInput] = []
     for name, kind in layers:
-        if kind == STATIC:
-            _add_static(costmap, name, kind)
-        elif kind == INFLATION:
-            _add_inflation(costmap, name, kind)
-        else:
-            inputs += _add_obstacles(costmap, name, kind)
+        inputs += LAYERS[kind](costmap, name, kind) if kind in LAYERS else _add_own(costmap, name, kind)
     return inputs
 
 
@@ -111,7 +108,8 @@ def _listed_layers(costmap: CostmapCore, given: PrivateParameters) -> list[tuple
         problem = _problem_of(each)
         if not problem:
             layers.append((each["name"], each["type"]))
-            _hand_down(costmap, given, each["name"], _SHARED[each["type"]], kept=_SHARED[each["type"]])
+            shared = _SHARED.get(each["type"], ())
+            _hand_down(costmap, given, each["name"], shared, kept=shared)
         elif is_strict:
             raise InvalidParameter(f"{plugins}: {problem}, and strict is set")
         else:
@@ -127,12 +125,44 @@ def _problem_of(entry: Any) -> str:
     """Return why an entry of `plugins` cannot be used; empty if it can."""
     if not (isinstance(entry, dict) and all(isinstance(entry.get(key), str) for key in ("name", "type"))):
         return f"it must be a list of {{name, type}}, got {str(entry)[:200]}"
-    if entry["type"] not in SETTINGS:
-        return (
-            f"{entry['name']} has the type {entry['type']}, which is not part of pipros (layers in C++ "
-            f"cannot be loaded); use one of {', '.join(SETTINGS)}, or remove it"
-        )
-    return ""
+    if entry["type"] in LAYERS:
+        return ""
+    try:
+        if _own_layer(entry["type"]) is not None:
+            return ""
+    except Exception as error:  # the module is somebody else's
+        return f"{entry['name']}: {entry['type']} cannot be imported: {type(error).__name__}: {error}"
+    return (
+        f"{entry['name']} has the type {entry['type']}, which is not part of pipros (layers in C++ cannot be "
+        f"loaded); use one of {', '.join(LAYERS)}, install its Python layer (entry point {ENTRY_POINTS}), or "
+        "remove it"
+    )
+
+
+def _own_layer(kind: str) -> Callable[[str, CostmapCore], Layer] | None:
+    """Return the class of a layer that an installed package adds, or None."""
+    for point in entry_points(group=ENTRY_POINTS, name=kind):
+        found: Callable[[str, CostmapCore], Layer] = point.load()
+        return found
+    return None
+
+
+def _add_own(costmap: CostmapCore, name: str, kind: str) -> list[SensorInput]:
+    """Add a layer of an installed package. If it cannot be created, log an error and leave it out."""
+    make = _own_layer(kind)
+    try:
+        layer = make(name, costmap) if make else None
+        if not isinstance(layer, Layer):
+            raise TypeError(
+                f"it must be a pipros.navigation.costmap.layered.Layer, got {type(layer).__name__}"
+            )
+    except Exception as error:
+        text = "%s/%s: the layer [%s] is left out, and the robot does not see it: %s: %s"
+        costmap.log.error(text, costmap.namespace, name, kind, type(error).__name__, error)
+        return []
+    layer.is_enabled = read_parameters(costmap.node, f"{costmap.namespace}/{name}").boolean("enabled", True)
+    costmap.layered.layers.append(layer)
+    return []
 
 
 def _hand_down(
@@ -180,7 +210,7 @@ def _serve(
     Reconfigurable(costmap.node, f"{costmap.namespace}/{layer.name}", SETTINGS[kind], change)
 
 
-def _add_inflation(costmap: CostmapCore, name: str, kind: str) -> None:
+def _add_inflation(costmap: CostmapCore, name: str, kind: str) -> list[SensorInput]:
     layer = InflationLayer(name, costmap.layered)
     costmap.layered.layers.append(layer)
 
@@ -189,9 +219,10 @@ def _add_inflation(costmap: CostmapCore, name: str, kind: str) -> None:
         layer.configure(radius=radius, scaling=scaling, inflate_unknown=values["inflate_unknown"])
 
     _serve(costmap, kind, layer, apply)
+    return []
 
 
-def _add_static(costmap: CostmapCore, name: str, kind: str) -> None:
+def _add_static(costmap: CostmapCore, name: str, kind: str) -> list[SensorInput]:
     def find_map(frame: str) -> Pose | None:
         try:
             return costmap.frames.at(frame.lstrip("/"), costmap.global_frame, 0)
@@ -225,6 +256,7 @@ def _add_static(costmap: CostmapCore, name: str, kind: str) -> None:
         update = "map_msgs/OccupancyGridUpdate"
         subscribe(node, f"{topic}_updates", update, partial(take, layer.set_part), 10)
     _serve(costmap, kind, layer)
+    return []
 
 
 def _add_obstacles(costmap: CostmapCore, name: str, kind: str) -> list[SensorInput]:
@@ -259,6 +291,18 @@ def _add_obstacles(costmap: CostmapCore, name: str, kind: str) -> list[SensorInp
     layer.before_update = receive
     _serve(costmap, kind, layer, apply)
     return inputs
+
+
+LAYERS: Final[Mapping[str, Callable[[CostmapCore, str, str], list[SensorInput]]]] = {
+    STATIC: _add_static,
+    OBSTACLE: _add_obstacles,
+    VOXEL: _add_obstacles,
+    INFLATION: _add_inflation,
+}
+"""The types of layers, with functions that add one and return its subscriptions to sensors.
+
+Installed packages add others by the entry point `pipros.costmap_layers`.
+"""
 
 
 def _voxel_grid(costmap: CostmapCore, layer: VoxelLayer) -> Any:

@@ -16,7 +16,7 @@ from pipros.navigation.costmap.grid import INSCRIBED
 from pipros.navigation.dwa.goal_rotation import STILL, GoalRotation
 from pipros.navigation.dwa.planner import Choice, DwaPlanner
 from pipros.navigation.dwa.settings import SETTINGS, DwaSettings
-from pipros.navigation.parameters import InvalidParameter, read_parameters, search_upwards
+from pipros.navigation.parameters import InvalidParameter, PrivateParameters, read_parameters, search_upwards
 from pipros.navigation.plane import Poses, Triple
 from pipros.navigation.wiring import advertise, subscribe
 from pipros.node import Node
@@ -28,22 +28,46 @@ _CLOUD: Final = "sensor_msgs/PointCloud2"
 _RENAMED: Final = {
     "max_trans_vel": "max_vel_trans", "min_trans_vel": "min_vel_trans", "max_rot_vel": "max_vel_theta",
     "min_rot_vel": "min_vel_theta", "acc_limit_trans": "acc_lim_trans",
-    "rot_stopped_vel": "theta_stopped_vel",
+    "rot_stopped_vel": "theta_stopped_vel", "vtheta_samples": "vth_samples", "acc_lim_th": "acc_lim_theta",
+    "latch_xy_goal_tolerance": "~latch_xy_goal_tolerance",
 }  # fmt: skip
 
 
 class DwaLocalPlanner:
     """Follows plans in the local costmap. Not thread-safe, except for changes of the settings."""
 
+    namespace = "~DWAPlannerROS"
+    settings = SETTINGS
+    renamed: Mapping[str, str] = _RENAMED
+    has_samples = True
+
     def __init__(self, node: Node, log: logging.Logger, costmap: Costmap) -> None:
         """Register the topics and the settings in the namespace `~DWAPlannerROS`."""
-        self._node, self._log, self._costmap, namespace = node, log, costmap, "~DWAPlannerROS"
+        self._node, self._log, self._costmap, namespace = node, log, costmap, self.namespace
         given = read_parameters(node, namespace)
-        for old, new in _RENAMED.items():
+        for old, new in self.renamed.items():
             if given.has(old):
-                log.warning("%s/%s has no effect: it is now named %s", namespace, old, new)
+                log.warning("%s/%s has no effect: the name is %s", namespace, old, new)
         frequency = search_upwards(node, namespace, "controller_frequency")
         period_s = 1.0 / frequency if isinstance(frequency, int | float) and frequency > 0 else 0.05
+        is_latching = read_parameters(node, "~").boolean("latch_xy_goal_tolerance", False)
+        self._prepare(given, period_s, is_latching)
+        self._plan_frame, self._plan = costmap.global_frame, np.empty((0, 3))
+        self._velocity: Triple = STILL
+        self._global_plan, self._local_plan, self._costs = (
+            advertise(node, f"{namespace}/{name}", kind)
+            for name, kind in (("global_plan", "nav_msgs/Path"), ("local_plan", "nav_msgs/Path"),
+                               ("cost_cloud", _CLOUD))
+        )  # fmt: skip
+        self._tried = advertise(node, f"{namespace}/trajectory_cloud", _CLOUD) if self.has_samples else None
+        self._shows_tried = given.boolean("publish_traj_pc", False)
+        self._shows_costs = given.boolean("publish_cost_grid_pc", False)
+        self._cloud_frame = given.text("global_frame_id", "odom")
+        Reconfigurable(node, namespace, self.settings, self._apply)
+        subscribe(node, given.text("odom_topic", "odom"), "nav_msgs/Odometry", self._on_odometry)
+
+    def _prepare(self, given: PrivateParameters, period_s: float, is_latching: bool) -> None:
+        """Create the planner and the rotation, with the parameters that are fixed at startup."""
         self._fixed: dict[str, Any] = {
             "sim_period": period_s,
             "sum_scores": given.boolean("sum_scores", False),
@@ -51,35 +75,38 @@ class DwaLocalPlanner:
         }
         self._settings = DwaSettings(**self._fixed)
         self._planner = DwaPlanner(self._settings)
-        is_latching = read_parameters(node, "~").boolean("latch_xy_goal_tolerance", False)
         self._rotation = GoalRotation(self._settings, is_latching=is_latching)
-        self._plan_frame, self._plan = costmap.global_frame, np.empty((0, 3))
-        self._velocity: Triple = STILL
-        self._global_plan, self._local_plan, self._tried, self._costs = (
-            advertise(node, f"{namespace}/{name}", kind)
-            for name, kind in (("global_plan", "nav_msgs/Path"), ("local_plan", "nav_msgs/Path"),
-                               ("trajectory_cloud", _CLOUD), ("cost_cloud", _CLOUD))
-        )  # fmt: skip
-        self._shows_tried = given.boolean("publish_traj_pc", False)
-        self._shows_costs = given.boolean("publish_cost_grid_pc", False)
-        self._cloud_frame = given.text("global_frame_id", "odom")
-        Reconfigurable(node, namespace, SETTINGS, self._apply)
-        subscribe(node, given.text("odom_topic", "odom"), "nav_msgs/Odometry", self._on_odometry)
 
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
         try:
-            settings = DwaSettings.of(values, **self._fixed)
+            return self._make_settings(values)
         except InvalidParameter as error:
             self._log.error("the settings of the local planner are not changed: %s", error)
-            return {name: getattr(self._settings, name) for name in values}
+            return self._values(values)
+
+    def _make_settings(self, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        settings = DwaSettings.of(values, **self._fixed)
         self._settings = self._planner.settings = self._rotation.settings = settings
         return values
+
+    def _values(self, names: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: getattr(self._settings, name) for name in names}
+
+    def greatest(self) -> tuple[float, float, float]:
+        """Return the greatest speeds forwards and backwards in m/s, and of turns in rad/s."""
+        settings = self._settings
+        backwards = min(settings.max_vel_trans, max(0.0, -settings.min_vel_x))
+        return min(settings.max_vel_trans, settings.max_vel_x), backwards, settings.max_vel_theta
 
     def _on_odometry(self, message: Any) -> None:
         rates = message.twist.twist
         self._velocity = rates.linear.x, rates.linear.y, rates.angular.z
 
     # -- called by move_base -----------------------------------------------------
+
+    def take_plan(self, other: DwaLocalPlanner) -> None:
+        """Follow the plan of a planner that this one replaces."""
+        self.set_plan(other._plan_frame, other._plan)
 
     def set_plan(self, frame: str, poses: Poses) -> bool:
         """Follow another plan, shape (n, 3). Always return True."""
@@ -171,7 +198,7 @@ class DwaLocalPlanner:
 
     def _show(self, choice: Choice) -> None:
         tried, scores = choice.tried, choice.scores
-        if self._shows_tried and self._tried.connection_count:
+        if self._tried and self._shows_tried and self._tried.connection_count:
             mask = (np.arange(tried.x.shape[1]) < tried.counts[:, None]) & (scores >= 0)[:, None]
             rows = [tried.x[mask], tried.y[mask], np.zeros(int(mask.sum())), tried.yaw[mask]]
             rows.append(np.broadcast_to(scores[:, None], mask.shape)[mask])

@@ -17,10 +17,12 @@ class GoalRotation:
     Attributes:
         settings: the settings.
         is_latching: whether a robot that has reached the goal's position only turns, until the next plan.
+        must_stand: whether the goal is reached only by a robot that has stopped.
     """
 
-    def __init__(self, settings: DwaSettings, *, is_latching: bool) -> None:
+    def __init__(self, settings: DwaSettings, *, is_latching: bool, must_stand: bool = True) -> None:
         self.settings, self.is_latching = settings, is_latching
+        self.must_stand = must_stand
         self._was_there = self._is_turning = False
 
     def start_plan(self) -> None:
@@ -37,10 +39,9 @@ class GoalRotation:
 
     def has_reached(self, pose: Triple, velocity: Triple, goal: Triple) -> bool:
         """Return whether the robot has stopped at the goal, facing in the goal's direction."""
-        turn = abs(_difference(pose, goal))
-        return (
-            self.is_there(pose, goal) and turn <= self.settings.yaw_goal_tolerance and self._stands(velocity)
-        )
+        is_turned = abs(_difference(pose, goal)) <= self.settings.yaw_goal_tolerance
+        is_still = not self.must_stand or self._stands(velocity)
+        return self.is_there(pose, goal) and is_turned and is_still
 
     def command(
         self, pose: Triple, velocity: Triple, goal: Triple, is_legal: Callable[[Triple], bool]

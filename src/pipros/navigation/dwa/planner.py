@@ -139,14 +139,14 @@ class DwaPlanner:
         ):
             if bias:
                 found = self._distance_scores(tried, distance, ahead)
-                _add(scores, found, bias * scale)
+                add_scores(scores, found, bias * scale)
         if settings.twirling_scale:
-            _add(scores, np.abs(tried.commands[:, 2]), settings.twirling_scale)
+            add_scores(scores, np.abs(tried.commands[:, 2]), settings.twirling_scale)
         if settings.occdist_scale:
             left = np.flatnonzero(scores >= 0)
             found = np.full(len(tried), HITS)
             found[left] = self._obstacle_scores(tried, left)
-            _add(scores, found, settings.occdist_scale)
+            add_scores(scores, found, settings.occdist_scale)
         return scores
 
     def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
@@ -195,7 +195,7 @@ class DwaPlanner:
         return growth
 
 
-def _add(scores: Array, found: Array, weight: float) -> None:
+def add_scores(scores: Array, found: Array, weight: float) -> None:
     """Add a term to the scores. A negative value discards a trajectory."""
     kept = scores >= 0
     scores[kept] = np.where(found < 0, found, scores + found * weight)[kept]

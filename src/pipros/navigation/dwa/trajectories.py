@@ -23,11 +23,13 @@ class Trajectories:
 
     Attributes:
         commands: the velocities to command, shape (n, 3).
+        goals: the sampled velocities, shape (n, 3): those to which the robot accelerates without `use_dwa`.
         x, y, yaw: the poses of each trajectory, shape (n, m), beginning with the robot's pose.
         counts: the number of poses of each trajectory, shape (n,); the rest of each row is padding.
     """
 
     commands: Array
+    goals: Array
     x: Array
     y: Array
     yaw: Array
@@ -108,7 +110,7 @@ def simulated(settings: DwaSettings, pose: Triple, velocity: Triple, samples: Ar
     cosine, sine = np.cos(yaw[:, :-1]), np.sin(yaw[:, :-1])
     x = pose[0] + np.hstack((zero, np.cumsum((rates[0] * cosine - rates[1] * sine) * dt, 1)))
     y = pose[1] + np.hstack((zero, np.cumsum((rates[0] * sine + rates[1] * cosine) * dt, 1)))
-    return Trajectories(commands, x, y, yaw, counts)
+    return Trajectories(commands, samples, x, y, yaw, counts)
 
 
 def _accelerated(

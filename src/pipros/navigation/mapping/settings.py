@@ -68,6 +68,12 @@ def read_settings(parameters: PrivateParameters) -> MappingSettings:
         InvalidParameter: a parameter has an invalid value.
     """
     settings = parameters.read(MappingSettings)
+    settings = replace(  # as in tf, of which the genuine node uses the first version
+        settings,
+        base_frame=settings.base_frame.lstrip("/"),
+        map_frame=settings.map_frame.lstrip("/"),
+        odom_frame=settings.odom_frame.lstrip("/"),
+    )
     if not isfinite(settings.tf_delay):
         settings = replace(settings, tf_delay=settings.transform_publish_period)
     for name in ("delta", "sigma", "lsigma", "ogain", "lstep", "astep", "particles", "throttle_scans"):

@@ -79,6 +79,7 @@ class GoalMachine:
 
     Attributes:
         state: the current phase.
+        is_recovering: whether a recovery behaviour runs.
         wants_plan: whether the planner should run; call `planned` with its result.
         settings: the parameters, which may be replaced.
     """
@@ -96,6 +97,8 @@ class GoalMachine:
         self.is_recovering = False
         self._index, self._trigger = 0, Trigger.PLANNING
         self._retries = 0
+        self._moved_from = (math.inf, math.inf)
+        self._moved_s = self._plan_s = self._control_s = 0.0
 
     def begin(self, now_s: float, *, replaces: bool) -> None:
         """Start a goal. If it replaces another goal, the robot keeps its velocity until the next cycle.
@@ -107,9 +110,9 @@ class GoalMachine:
         self.wants_plan = True
         if not replaces:
             self._base.drive(STILL)
-            self._swing = (math.inf, math.inf)
+            self._moved_from = (math.inf, math.inf)
         self._is_unplanned = replaces
-        self._control_s = self._plan_s = self._swing_s = now_s
+        self._control_s = self._plan_s = self._moved_s = now_s
         self._retries = 0
 
     def stop(self) -> None:
@@ -182,14 +185,14 @@ class GoalMachine:
         pose = self._base.pose()
         if pose is None:
             return
-        if math.dist(pose[:2], self._swing) >= self.settings.oscillation_distance:
-            self._swing, self._swing_s = pose[:2], now_s
+        if math.dist(pose[:2], self._moved_from) >= self.settings.oscillation_distance:
+            self._moved_from, self._moved_s = pose[:2], now_s
             if self._trigger is Trigger.OSCILLATION:
                 self._index = 0
 
     def _control(self, now_s: float) -> None:
         limit_s = self.settings.oscillation_timeout
-        if limit_s > 0 and now_s > self._swing_s + limit_s:
+        if limit_s > 0 and now_s > self._moved_s + limit_s:
             self._clear(Trigger.OSCILLATION)
         command = self._base.command()
         if command is not None:
@@ -209,5 +212,5 @@ class GoalMachine:
             self._base.drive(STILL)
             self.is_recovering = False
             self.state, self._index = DrivingState.PLANNING, self._index + 1
-            self._swing_s = self._plan_s = now_s
+            self._moved_s = self._plan_s = now_s
             self._retries = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, TypeVar
 
@@ -19,7 +19,6 @@ from pipros.msg import load_message_class
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros.navigation.frames import Frames
 from pipros.navigation.move_base import plugins
 from pipros.navigation.move_base.goals import GoalServer
@@ -57,10 +56,9 @@ class MoveBase:
         self._is_strict = given.boolean("strict", False)
         self._lock = threading.RLock()
         self._failures, self._has_failed = Throttle(log, 5.0), False
-        self._check_planners(
-            given.text("base_global_planner", plugins.GLOBAL_PLANNER),
-            given.text("base_local_planner", "base_local_planner/TrajectoryPlannerROS"),
-        )
+        plugins.warn_of_names(node, log)
+        local_planner = given.text("base_local_planner", MoveBaseSettings().base_local_planner)
+        ours = self._check_planners(given.text("base_global_planner", plugins.GLOBAL_PLANNER), local_planner)
         stamped = "geometry_msgs/PoseStamped"
         self._velocities = advertise(node, "cmd_vel", "geometry_msgs/Twist")
         self._current_goal = advertise(node, "~current_goal", stamped, None)
@@ -70,7 +68,8 @@ class MoveBase:
         self._global_map = Costmap(node, log, self._frames, schedule, "global_costmap")
         self._planner = NavfnPlanner(node, log, self._global_map)
         self._local_map = Costmap(node, log, self._frames, schedule, "local_costmap")
-        self._controller = DwaLocalPlanner(node, log, self._local_map)
+        self._controller = plugins.local_planner(node, log, self._local_map, local_planner, ours)
+        self._controllers = {ours: self._controller}
         self._maps = self._global_map, self._local_map
         self._goal: Any = None
         self._target: Triple | None = None
@@ -99,13 +98,22 @@ class MoveBase:
 
     # -- parameters --------------------------------------------------------------
 
-    def _check_planners(self, global_planner: str, local_planner: str) -> None:
-        for kind, given, ours in (
-            ("global", global_planner, plugins.GLOBAL_PLANNER),
-            ("local", local_planner, plugins.LOCAL_PLANNER),
-        ):
-            name = f"base_{kind}_planner"
-            plugins.check_planner(given, ours, name, self._log, is_strict=self._is_strict)
+    def _check_planners(self, global_planner: str, local_planner: str) -> str:
+        """Return the local planner to use."""
+        known: Iterable[str] = [plugins.GLOBAL_PLANNER]
+        strict = self._is_strict
+        plugins.check_planner(global_planner, known, "base_global_planner", self._log, is_strict=strict)
+        known = plugins.LOCAL_PLANNERS
+        return plugins.check_planner(local_planner, known, "base_local_planner", self._log, is_strict=strict)
+
+    def _use_planner(self, name: str, ours: str) -> None:
+        before = self._controller
+        if ours not in self._controllers:
+            made = plugins.local_planner(self._node, self._log, self._local_map, name, ours)
+            self._controllers[ours] = made
+        self._controller = self._controllers[ours]
+        if self._controller is not before:
+            self._controller.take_plan(before)
 
     def _apply(self, values: Mapping[str, Any], _: int) -> Mapping[str, Any]:
         with self._lock:
@@ -118,7 +126,7 @@ class MoveBase:
             planners = settings.base_global_planner, settings.base_local_planner
             if planners != (before.base_global_planner, before.base_local_planner):
                 try:
-                    self._check_planners(*planners)
+                    self._use_planner(settings.base_local_planner, self._check_planners(*planners))
                 except InvalidParameter as error:
                     self._log.error("%s", error)
                     names = "base_global_planner", "base_local_planner"

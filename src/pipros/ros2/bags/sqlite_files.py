@@ -53,6 +53,15 @@ def _translated(name: str) -> Iterator[None]:
         raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}. {REPAIR}") from error
 
 
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Translate SQLite's errors about a new database into `BagError`."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise BagError(f"cannot write {path}: {error}") from error
+
+
 def has_magic(path: Path) -> bool:
     """Return whether a file begins like an SQLite database."""
     with path.open("rb") as file:
@@ -117,9 +126,8 @@ class SqliteReader:
             rows = self._database.execute(query, (min(first_ns, largest), min(last_ns, largest)))
             for topic, time_ns, data in rows:
                 if topic in topics:
-                    if not isinstance(data, bytes) or not isinstance(time_ns, int) or time_ns < 0:
-                        raise BagFormatError(f"{self._name}: a message has a value of the wrong type")
-                    yield topic, time_ns, data
+                    # an empty message is damaged, so only this row is left out
+                    yield topic, int(time_ns), data if isinstance(data, bytes) else b""
 
     def close(self) -> None:
         self._database.close()
@@ -154,7 +162,7 @@ class SqliteWriter:
         self._types: set[str] = set()
         self._count = 0
         self._path = path
-        with self._writing():
+        with writing(path):
             self._database = sqlite3.connect(path, isolation_level=None)
         run = self._run
         # The file becomes visible only when it is complete, so a journal is not needed.
@@ -200,12 +208,5 @@ class SqliteWriter:
         self._database.close()
 
     def _run(self, statement: str, values: Sequence[Any] = ()) -> None:
-        with self._writing():
+        with writing(self._path):
             self._database.execute(statement, values)
-
-    @contextmanager
-    def _writing(self) -> Iterator[None]:
-        try:
-            yield
-        except sqlite3.Error as error:
-            raise BagError(f"cannot write {self._path}: {error}") from error

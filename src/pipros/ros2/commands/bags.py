@@ -121,9 +121,9 @@ def written(target: Path, options: Any, left_out: LeftOut) -> Iterator[MessageSi
     ) as writer:
         yield writer
     for topic, reason in writer.skipped.items():
-        left_out.whole(topic, reason)
+        left_out.whole(topic, reason, bag=str(target))
     for topic, reason in writer.incomplete.items():
-        left_out.message(topic, reason)
+        left_out.message(topic, reason, bag=str(target))
 
 
 def _read(name: str) -> str:

@@ -1,5 +1,6 @@
 // The connection to the server. Reconnects automatically and re-subscribes the open views.
 
+import { PartialMessage, partOf } from "./partial_message.js";
 import { accepted, currentProof, refused, takeFromAddress, wasAccepted } from "./secret.js";
 import { TICK_MS, silence } from "./silence.js";
 
@@ -11,7 +12,7 @@ class Live extends EventTarget {
   constructor() {
     super();
     this.next = 1;
-    this.requests = new Map(); // id to {message, onData, onError, isAction, hasFailed}
+    this.requests = new Map(); // id to {message, onData, onError, isAction, hasFailed, partial}
     this.isOpen = false;
     this.isRefused = false; // the token is missing or wrong
     this.node = ""; // the name of the server's own node
@@ -86,7 +87,10 @@ class Live extends EventTarget {
     accepted(token);
     this.trouble = "";
     this.setOpen(true);
-    for (const request of this.requests.values()) this.send(request.message);
+    for (const request of this.requests.values()) {
+      request.partial = null;
+      this.send(request.message);
+    }
   }
 
   lose(event) {
@@ -117,12 +121,25 @@ class Live extends EventTarget {
 
   receive(data) {
     if (data instanceof ArrayBuffer) {
+      const number = partOf(data);
+      if (number !== null) {
+        this.receivePart(number, data);
+        return;
+      }
       this.answer(new DataView(data).getUint32(0), new DataView(data, 4));
       return;
     }
     const message = JSON.parse(data);
     if (message.id === LOGIN_ID) this.begin(message.data.token);
     else this.answer(message.id, message.data, message.error);
+  }
+
+  receivePart(number, data) {
+    const request = this.requests.get(number);
+    if (!request) return; // it was stopped meanwhile
+    request.partial ??= new PartialMessage();
+    const whole = request.partial.add(data);
+    if (whole !== null) this.receive(whole);
   }
 
   answer(id, data, error) {

@@ -49,6 +49,13 @@ def wrapped(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
+def relative(origin: Pose, pose: Pose) -> Pose:
+    """Convert `pose` to the frame at `origin`; both are given in the same frame."""
+    cosine, sine = math.cos(origin.yaw), math.sin(origin.yaw)
+    x, y = pose.x - origin.x, pose.y - origin.y
+    return Pose(cosine * x + sine * y, cosine * y - sine * x, wrapped(pose.yaw - origin.yaw))
+
+
 def combined(first: Pose, second: Pose) -> Pose:
     """Convert `second`, a pose relative to `first`, to the frame in which `first` is given."""
     cosine, sine = math.cos(first.yaw), math.sin(first.yaw)

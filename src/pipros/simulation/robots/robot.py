@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pipros.simulation.robots.battery import Battery
-from pipros.simulation.robots.drive import Motion, Pose, moved
+from pipros.simulation.robots.drive import Motion, Pose, moved, relative
 from pipros.simulation.robots.settings import RobotSettings
 
 SLIP_S = 1.0
@@ -20,8 +20,10 @@ class SimulatedRobot:
     Attributes:
         settings: the settings of the robot.
         pose: the true pose in the map frame.
-        odometry: the pose estimated from the wheels, (0, 0, 0) at the start.
+        odometry: the pose estimated from the wheels, (0, 0, 0) at the start unless the settings say
+            otherwise.
         velocity: the motion per second during the last step, computed from the wheels.
+        acceleration: acceleration forwards and to the left during the last step, in m/s².
         wheels: angles of the left and the right wheel, in radians.
         wheel_speeds: speeds of the two wheels during the last step, in rad/s.
         is_bumped: whether something blocked the last step.
@@ -33,26 +35,33 @@ class SimulatedRobot:
         self.settings = settings
         self._start = start
         self._seed = seed
+        self._origin = settings.odometry_origin or start
         self.reset()
 
     def reset(self) -> None:
         """Move back to the starting pose, reset the odometry and battery, and restart the noise sequence."""
         self.battery = Battery(self.settings.battery)
         self.random = np.random.default_rng(self._seed)
-        self.odometry = Pose()
+        self.odometry = relative(self._origin, self._start)
+        forwards, turn = self.settings.odometry_error
+        first, second = self.random.uniform(-0.5, 0.5, 2) if forwards or turn else (0.0, 0.0)
+        self._error = float(first) * forwards, float(second) * turn
         self.wheels = (0.0, 0.0)
         self._slip_until_s, self._slip = 0.0, np.zeros(2)
         self.place(self._start)
 
-    def scan_noise(self, steps: int) -> np.random.Generator:
-        """Return the noise source for one scan, which does not depend on earlier scans."""
-        key = (*self._seed.spawn_key, steps)
+    def noise(self, steps: int, *sensor: int) -> np.random.Generator:
+        """Return the noise source for one measurement, which does not depend on earlier measurements."""
+        key = (*self._seed.spawn_key, steps, *sensor)
         return np.random.default_rng(np.random.SeedSequence(self._seed.entropy, spawn_key=key))
 
     def place(self, pose: Pose) -> None:
-        """Move the robot to a pose and stop it. The odometry does not change."""
+        """Move the robot to a pose and stop it. The odometry does not change, unless it is exact."""
         self.pose = pose
+        if self.settings.is_odometry_exact:
+            self.odometry = relative(self._origin, pose)
         self.velocity = Motion()
+        self.acceleration = (0.0, 0.0)
         self.wheel_speeds = (0.0, 0.0)
         self.is_bumped = False
         self._command = Motion()
@@ -91,8 +100,13 @@ class SimulatedRobot:
             motion, ground = Motion(0.0, motion.turn), Motion(0.0, ground.turn)
         settings = self.settings
         self.pose = moved(self.pose, ground)
-        self.odometry = moved(self.odometry, self._measured(motion))
-        self.velocity = Motion(motion.forwards / duration_s, motion.turn / duration_s)
+        if settings.is_odometry_exact:
+            self.odometry = relative(self._origin, self.pose)
+        else:
+            self.odometry = moved(self.odometry, self._measured(motion))
+        before, self.velocity = self.velocity, Motion(motion.forwards / duration_s, motion.turn / duration_s)
+        speed_up = (self.velocity.forwards - before.forwards) / duration_s
+        self.acceleration = speed_up, self.velocity.forwards * self.velocity.turn
         turned = motion.wheels(settings.wheel_separation, settings.wheel_radius)
         self.wheels = self.wheels[0] + turned[0], self.wheels[1] + turned[1]
         self.wheel_speeds = turned[0] / duration_s, turned[1] / duration_s
@@ -103,7 +117,8 @@ class SimulatedRobot:
     def _measured(self, motion: Motion) -> Motion:
         """Return the motion as measured by the odometry."""
         noise = self.settings.odometry_noise
-        if not noise:
-            return motion
-        forwards, turn = 1.0 + noise * self.random.standard_normal(2)
-        return Motion(motion.forwards * float(forwards), motion.turn * float(turn))
+        forwards, turn = 1.0 + self._error[0], 1.0 + self._error[1]
+        if noise:
+            first, second = noise * self.random.standard_normal(2)
+            forwards, turn = forwards + float(first), turn + float(second)
+        return Motion(motion.forwards * forwards, motion.turn * turn)

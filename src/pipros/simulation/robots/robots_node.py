@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Final
 
 from pipros.basics.limits import limit_text
@@ -13,6 +14,7 @@ from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.start_params import is_on
 from pipros.simulation.limits import SimulationLimits
+from pipros.simulation.robots.controller_manager import ControllerManager
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.lockstep import Lockstep, members
 from pipros.simulation.robots.robot_endpoints import RobotEndpoints, RobotInterface, serve
@@ -45,13 +47,20 @@ class RobotsNode:
     """
 
     def __init__(
-        self, node: Node, simulation: Simulation, *, names: RobotInterface | None = None, speed: float = 1.0
+        self,
+        node: Node,
+        simulation: Simulation,
+        *,
+        names: RobotInterface | None = None,
+        speed: float = 1.0,
+        controllers: str = "",
     ) -> None:
         """Register all topics and services.
 
         Args:
             names: names of frames and topics, before each robot's name is added as a prefix.
             speed: simulated seconds per second of wall time.
+            controllers: namespace of the controller manager that has the robot's base; empty if none has.
 
         Raises:
             InvalidSettings: there are too many robots, `/lockstep` is invalid, or `speed` is not 1 without
@@ -70,18 +79,26 @@ class RobotsNode:
         self._lockstep = Lockstep(node, members(node) if self._has_clock else [], node.log)
         self._interval_s = STEP_S / speed
         self._tf_class: Any = load_message_class("tf2_msgs/TFMessage")
-        self._tf = node.advertise("/tf", self._tf_class, queue_size=100)
+        self._names = names or RobotInterface()
+        if controllers:
+            self._names = replace(self._names, has_base=False, has_tf=False)
+        self._tf = node.advertise("/tf", self._tf_class, queue_size=100) if self._names.has_tf else None
         if self._has_clock:
             self._clock_class: Any = load_message_class("rosgraph_msgs/Clock")
             self._clock = node.advertise("/clock", self._clock_class, queue_size=1)
         self._endpoints = {
-            name: RobotEndpoints(node, name, simulation, self.lock, (names or RobotInterface()).of(name))
+            name: RobotEndpoints(node, name, simulation, self.lock, self._names.of(name))
             for name in simulation.robots
         }
-        static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)
-        stamp = self.stamp()
-        fixed = [each for endpoints in self._endpoints.values() for each in endpoints.fixed_transforms(stamp)]
-        static.publish(self._tf_class(fixed))
+        self._manager: ControllerManager | None = None
+        if controllers:
+            wheels = self._names.wheel_joints
+            self._manager = ControllerManager(node, controllers, simulation, self.lock, wheels)
+        if self._names.has_static_tf:
+            static = node.advertise("/tf_static", self._tf_class, queue_size=10, latch=True)
+            stamp, every = self.stamp(), self._endpoints.values()
+            fixed = [each for endpoints in every for each in endpoints.fixed_transforms(stamp)]
+            static.publish(self._tf_class(fixed))
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
 
     def run(self) -> None:
@@ -136,6 +153,8 @@ class RobotsNode:
     def step(self) -> None:
         """Move the robots and publish their measurements."""
         with self.lock:
+            if self._manager is not None:
+                self._manager.update()
             self.simulation.step()
             self.observe()
         self._publish()
@@ -148,10 +167,12 @@ class RobotsNode:
             stamp = self.stamp()
             if self._has_clock:
                 self._clock.publish(self._clock_class(stamp))
-            if self._tf.connection_count:
+            if self._tf is not None and self._tf.connection_count:
                 self._tf.publish(
                     self._tf_class([endpoints.transform(stamp) for endpoints in self._endpoints.values()])
                 )
+            if self._manager is not None:
+                self._manager.publish(stamp)
             for name, endpoints in self._endpoints.items():
                 endpoints.publish_motion(stamp)
                 if name in scans:

@@ -27,6 +27,9 @@ class Laser:
         noise: standard deviation of a measurement in metres.
         no_echo: the range reported if a ray hits nothing between `range_min` and `range_max`.
         x, y, yaw: pose relative to the robot, in metres and radians.
+        z: height above the robot's frame in metres. It changes nothing but the transform: costmaps ignore
+            points below their `min_obstacle_height`.
+        is_upside_down: whether the angles count clockwise, seen from above.
     """
 
     rays: int = 360
@@ -39,6 +42,8 @@ class Laser:
     x: float = 0.0
     y: float = 0.0
     yaw: float = 0.0
+    z: float = 0.2
+    is_upside_down: bool = False
 
     @property
     def increment(self) -> float:
@@ -50,6 +55,24 @@ class Laser:
     def pose(self) -> Pose:
         """The laser's pose relative to the robot."""
         return Pose(self.x, self.y, self.yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class Imu:
+    """Settings of an inertial measurement unit, aligned with the robot.
+
+    Attributes:
+        yaw_noise, gyro_noise, acceleration_noise: standard deviations of the orientation in radians, of the
+            angular velocities in rad/s, and of the accelerations in m/s².
+        x, y, z: position relative to the robot in metres. Accelerations are those of the robot's centre.
+    """
+
+    yaw_noise: float = 0.005
+    gyro_noise: float = 0.01
+    acceleration_noise: float = 0.05
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +90,12 @@ class RobotSettings:
             each step.
         wheel_slip: mean fraction of a wheel's rotation that does not move the robot, but is measured by the
             odometry. The fraction is random, separate for each wheel, and changes every second.
+        odometry_error: maximum errors of the odometry, as fractions of the distance and of the turn. Stage
+            draws the actual error once, between minus and plus half of the maximum.
+        odometry_origin: pose of the odometry's frame in the map frame; None means the starting pose.
+        is_odometry_exact: whether the odometry is always the true pose relative to `odometry_origin`.
         laser: the laser scanner, if any.
+        imu: the inertial measurement unit, if any.
         battery: the battery and its load.
     """
 
@@ -81,18 +109,22 @@ class RobotSettings:
     command_timeout_s: float = 1.0
     odometry_noise: float = 0.0
     wheel_slip: float = 0.0
+    odometry_error: tuple[float, float] = (0.0, 0.0)
+    odometry_origin: Pose | None = None
+    is_odometry_exact: bool = False
     laser: Laser | None = field(default_factory=Laser)
+    imu: Imu | None = None
     battery: BatterySettings = field(default_factory=BatterySettings)
 
 
-_Settings = TypeVar("_Settings", Laser, BatterySettings, RobotSettings)
+_Settings = TypeVar("_Settings", Laser, Imu, BatterySettings, RobotSettings)
 
 _MAY_BE_ZERO = {
     "command_timeout_s", "drive_a", "idle_a", "charge_a", "noise", "odometry_noise", "range_min",
-    "wheel_slip",
+    "wheel_slip", "yaw_noise", "gyro_noise", "acceleration_noise",
     "empty_v", "max_linear", "max_angular",
 }  # fmt: skip
-_ANY_NUMBER = {"min_angle", "x", "y", "yaw"}
+_ANY_NUMBER = {"min_angle", "x", "y", "z", "yaw"}
 
 
 def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
@@ -108,7 +140,7 @@ def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
         raise InvalidSettings(f"{where} must be a mapping, got {values!r}")
     from dataclasses import replace
 
-    known = [each.name for each in fields(defaults) if isinstance(getattr(defaults, each.name), int | float)]
+    known = [each.name for each in fields(defaults) if type(getattr(defaults, each.name)) in (int, float)]
     checked: dict[str, Any] = {}
     for key, value in values.items():
         if key not in known:
@@ -131,6 +163,17 @@ def number(value: object, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise InvalidSettings(f"{where} must be a finite number, got {value!r}")
     return float(value)
+
+
+def boolean(value: object, where: str) -> bool:
+    """Return a value that must be true or false. `where` is its name, for errors.
+
+    Raises:
+        InvalidSettings: the value is neither.
+    """
+    if not isinstance(value, bool):
+        raise InvalidSettings(f"{where} must be true or false, got {value!r}")
+    return value
 
 
 def _in_range(key: str, value: object, where: str) -> float:

@@ -19,12 +19,13 @@ from pipros.node.roscpp_program import roscpp_program
 from pipros.node.start_params import is_on
 from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.robots.battery import BatterySettings
+from pipros.simulation.robots.described import placed_laser
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.obstacle import Obstacle
 from pipros.simulation.robots.robot_endpoints import RobotInterface
 from pipros.simulation.robots.robots_node import RobotsNode
-from pipros.simulation.robots.settings import Laser, RobotSettings, changed, number
+from pipros.simulation.robots.settings import Imu, Laser, RobotSettings, boolean, changed, number
 from pipros.simulation.robots.simulation import Simulation
 from pipros.simulation.robots.world import World
 from pipros.workspace.index import SHARED_PACKAGES
@@ -72,26 +73,52 @@ def _from_parameters(node: Node) -> RobotsNode:
     speed = number(get("speed", 1.0), "speed")
     if seed < 0 or speed <= 0:
         raise InvalidSettings(f"seed must be >= 0 and speed > 0, got {seed:g} and {speed:g}")
+    names = _names(node)
     robot = changed(RobotSettings(), get("robot", {}), "robot")
     robot = replace(
         robot,
-        laser=changed(Laser(), get("laser", {}), "laser"),
+        laser=_laser(node, names),
+        imu=changed(Imu(), get("imu", {}), "imu"),
         battery=changed(BatterySettings(), get("battery", {}), "battery"),
-    )
-    usual = RobotInterface()
-    names = RobotInterface(
-        odom_frame=str(get("odom_frame", usual.odom_frame)),
-        base_frames=tuple(
-            dict.fromkeys((str(get("base_frame", usual.base_frames[0])), *usual.base_frames[1:]))
-        ),
-        scan_frame=str(get("scan_frame", usual.scan_frame)),
     )
     world = World.from_grid(read_map(str(get("map", "") or BUILT_IN_MAP)))
     limit = node.limits.of(SimulationLimits).simulated_robots
     robots = robots_of(get("robots", 1), robot, limit)
     obstacles = obstacles_of(get("obstacles", []), limit)
     simulation = Simulation(world, robots, seed=int(seed), obstacles=obstacles)
-    return RobotsNode(node, simulation, names=names, speed=speed)
+    controllers = str(get("controllers", ""))
+    return RobotsNode(node, simulation, names=names, speed=speed, controllers=controllers)
+
+
+def _names(node: Node) -> RobotInterface:
+    usual = RobotInterface()
+    frames: dict[str, Any] = {
+        key: str(raw(node, key, getattr(usual, key))) for key in ("odom_frame", "scan_frame", "imu_frame")
+    }
+    base = str(raw(node, "base_frame", usual.base_frames[0]))
+    return replace(
+        usual,
+        **frames,
+        wheel_joints=_wheels(raw(node, "wheel_joints", list(usual.wheel_joints))),
+        base_frames=tuple(dict.fromkeys((base, base[: base.rfind("/") + 1] + usual.base_frames[1]))),
+        has_tf=boolean(raw(node, "publish_tf", True), "publish_tf"),
+        has_static_tf=boolean(raw(node, "publish_static_tf", True), "publish_static_tf"),
+    )
+
+
+def _wheels(given: object) -> tuple[str, str]:
+    if not isinstance(given, list) or len(given) != 2 or not all(isinstance(each, str) for each in given):
+        raise InvalidSettings(f"wheel_joints must be a list of two names, left and right, got {given!r}")
+    return given[0], given[1]
+
+
+def _laser(node: Node, names: RobotInterface) -> Laser:
+    """Return the laser, at its pose in the robot description unless the parameter `laser` has a pose."""
+    given = raw(node, "laser", {})
+    laser = changed(Laser(), given, "laser")
+    if given.keys() & {"x", "y", "z", "yaw"} or not node.params.has("robot_description"):
+        return laser
+    return placed_laser(laser, str(node.params.get("robot_description")), names.scan_frame, names.base_frames)
 
 
 def robots_of(given: object, usual: RobotSettings, limit: int) -> list[RobotSettings]:

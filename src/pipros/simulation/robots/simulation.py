@@ -147,10 +147,7 @@ class Simulation:
         if not scanning:
             return {}
         poses = [combined(robot.pose, laser.pose) for _, robot, laser in scanning]
-        angles = [
-            pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
-            for pose, (*_, laser) in zip(poses, scanning, strict=True)
-        ]
+        angles = [pose.yaw + _directions(laser) for pose, (*_, laser) in zip(poses, scanning, strict=True)]
         counts = [laser.rays for *_, laser in scanning]
         walls = cast_rays(
             self.world,
@@ -163,7 +160,7 @@ class Simulation:
         measured = {}
         for (name, robot, laser), pose, angle, ranges in zip(scanning, poses, angles, parts, strict=True):
             nearest = np.minimum(ranges, distances_to_discs(pose.x, pose.y, angle, self._discs_beside(robot)))
-            measured[name] = _measured(nearest, laser, robot.scan_noise(self.steps - self._reset_at))
+            measured[name] = _measured(nearest, laser, robot.noise(self.steps - self._reset_at))
         return measured
 
     def echoes(self, name: str, max_rays: int) -> NDArray[np.float64]:
@@ -176,7 +173,7 @@ class Simulation:
         if laser is None:
             return np.empty((0, 2))
         pose = combined(robot.pose, laser.pose)
-        angle = pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
+        angle = pose.yaw + _directions(laser)
         angle = angle[:: -(-laser.rays // max_rays)]
         everywhere = np.ones(angle.shape)
         ranges = cast_rays(
@@ -228,6 +225,12 @@ class Simulation:
             robot.reset()
         for obstacle in self.obstacles:
             obstacle.reset()
+
+
+def _directions(laser: Laser) -> NDArray[np.float64]:
+    """Return the directions of the rays relative to the laser, counter-clockwise from above, in radians."""
+    angles = laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
+    return -angles if laser.is_upside_down else angles
 
 
 def _measured(exact: Ranges, laser: Laser, random: np.random.Generator) -> Ranges:

@@ -1,8 +1,8 @@
-"""Read Stage world files whose walls are defined by a bitmap: https://player-stage-manual.readthedocs.io.
+"""Read Stage world files: https://player-stage-manual.readthedocs.io.
 
 A file has properties (`resolution 0.02`), models (`floorplan ( bitmap "map.png" size [16 16 1] )`), models
 inside models, definitions of new model types (`define floorplan model ( … )`), and includes.
-`read_stage` returns the first model with a bitmap, and the robots: top-level models of the kind `position`.
+The robots are the top-level models of the kind `position`; `stage_walls` reads all other models as walls.
 """
 
 from __future__ import annotations
@@ -11,64 +11,86 @@ import math
 import os
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
-from typing import Final
-
-import numpy as np
+from dataclasses import replace
+from typing import Final, NamedTuple
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
-from pipros.libraries.maps.picture import read_picture
-from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.settings import MAX_RAYS, Laser, RobotSettings
+from pipros.simulation.robots.stage_model import Model, Value, numbers, pose_of, single
+from pipros.simulation.robots.stage_walls import world_of
 from pipros.simulation.robots.world import World
 
 MAX_MODELS: Final = 10_000
 """Maximum number of models and includes. A model in a definition counts each time the definition is used."""
 MAX_DEPTH: Final = 20
 """Maximum nesting depth; models and includes both count."""
-DARK_BELOW: Final = 127
-"""Pixels with a grey value below this are walls."""
 
 _TOKEN = re.compile(r'\s+|#[^\n]*|(?P<token>"[^"\n]*"|[()\[\]]|[^\s()\[\]"#]+(?:\[\d+\])?)')
 
-Value = float | str | list[float]
+_READ: Final = {
+    "": {"resolution", "threads", "show_clock", "show_clock_interval"},
+    "position": {"pose", "size", "localization", "localization_origin", "odom_error"},
+    "laser": {"pose", "range", "range_max", "fov", "samples", "size"},
+    "ranger": {"pose", "range", "range_max", "fov", "samples", "size"},
+    "sensor": {"range", "range_max", "fov", "samples", "size"},
+    "model": {"pose", "origin", "size", "bitmap", "boundary", "obstacle_return"},
+}
+"""The properties that are read, or change nothing here, by the kind of the model."""
+_LOOKS: Final = ("color", "gui_", "name", "folder", "fiducial_", "ctrl", "map_resolution")
+"""Beginnings of the names of properties that change no measurement."""
 
 
-@dataclass(slots=True)
-class Model:
-    """A model, or a definition.
+class Stage(NamedTuple):
+    """The contents of a world file.
 
     Attributes:
-        kind: name of the built-in kind from which the model is derived, such as `position`.
-        values: properties by name.
-        parts: the models that it contains.
+        unused: a text for each kind of model or property that the simulation lacks.
     """
 
-    kind: str
-    values: dict[str, Value] = field(default_factory=dict)
-    parts: list[Model] = field(default_factory=list)
+    world: World
+    robots: list[RobotSettings]
+    unused: list[str]
 
 
-def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
+def read_stage(file: str) -> Stage:
     """Return the walls and the robots of a world file.
 
     Raises:
-        InvalidSettings: the file cannot be read, is invalid, or lacks a bitmap or a robot.
-        MapError: the bitmap cannot be read.
+        InvalidSettings: the file cannot be read, is invalid, or lacks walls or a robot.
+        MapError: a bitmap cannot be read.
     """
-    models = _StageReader().read(file, 0)
-    plan = next((model for model in models if model.kind != "position" and "bitmap" in model.values), None)
-    if plan is None:
-        raise InvalidSettings(
-            f"{file} must contain a model with a bitmap; other kinds of walls are not supported"
-        )
-    found = [model for model in models if model.kind == "position"]
+    top = _StageReader().read(file, 0)
+    found = [model for model in top.parts if model.kind == "position"]
     if not found:
         raise InvalidSettings(f"{file} must contain a robot (a model of the kind position)")
     names = [""] if len(found) == 1 else [f"robot_{index}" for index in range(len(found))]
-    return _world(plan), [_robot(model, name) for model, name in zip(found, names, strict=True)]
+    robots = [_robot(model, name) for model, name in zip(found, names, strict=True)]
+    try:
+        world = world_of(top.parts, [pose_of(model) for model in found])
+    except InvalidSettings as error:
+        raise InvalidSettings(f"{file}: {error}") from None
+    return Stage(world, robots, list(dict.fromkeys(_unused(top))))
+
+
+def _unused(model: Model) -> Iterator[str]:
+    kind = f"a {model.kind}" if model.kind else "the world"
+    for key, value in model.values.items():
+        is_usual = (key, value) == ("drive", "diff") or key in _READ.get(model.kind, _READ["model"])
+        if not is_usual and not key.startswith(_LOOKS):
+            yield f"{key} of {kind} has no effect"
+    scanners = 0
+    for part in model.parts:
+        scanners += part.kind in ("laser", "ranger")
+        if part.kind in ("window", "block"):
+            continue
+        if model.kind == "position" and part.kind not in ("laser", "ranger"):
+            yield f"a {part.kind} of a position is not simulated"
+        elif model.kind == "position" and scanners > 1:
+            yield "only the first scanner of a position is simulated"
+        else:
+            yield from _unused(part)
 
 
 class _StageReader:
@@ -78,13 +100,13 @@ class _StageReader:
         self._definitions: dict[str, Model] = {}
         self._models = 0
 
-    def read(self, file: str, depth: int) -> list[Model]:
+    def read(self, file: str, depth: int) -> Model:
         try:
             text = read_text(file)
         except (OSError, UnicodeDecodeError, PiprosError) as error:
             raise InvalidSettings(f"cannot read the world {file}: {error}") from None
         tokens = list(_tokens(text, file))[::-1]
-        return self._body(tokens, Model(""), file, depth).parts
+        return self._body(tokens, Model(""), file, depth)
 
     def _body(self, tokens: list[str], into: Model, file: str, depth: int) -> Model:
         """Read properties and models up to the closing bracket, or to the end of the file at top level."""
@@ -98,7 +120,9 @@ class _StageReader:
             if word == "include":
                 self._count(1, file)
                 path = os.path.join(os.path.dirname(file), _popped(tokens, file).strip('"'))
-                into.parts += self.read(path, depth + 1)
+                included = self.read(path, depth + 1)
+                into.parts += included.parts
+                into.values |= included.values
             elif word == "define":
                 name, base = _popped(tokens, file), _popped(tokens, file)
                 self._definitions[name] = self._model(base, tokens, file, depth)
@@ -164,69 +188,43 @@ def _number_or_word(word: str) -> float | str:
     return value if math.isfinite(value) else word
 
 
-def _numbers(model: Model, key: str, default: list[float]) -> list[float]:
-    """Return the numbers in a property. Missing numbers are taken from the default."""
-    value = model.values.get(key, default)
-    if not isinstance(value, list):
-        raise InvalidSettings(f"{key} of a {model.kind} must be a list of numbers, got {value!r}")
-    return [*value, *default[len(value) :]]
-
-
-def _single(model: Model, key: str, default: float) -> float:
-    value = model.values.get(key, default)
-    if not isinstance(value, float | int):
-        raise InvalidSettings(f"{key} of a {model.kind} must be a number, got {value!r}")
-    return float(value)
-
-
-def _world(plan: Model) -> World:
-    folder = str(plan.values["folder"])
-    picture = read_picture(os.path.join(folder, str(plan.values["bitmap"])))
-    width, height, *_ = _numbers(plan, "size", [1.0, 1.0, 1.0])
-    x, y, _, turn, *_ = _numbers(plan, "pose", [0.0, 0.0, 0.0, 0.0])
-    if turn % 90:
-        raise InvalidSettings(f"the bitmap can only be rotated by multiples of 90 degrees, got {turn:g}")
-    resolution = width / picture.width
-    if resolution <= 0 or abs(height / picture.height / resolution - 1) > 0.02:
-        raise InvalidSettings(
-            "size must be > 0 and match the aspect ratio of the bitmap "
-            f"({picture.width} x {picture.height} pixels), got {width} x {height} m"
-        )
-    shape = len(picture.colors), picture.height, picture.width
-    grey = np.frombuffer(b"".join(picture.colors), np.uint8).reshape(shape).mean(axis=0)
-    # With the lowest row first, a positive rotation of the array is clockwise.
-    walls = np.rot90(grey[::-1] < DARK_BELOW, -round(turn / 90))
-    rows, columns = walls.shape
-    return World.from_cells(walls, resolution, (x - columns * resolution / 2, y - rows * resolution / 2))
-
-
 def _robot(model: Model, name: str) -> RobotSettings:
-    x, y, _, turn, *_ = _numbers(model, "pose", [0.0, 0.0, 0.0, 0.0])
-    length, width, *_ = _numbers(model, "size", [0.4, 0.4, 0.4])
+    length, width, height, *_ = numbers(model, "size", [0.4, 0.4, 0.4])
     radius = max(length, width) / 2
     if radius <= 0:
         raise InvalidSettings(f"a robot's size must be > 0, got {length} x {width}")
+    localization = model.values.get("localization", "gps")
+    if localization not in ("gps", "odom"):
+        raise InvalidSettings(f"localization must be gps or odom, got {localization!r}")
+    errors = numbers(model, "odom_error", [0.03, 0.03, 0.0, 0.05])
+    has_origin = "localization_origin" in model.values
     return RobotSettings(
         name,
-        start=Pose(x, y, math.radians(math.remainder(turn, 360))),
+        start=pose_of(model),
         radius=radius,
         max_linear=10.0,
         max_angular=10.0,
         command_timeout_s=0.2,
-        laser=_laser(model),
+        odometry_error=(errors[0], errors[3]) if localization == "odom" else (0.0, 0.0),
+        odometry_origin=pose_of(model, "localization_origin") if has_origin else None,
+        is_odometry_exact=localization == "gps",
+        laser=_laser(model, height),
     )
 
 
-def _laser(robot: Model) -> Laser | None:
-    """Return a robot's first scanner (a `laser`, or a `ranger` with a `sensor`), or None if it has none."""
+def _laser(robot: Model, height: float) -> Laser | None:
+    """Return a robot's first scanner (a `laser`, or a `ranger` with a `sensor`), or None if it has none.
+
+    A part stands on the robot, so `height`, the robot's, is added to the scanner's own.
+    """
     for part in robot.parts:
         if part.kind not in ("laser", "ranger"):
             continue
         sensor = next((each for each in part.parts if each.kind == "sensor"), part)
-        nearest, farthest = _numbers(sensor, "range", [0.0, _single(sensor, "range_max", 8.0)])[:2]
-        angle = math.radians(_single(sensor, "fov", 180.0))
-        rays = round(_single(sensor, "samples", 180.0))
-        x, y, _, turn, *_ = _numbers(part, "pose", [0.0, 0.0, 0.0, 0.0])
+        nearest, farthest = numbers(sensor, "range", [0.0, single(sensor, "range_max", 8.0)])[:2]
+        angle = math.radians(single(sensor, "fov", 180.0))
+        rays = round(single(sensor, "samples", 180.0))
+        x, y, z, turn, *_ = numbers(part, "pose", [0.0, 0.0, 0.0, 0.0])
         if not (0 < angle <= math.tau + 1e-6 and 0 < rays <= MAX_RAYS and 0 <= nearest < farthest):
             raise InvalidSettings(
                 f"a scanner needs a fov above 0 and at most 360, 1 to {MAX_RAYS} samples, and a range with "
@@ -234,5 +232,5 @@ def _laser(robot: Model) -> Laser | None:
                 f"range {nearest:g} to {farthest:g}"
             )
         usual = Laser(rays, -angle / 2, angle, nearest, farthest, 0.0, no_echo=farthest)
-        return replace(usual, x=x, y=y, yaw=math.radians(turn))
+        return replace(usual, x=x, y=y, yaw=math.radians(turn), z=height + z)
     return None

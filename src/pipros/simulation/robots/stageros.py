@@ -37,7 +37,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             node.params.set("~headless", True)
 
         def make() -> RobotsNode:
-            world, robots = read_stage(files[0])
+            world, robots, unused = read_stage(files[0])
+            for text in unused:
+                log.warning("%s: %s", files[0], text)
             return RobotsNode(node, Simulation(world, robots), names=NAMES)
 
         return run(node, log, make)

@@ -55,6 +55,7 @@ def _parser() -> ArgumentParser:
 
 
 def _install(arguments: Namespace, folder: Path) -> int:
+    from pipros.wheels.folder_wheels import split_requirement
     from pipros.wheels.installer import Installer, find_installer
     from pipros.wheels.plan import Places, Provider, make_plan, plan_table
     from pipros.wheels.python_keys import read_keys
@@ -87,7 +88,8 @@ def _install(arguments: Namespace, folder: Path) -> int:
         indexed = [step.target for step in plan if step.provider is Provider.INDEX]
         more = [step.target for step in plan if step.provider is Provider.PYPI]
         if build.wheels:
-            installer.install(list(dict.fromkeys([*indexed, *more])), files, indexed)
+            only_wheels = [split_requirement(text)[0] for text in indexed]
+            installer.install(list(dict.fromkeys([*indexed, *more])), files, only_wheels)
     for error in errors:
         print(f"pipros install: {error}", file=sys.stderr)
     return 1 if errors else 0

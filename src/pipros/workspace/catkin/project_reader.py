@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.input_file import read_text
 from pipros.basics.limits import Limits
+from pipros.basics.windows import with_slashes
 from pipros.cmake.language import Command
 from pipros.cmake.names import BEYOND_COMMANDS, BUILTIN_COMMANDS
 from pipros.cmake.scope import Scope
@@ -67,11 +68,14 @@ def read_project(
     project = Project(name, folder, os.path.join(folder, "CMakeLists.txt"))
     if status_lines is not None:
         project.status_lines = status_lines
-    variables = package_variables(name, folder)
+    variables = {name: with_slashes(value) for name, value in package_variables(name, folder).items()}
+    settings = {
+        name: with_slashes(value) if os.path.isabs(value) else value for name, value in settings.items()
+    }
     unset = {name: value for name, value in variables.items() if name not in settings}
     environment = {**DISTRIBUTION, **environment}
     scope = Scope(unset, {"CATKIN_ENABLE_TESTING": "ON", **settings}, environment, limits)
-    scope.cache.setdefault("CMAKE_CURRENT_BINARY_DIR", os.path.join(folder, "build"))
+    scope.cache.setdefault("CMAKE_CURRENT_BINARY_DIR", with_slashes(os.path.join(folder, "build")))
     project.binary = scope.values["CMAKE_CURRENT_BINARY_DIR"]
     ReadContext(project, version, scope, find_package, _HANDLERS, _check_known).run()
     return project

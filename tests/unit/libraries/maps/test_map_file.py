@@ -59,13 +59,13 @@ def test_transparency_is_interpreted_as_in_noetic() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        (GOOD, "- 1", r"must be a mapping with image, resolution, origin, …, got \[1\]"),
+        (GOOD, "- 1", r"must be a mapping with image, resolution, origin, …, got \['1'\]"),
         (GOOD, "a: [", "map.yaml:2:1: invalid YAML"),
         ("resolution: 0.1\n", "", "missing required key 'resolution'"),
         ("0.1", "0", "resolution must be > 0 m/pixel, got 0.0"),
-        ("0.1", ".nan", "resolution must be a finite number, got nan"),
+        ("0.1", ".nan", "resolution must be a finite number, got '.nan'"),
         ("0.1", "fine", "resolution must be a finite number, got 'fine'"),
-        ("[-1.0, 2.0, 0.5]", "[1, 2]", r"origin must be a list of x, y and yaw, got \[1, 2\]"),
+        ("[-1.0, 2.0, 0.5]", "[1, 2]", r"origin must be a list of x, y and yaw, got \['1', '2'\]"),
         ("map.pgm", "[]", "image must be the path to an image file"),
         ("negate: 0", "negate: 0\nmode: best", "mode must be one of trinary, scale, raw, got 'best'"),
     ],

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pipros.navigation.costmap.footprint import (
@@ -34,7 +35,9 @@ def test_a_footprint_is_read_from_lists_and_texts() -> None:
     assert from_parameter([[1, 2], [3.5, 4], [5, 6]], "~footprint") == [(1, 2), (3.5, 4), (5, 6)]
     text = as_text(BURGER)
     assert text == "[[-0.105,-0.105],[-0.105,0.105],[0.041,0.105],[0.041,-0.105]]"
-    assert from_parameter(f" {text} ", "~footprint") == BURGER
+    read = from_parameter(f" {text} ", "~footprint")
+    assert np.array_equal(read, np.float32(BURGER))
+    assert read != BURGER  # corners have single precision, as in genuine costmaps
 
 
 @pytest.mark.parametrize(
@@ -42,11 +45,13 @@ def test_a_footprint_is_read_from_lists_and_texts() -> None:
     [
         "", "[", "[[1, 2], [3, 4]]", "[[1, 2], [3, 4], [5]]", "[[1, 2], [3, 4], ['a', 1]]", 7, None,
         [[1, 2]] * 2000, "[" * 5000, [[1, 2], [3, 4], [math.nan, 1]], [[1, 2], [3, 4], [True, 1]],
-        "__import__('os')",
+        "__import__('os')", [[1e300, 2], [3, 4], [5, 6]],
     ],
 )  # fmt: skip
 def test_other_values_are_refused(value: Any) -> None:
-    with pytest.raises(InvalidParameter, match="~footprint must be a list of 3 to 1000 corners"):
+    with pytest.raises(
+        InvalidParameter, match=r"~footprint must (be a list of 3 to 1000 corners|have coordinates below)"
+    ):
         from_parameter(value, "~footprint")
 
 

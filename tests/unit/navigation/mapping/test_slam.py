@@ -197,6 +197,8 @@ def test_a_survey_grows_when_scans_leave_it_but_not_without_limit() -> None:
 
 def test_invalid_parameters_are_refused_with_their_names() -> None:
     assert read_settings(PrivateParameters({"tf_delay": 0.3, "particles": 80.0})).particles == 80
+    slashed = read_settings(PrivateParameters({"base_frame": "/base_footprint", "odom_frame": "/odom"}))
+    assert (slashed.base_frame, slashed.odom_frame) == ("base_footprint", "odom")
     assert read_settings(PrivateParameters({"transform_publish_period": 0.2})).tf_delay == 0.2
     with pytest.raises(InvalidParameter, match="~particles must be > 0 and finite, got 0"):
         read_settings(PrivateParameters({"particles": 0}))

@@ -175,8 +175,8 @@ def test_behaviours_in_c_plus_plus_are_left_out_or_refused(caplog: pytest.LogCap
 
 def test_other_planners_are_named_or_refused(caplog: pytest.LogCaptureFixture) -> None:
     teb = "teb_local_planner/TebLocalPlannerROS"
-    for name in (plugins.LOCAL_PLANNER, "DWAPlannerROS", teb):
-        plugins.check_planner(name, plugins.LOCAL_PLANNER, "base_local_planner", LOG, is_strict=False)
+    for name in (*plugins.LOCAL_PLANNERS, "DWAPlannerROS", teb):
+        plugins.check_planner(name, plugins.LOCAL_PLANNERS, "base_local_planner", LOG, is_strict=False)
     assert [record.getMessage() for record in caplog.records] == [
         "base_local_planner: the name of [DWAPlannerROS] lacks its package: write "
         "[dwa_local_planner/DWAPlannerROS]",
@@ -186,4 +186,4 @@ def test_other_planners_are_named_or_refused(caplog: pytest.LogCaptureFixture) -
     with pytest.raises(
         InvalidParameter, match=r"and strict is set\. Set it to \[dwa_local_planner/DWAPlannerROS\]"
     ):
-        plugins.check_planner(teb, plugins.LOCAL_PLANNER, "base_local_planner", LOG, is_strict=True)
+        plugins.check_planner(teb, plugins.LOCAL_PLANNERS, "base_local_planner", LOG, is_strict=True)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from pipros.simulation.robots.errors import InvalidSettings
-from pipros.simulation.robots.settings import Laser, RobotSettings, changed
+from pipros.simulation.robots.settings import Imu, Laser, RobotSettings, boolean, changed
 
 
 def test_given_numbers_replace_the_defaults() -> None:
@@ -44,3 +44,17 @@ def test_invalid_settings_raise(values: object, why: str) -> None:
 def test_the_number_of_rays_is_limited(rays: int) -> None:
     with pytest.raises(InvalidSettings, match=r"rays must be"):
         changed(Laser(), {"rays": rays}, "laser")
+
+
+def test_a_boolean_is_true_or_false() -> None:
+    assert boolean(False, "publish_tf") is False
+    with pytest.raises(InvalidSettings, match="publish_tf must be true or false, got 'no'"):
+        boolean("no", "publish_tf")
+
+
+def test_an_imu_may_be_without_noise() -> None:
+    assert changed(Imu(), {"gyro_noise": 0, "z": -0.1}, "imu") == Imu(gyro_noise=0.0, z=-0.1)
+    with pytest.raises(InvalidSettings, match="imu/yaw_noise must be >= 0"):
+        changed(Imu(), {"yaw_noise": -1}, "imu")
+    with pytest.raises(InvalidSettings, match="laser has no setting 'is_upside_down'"):
+        changed(Laser(), {"is_upside_down": True}, "laser")

@@ -216,6 +216,15 @@ def test_the_pose_of_the_laser_moves_its_measurements() -> None:
     assert ranges[180] == 0.0
 
 
+def test_a_laser_upside_down_measures_clockwise() -> None:
+    laser = Laser(noise=0.0, rays=4, is_upside_down=True)
+    on_the_left = RobotSettings("b", start=Pose(5.0, 7.0, 0.0))
+
+    ranges = simulation(replace(STILL, name="a", laser=laser), on_the_left).scans(["a"])["a"]
+
+    assert ranges.tolist() == pytest.approx([math.inf, math.inf, math.inf, 1.85])
+
+
 def test_echoes_are_points_where_rays_end() -> None:
     quiet = replace(STILL, laser=Laser(noise=0.0))
     first = replace(quiet, name="a", start=Pose(4.0, 5.0, 0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -12,7 +13,8 @@ from pipros.pictures.pgm import write_pgm
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.settings import RobotSettings
-from pipros.simulation.robots.stage_file import read_stage
+from pipros.simulation.robots.simulation import Simulation
+from pipros.simulation.robots.stage_file import Stage, read_stage
 from pipros.simulation.robots.world import World
 
 # The bitmap is 4 x 2 pixels; only its upper left one is dark.
@@ -45,7 +47,7 @@ def read(folder: Path, text: str) -> tuple[World, list[RobotSettings]]:
     (folder / "lab.pgm").write_bytes(BITMAP)
     (folder / "rover.inc").write_text(INCLUDED)
     (folder / "my.world").write_text(text)
-    return read_stage(str(folder / "my.world"))
+    return read_stage(str(folder / "my.world"))[:2]
 
 
 def test_a_bitmap_is_scaled_and_centred(tmp_path: Path) -> None:
@@ -94,7 +96,7 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        (ROBOT.replace("rover", "position"), "must contain a model with a bitmap"),
+        (ROBOT.replace("rover", "position"), "needs walls: a model with a bitmap or blocks"),
         (WORLD, "must contain a robot"),
         (WORLD + "rover ( size [1 1", "ends in the middle of a model or a property"),
         (WORLD + "rover ( drive 1", r"a closing bracket '\)' is missing"),
@@ -109,6 +111,9 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
             WORLD.replace("[8 4 1]", "[8 8 1]") + ROBOT,
             "size must be > 0 and match the aspect ratio of the bitmap",
         ),
+        ("model ( block ( points 2 ) ) position ( )", "a block must have 3 to 1000 points, got 2"),
+        ("model ( pose [9e6 0 0 0] ) position ( )", "the world must have at most 25000000 cells"),
+        (WORLD + ROBOT + 'rover ( localization "laser" )', "localization must be gps or odom, got 'laser'"),
         ("a ( " * 30, "nested at most 20 deep"),
         ('include "my.world"', "nested at most 20 deep"),
         ('include "my.world" ' * 3, "nested at most 20 deep"),
@@ -119,3 +124,120 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
 def test_invalid_worlds_raise(tmp_path: Path, text: str, why: str) -> None:
     with pytest.raises(InvalidSettings, match=why):
         read(tmp_path, text)
+
+
+def stage(folder: Path, text: str) -> Stage:
+    read(folder, text)
+    return read_stage(str(folder / "my.world"))
+
+
+def test_a_scanner_stands_on_the_robot(tmp_path: Path) -> None:
+    low = "position ( size [0.4 0.4 0.40] ranger ( pose [0 0 -0.11 0] sensor ( samples 9 ) ) )"
+
+    _, robots = read(tmp_path, WORLD + ROBOT + low)
+
+    assert [robot.laser.z for robot in robots if robot.laser] == pytest.approx([0.25, 0.29])
+
+
+def test_the_origin_of_a_floor_plan_moves_its_centre(tmp_path: Path) -> None:
+    world, _ = read(
+        tmp_path, WORLD.replace("pose [10 20 0 0]", "pose [10 20 0 0] origin [7.8 3.7 0 0]") + ROBOT
+    )
+
+    assert (world.left, world.bottom) == pytest.approx((6.0 + 7.8, 18.0 + 3.7))
+
+
+def test_a_boundary_is_a_wall(tmp_path: Path) -> None:
+    world, _ = read(tmp_path, WORLD.replace("pose [10", "boundary 1 pose [10") + ROBOT)
+
+    assert world.walls.all()
+
+
+@pytest.mark.parametrize(
+    ("properties", "start", "end"),
+    [
+        ('localization "gps" localization_origin [0 0 0 0]', (8.0, 19.0), (8.0, 19.5)),
+        ('localization "gps"', (0.0, 0.0), (0.5, 0.0)),
+        ('localization "odom" odom_error [0 0 0 0]', (0.0, 0.0), (0.5, 0.0)),
+        ('localization "odom" odom_error [0 0 0 0] localization_origin [0 0 0 0]', (8.0, 19.0), (8.0, 19.5)),
+    ],
+)
+def test_the_odometry_begins_where_the_file_says(
+    tmp_path: Path, properties: str, start: tuple[float, float], end: tuple[float, float]
+) -> None:
+    world, robots, _ = stage(tmp_path, WORLD + ROBOT.replace("rover (", f"rover ( {properties}"))
+    simulation = Simulation(world, robots)
+    (robot,) = simulation.robots.values()
+
+    assert (robot.odometry.x, robot.odometry.y) == pytest.approx(start)
+    for _ in range(5):
+        robot.command(5.0, 0.0, simulation.time_s)
+        simulation.step()
+    assert (robot.odometry.x, robot.odometry.y) == pytest.approx(end)
+    assert robot.pose.y == pytest.approx(19.5)
+
+
+def test_a_wrong_odometry_has_one_error_for_the_whole_run(tmp_path: Path) -> None:
+    wrong = 'rover ( localization "odom" odom_error [0.4 0 0 0]'
+    world, robots, _ = stage(tmp_path, WORLD + ROBOT.replace("rover (", wrong))
+
+    def reported(seed: int) -> list[float]:
+        simulation = Simulation(world, robots, seed=seed)
+        (robot,) = simulation.robots.values()
+        places = [0.0]
+        for _ in range(5):
+            robot.command(1.0, 0.0, simulation.time_s)
+            simulation.step()
+            places.append(robot.odometry.x)
+        return [after - before for before, after in itertools.pairwise(places)]
+
+    steps = reported(1)
+    assert steps == pytest.approx([steps[0]] * 5)
+    assert 0 < abs(steps[0] - 0.02) <= 0.2 * 0.02
+    assert reported(2)[0] != steps[0]
+
+
+def test_models_are_walls_where_their_blocks_are(tmp_path: Path) -> None:
+    # A triangle, scaled to 4 x 2 m around (10, 20), and a box of 2 x 0.2 m that is turned by 90 degrees.
+    models = (
+        "model ( pose [10 20 0 0] size [4 2 1] block ( points 3 point[0] [0 0] point[1] [8 0] point[2] [8 6]"
+        " z [0 1] ) ) model ( pose [14 20 0 90] size [2 0.2 1] )"
+        " model ( pose [10 23 0 0] obstacle_return 0 )"
+    )
+
+    world, _ = read(tmp_path, models + " position ( pose [10 24 0 0] )")
+
+    def is_wall(x: float, y: float) -> bool:
+        return bool(world.walls[int((y - world.bottom) / 0.05), int((x - world.left) / 0.05)])
+
+    assert [is_wall(11.5, 19.5), is_wall(8.5, 20.5), is_wall(8.2, 19.03)] == [True, False, True]
+    assert [is_wall(14.0, 20.9), is_wall(14.0, 19.1), is_wall(14.9, 20.0)] == [True, True, False]
+    assert not is_wall(10.0, 23.0)
+    assert world.is_free(10.0, 24.0, 0.2)
+
+
+def test_models_stand_on_a_floor_plan_and_bitmaps_may_be_turned(tmp_path: Path) -> None:
+    # Of the second bitmap, 4 x 2 m and turned by 180 degrees, only the lower right quarter is dark.
+    second = ' plan ( bitmap "lab.pgm" size [4 2 1] pose [12 20 0 180] )'
+
+    world, _ = read(tmp_path, WORLD + second + ROBOT)
+
+    assert world.walls.tolist() == [[False, False, False, True], [True, False, False, False]]
+
+
+def test_each_property_without_effect_is_named_once(tmp_path: Path) -> None:
+    robot = (
+        'position ( drive "omni" velocity_bounds [0 1] color "red" camera ( ) sonar ( )'
+        " laser ( ) ranger ( ) )"
+    )
+
+    found = stage(tmp_path, WORLD + robot + robot)
+
+    assert found.unused == [
+        "interval_sim of the world has no effect",
+        "drive of a position has no effect",
+        "velocity_bounds of a position has no effect",
+        "a camera of a position is not simulated",
+        "a sonar of a position is not simulated",
+        "only the first scanner of a position is simulated",
+    ]

@@ -1,0 +1,44 @@
+"""Windows's ways: paths with backslashes, and files that are open elsewhere.
+
+On other systems, the functions do what needs no special way there.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ON_WINDOWS = os.name == "nt"
+
+_OPEN_ELSEWHERE_S = 2.0
+"""Virus scanners and indexers open new files for a moment."""
+_AGAIN_S = 0.05
+
+
+def with_slashes(path: str) -> str:
+    """Return a path with forward slashes, as in CMake and URLs. Elsewhere, a backslash is part of a name."""
+    return path.replace("\\", "/") if ON_WINDOWS else path
+
+
+def replace_file(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    sleep: Callable[[float], object] = time.sleep,
+) -> None:
+    """Rename a file, replacing the target. On Windows, wait up to 2 s for programs that have a file open.
+
+    Raises:
+        OSError: the file cannot be renamed.
+    """
+    for _ in range(round(_OPEN_ELSEWHERE_S / _AGAIN_S) if ON_WINDOWS else 0):
+        try:
+            os.replace(source, target)
+        except PermissionError:
+            sleep(_AGAIN_S)
+        else:
+            return
+    os.replace(source, target)

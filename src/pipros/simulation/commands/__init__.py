@@ -1,0 +1,1 @@
+"""The command `pipros sim-for`, and the programs of controller_manager."""

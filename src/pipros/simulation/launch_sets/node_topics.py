@@ -1,0 +1,174 @@
+"""The topics that the nodes of a launch file read and write, from their types, parameters and remappings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+from pipros.basics import names
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
+from pipros.basics.words import split_words
+from pipros.launch.model import Launch, LaunchNode
+from pipros.launch.nodelet_choice import arguments_of
+from pipros.safe import yaml
+
+_NO_TOPICS: Final[Mapping[str, str]] = {}
+_IMU_FILTER: Final = ({"imu/data_raw": "imu"}, {"imu/data": "imu"})
+_TOPICS: Final[dict[str, tuple[Mapping[str, str], Mapping[str, str]]]] = {
+    "amcl/amcl": ({"scan": "scan"}, _NO_TOPICS),
+    "controller_manager/spawner": (_NO_TOPICS, _NO_TOPICS),
+    "depthimage_to_laserscan/depthimage_to_laserscan": ({"image": "depth image"}, {"scan": "scan"}),
+    "fake_localization/fake_localization": ({"base_pose_ground_truth": "true pose"}, _NO_TOPICS),
+    "gmapping/slam_gmapping": ({"scan": "scan"}, _NO_TOPICS),
+    "hector_mapping/hector_mapping": ({"scan": "scan"}, _NO_TOPICS),
+    "imu_complementary_filter/complementary_filter_node": _IMU_FILTER,
+    "imu_filter_madgwick/imu_filter_node": _IMU_FILTER,
+    "joint_state_publisher/joint_state_publisher": (_NO_TOPICS, {"joint_states": "joints"}),
+    "kobuki_safety_controller/SafetyControllerNodelet": (_NO_TOPICS, {"~cmd_vel": "cmd_vel"}),
+    "laser_filters/scan_to_scan_filter_chain": ({"scan": "scan"}, {"scan_filtered": "scan"}),
+    "laser_scan_matcher/laser_scan_matcher_node": ({"scan": "scan"}, _NO_TOPICS),
+    "map_server/map_server": (_NO_TOPICS, _NO_TOPICS),
+    "move_base/move_base": ({"odom": "odom"}, {"cmd_vel": "cmd_vel"}),
+    "nodelet/nodelet": (_NO_TOPICS, _NO_TOPICS),
+    "pointcloud_to_laserscan/pointcloud_to_laserscan_node": ({"cloud_in": "cloud"}, {"scan": "scan"}),
+    "robot_localization/ekf_localization_node": (_NO_TOPICS, {"odometry/filtered": "odom"}),
+    "robot_localization/ukf_localization_node": (_NO_TOPICS, {"odometry/filtered": "odom"}),
+    "robot_pose_ekf/robot_pose_ekf": ({"odom": "odom", "imu_data": "imu"}, _NO_TOPICS),
+    "robot_state_publisher/robot_state_publisher": ({"joint_states": "joints"}, _NO_TOPICS),
+    "rviz/rviz": (_NO_TOPICS, _NO_TOPICS),
+    "tf/static_transform_publisher": (_NO_TOPICS, _NO_TOPICS),
+    "tf2_ros/static_transform_publisher": (_NO_TOPICS, _NO_TOPICS),
+    "topic_tools/relay": (_NO_TOPICS, _NO_TOPICS),
+    "twist_mux/twist_mux": (_NO_TOPICS, {"cmd_vel_out": "cmd_vel"}),
+    "yocs_cmd_vel_mux/CmdVelMuxNodelet": (_NO_TOPICS, {"~output/cmd_vel": "cmd_vel"}),
+    "yocs_velocity_smoother/VelocitySmootherNodelet": (
+        {"~raw_cmd_vel": "cmd_vel"},
+        {"~smooth_cmd_vel": "cmd_vel"},
+    ),
+}
+"""What a program or nodelet reads and writes: kinds of data by the topic's name before remapping."""
+
+FILTERS: Final = ("robot_localization/ekf_localization_node", "robot_localization/ukf_localization_node")
+_FILTER_INPUT = re.compile(r"(odom|imu)\d+")
+_SOURCE_KINDS = {"LaserScan": "scan", "PointCloud2": "cloud", "PointCloud": "cloud"}
+
+
+class Source(NamedTuple):
+    """An observation source of a costmap."""
+
+    topic: str
+    kind: str
+    frame: str
+    min_height: float
+    max_height: float
+
+
+@dataclass(frozen=True)
+class NodeView:
+    """A node of a launch file with its parameters.
+
+    Attributes:
+        kind: `package/program`, or the nodelet's type.
+        params: its private parameters by their names relative to the node, such as `global_costmap/width`.
+    """
+
+    node: LaunchNode
+    params: Mapping[str, Any]
+    kind: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        nodelet = arguments_of(self.node)
+        plugin = nodelet.plugin if nodelet else ""
+        object.__setattr__(self, "kind", plugin or f"{self.node.package}/{self.node.type}")
+
+    @property
+    def is_known(self) -> bool:
+        return self.kind in _TOPICS
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic, after remapping."""
+        full = self.node.full_name
+        return names.resolve(name, full, names.resolve_remappings(dict(self.node.remappings), full))
+
+    def words(self) -> list[str]:
+        """Return the arguments without options and remappings."""
+        try:
+            words = split_words(self.node.arguments)
+        except ValueError:  # the error is reported when the node is started
+            return []
+        return [word for word in words if not word.startswith("--") and ":=" not in word]
+
+    def frame(self, param: str, default: str) -> str:
+        """Return a frame from a parameter, without a leading slash."""
+        return str(self.params.get(param, default)).lstrip("/")
+
+    def reads(self) -> Iterator[tuple[str, str]]:
+        """Yield the kind and the full name of each topic that the node reads."""
+        for name, kind in _TOPICS.get(self.kind, (_NO_TOPICS, _NO_TOPICS))[0].items():
+            yield kind, self.topic(str(self.params.get("scan_topic", name)) if kind == "scan" else name)
+        if self.kind in FILTERS:
+            for key, value in self.params.items():
+                if found := _FILTER_INPUT.fullmatch(key):
+                    yield found[1], self.topic(str(value))
+        elif self.kind == "twist_mux/twist_mux":
+            yield from (("cmd_vel", topic) for topic in self._inputs(self.params.get("topics")))
+        elif self.kind == "yocs_cmd_vel_mux/CmdVelMuxNodelet":
+            inputs = self._inputs(self.params.get("subscribers") or self._configured("subscribers"), "~")
+            yield from (("cmd_vel", topic) for topic in inputs)
+        elif self.kind == "move_base/move_base":
+            yield from ((source.kind, source.topic) for source in self.sources())
+        elif self.kind == "topic_tools/relay" and len(self.words()) == 2:
+            yield "any", self.topic(self.words()[0])
+
+    def writes(self) -> Iterator[tuple[str, str]]:
+        """Yield the kind and the full name of each topic that the node writes."""
+        for name, kind in _TOPICS.get(self.kind, (_NO_TOPICS, _NO_TOPICS))[1].items():
+            yield kind, self.topic(name)
+        if self.kind == "topic_tools/relay" and len(self.words()) == 2:
+            yield "any", self.topic(self.words()[1])
+
+    def _inputs(self, given: object, namespace: str = "") -> Iterator[str]:
+        """Yield the input topics of a multiplexer, which are in a list of mappings."""
+        for each in given if isinstance(given, list) else []:
+            if isinstance(each, dict) and isinstance(each.get("topic"), str):
+                yield self.topic(names.join(namespace, each["topic"]))
+
+    def _configured(self, key: str) -> object:
+        """Return a value in the file that the parameter `yaml_cfg_file` names, or None."""
+        try:
+            found = yaml.load(read_text(str(self.params.get("yaml_cfg_file", ""))))
+        except (OSError, PiprosError, UnicodeDecodeError):  # the nodelet reports it
+            return None
+        return found.get(key) if isinstance(found, dict) else None
+
+    def sources(self) -> Iterator[Source]:
+        """Yield the observation sources of all costmaps, also where costmap_2d searches for them."""
+        for key, value in self.params.items():
+            if key.rpartition("/")[2] != "observation_sources" or not isinstance(value, str):
+                continue
+            for name in value.split():
+                below = key.removesuffix("observation_sources") + name
+                yield Source(
+                    self.topic(str(self.params.get(f"{below}/topic", name))),
+                    _SOURCE_KINDS.get(str(self.params.get(f"{below}/data_type", "PointCloud")), "other"),
+                    self.frame(f"{below}/sensor_frame", ""),
+                    _number(self.params.get(f"{below}/min_obstacle_height"), 0.0),
+                    _number(self.params.get(f"{below}/max_obstacle_height"), 2.0),
+                )
+
+
+def views_of(launch: Launch) -> list[NodeView]:
+    """Return the nodes of a launch file."""
+    return [NodeView(node, params_below(launch, node.full_name + "/")) for node in launch.nodes]
+
+
+def params_below(launch: Launch, prefix: str) -> dict[str, Any]:
+    """Return the parameters in a namespace by their names relative to it."""
+    return {key.removeprefix(prefix): value for key, value in launch.params.items() if key.startswith(prefix)}
+
+
+def _number(value: object, default: float) -> float:
+    return float(value) if isinstance(value, int | float) else default

@@ -1,0 +1,75 @@
+"""Drives with the limits of other planners' files: the robot arrives, and never exceeds them."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipros.navigation import world as navigation_world
+from pipros.navigation.wiring import subscribe
+from pipros.navigation.world import NavigationWorld
+from pipros.workspace.index import SHARED_PACKAGES
+from tests.support.ros import RosSystem
+
+APARTMENT = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "apartment.yaml")
+START, GOAL = (2.9, 1.0, 1.2), (7.8, 1.5, 0.0)
+TRAJECTORY = "base_local_planner/TrajectoryPlannerROS"
+SHAPES: dict[str, tuple[str, dict[str, Any], float, float]] = {
+    "trajectory": (
+        TRAJECTORY,
+        {"TrajectoryPlannerROS": {
+            "max_vel_x": 0.15, "max_rotational_vel": 1.0, "min_in_place_vel_theta": 0.4, "acc_lim_x": 1.0,
+            "holonomic_robot": False, "xy_goal_tolerance": 0.1, "yaw_goal_tolerance": 0.15, "vx_samples": 6,
+        }}, 0.15, 1.0,
+    ),
+    "teb": (
+        "teb_local_planner/TebLocalPlannerROS",
+        {"TebLocalPlannerROS": {
+            "max_vel_x": 0.25, "max_vel_x_backwards": 0.1, "max_vel_theta": 0.8, "acc_lim_x": 0.5,
+            "acc_lim_theta": 1.0, "xy_goal_tolerance": 0.2, "yaw_goal_tolerance": 0.2, "dt_ref": 0.3,
+        }}, 0.25, 0.8,
+    ),
+    "no limits": (TRAJECTORY, {"TrajectoryPlannerROS": {"holonomic_robot": False,
+                                                        "yaw_goal_tolerance": 0.15}}, 0.55, 1.0),
+}  # fmt: skip
+
+
+def drive(ros: RosSystem, shape: str, seed: int) -> tuple[float, float]:
+    """Drive to the goal. Return the greatest speeds, along x and of turns."""
+    planner, parameters, _, _ = SHAPES[shape]
+    made = NavigationWorld(
+        ros.master_uri, APARTMENT, start=START, seed=seed,
+        parameters={"move_base": {"base_local_planner": planner, **parameters}},
+    )  # fmt: skip
+    speeds: list[tuple[float, float]] = []
+
+    def take(message: Any) -> None:
+        speeds.append((abs(message.linear.x), abs(message.angular.z)))
+
+    subscribe(made.node, "cmd_vel", "geometry_msgs/Twist", take, 100)
+    try:
+        made.reaches(*GOAL, within_s=150, tolerance_m=0.35)
+        print(shape, seed, *np.max(speeds, axis=0), made.time_s)
+        return float(max(x for x, _ in speeds)), float(max(turn for _, turn in speeds))
+    finally:
+        made.close()
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_robot_arrives_and_never_exceeds_the_limits_in_its_file(
+    ros: RosSystem, shape: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    ros.serve_master()
+    without = {**navigation_world.PARAMETERS["move_base"]}
+    del without["DWAPlannerROS"]
+    monkeypatch.setattr(navigation_world, "PARAMETERS", {**navigation_world.PARAMETERS, "move_base": without})
+    with caplog.at_level(logging.INFO):
+        speed, turn = drive(ros, shape, 1)
+    _, _, fastest, fastest_turn = SHAPES[shape]
+    assert fastest / 2 < speed <= fastest + 1e-9
+    assert turn <= fastest_turn + 1e-9
+    assert f"at most {fastest:g} m/s forwards" in caplog.text
+    assert ("no limit is set" in caplog.text) == (shape == "no limits")

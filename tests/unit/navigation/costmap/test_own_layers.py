@@ -1,0 +1,75 @@
+"""A layer of an installed package: the example in docs/navigation.md, loaded by its entry point."""
+
+from __future__ import annotations
+
+import logging
+import re
+import sys
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipros.basics.errors import NotFound
+from pipros.navigation.costmap import layers
+from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D
+from pipros.navigation.parameters import PrivateParameters
+from tests.support.environments import REPOSITORY
+
+KIND = "my_robot::KeepOut"
+
+
+class Params:
+    """A parameter server with the parameters of one layer."""
+
+    def get(self, name: str) -> Any:
+        if name == "~costmap/stairs":
+            return {"area": [0.25, 0.25, 0.65, 0.45]}
+        raise NotFound(name)
+
+
+def costmap_with(entries: list[dict[str, str]]) -> Any:
+    layered = LayeredCostmap()
+    layered.resize(10, 10, 0.1, 0.0, 0.0)
+    node = SimpleNamespace(params=Params())
+    return SimpleNamespace(
+        node=node, log=logging.getLogger("costmap"), namespace="~costmap", layered=layered,
+        given=PrivateParameters({"plugins": entries}),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (REPOSITORY / "docs" / "navigation.md").read_text(encoding="utf-8")
+    section = text.partition("## Your own costmap layer")[2]
+    code = re.search(r"```python\n(.*?)```", section, re.DOTALL)
+    assert code is not None
+    (tmp_path / "keep_out_example.py").write_text(code[1], encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "keep_out_example", raising=False)
+    points = {
+        KIND: EntryPoint(KIND, "keep_out_example:KeepOut", layers.ENTRY_POINTS),
+        "bad::Layer": EntryPoint("bad::Layer", "no_such_module:Layer", layers.ENTRY_POINTS),
+    }
+    monkeypatch.setattr(layers, "entry_points", lambda group, name: [points[name]] if name in points else [])
+
+
+@pytest.mark.usefixtures("point")
+def test_the_documented_layer_marks_its_area() -> None:
+    costmap = costmap_with([{"name": "stairs", "type": KIND}])
+    assert layers.add_layers(costmap) == []
+    costmap.layered.update(Pose2D(0.0, 0.0, 0.0))
+    expected = np.zeros((10, 10), np.uint8)
+    expected[2:5, 2:7] = 254
+    assert np.array_equal(costmap.layered.grid.costs, expected)
+
+
+@pytest.mark.usefixtures("point")
+def test_a_layer_that_cannot_be_imported_is_left_out(caplog: pytest.LogCaptureFixture) -> None:
+    costmap = costmap_with([{"name": "a", "type": "bad::Layer"}, {"name": "stairs", "type": KIND}])
+    layers.add_layers(costmap)
+    assert [each.name for each in costmap.layered.layers] == ["stairs"]
+    assert "a: bad::Layer cannot be imported: ModuleNotFoundError" in caplog.text
