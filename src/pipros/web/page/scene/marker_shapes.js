@@ -127,11 +127,11 @@ function triangles(marker, rgb) {
   if (isColoured) {
     const tints = Float32Array.from({ length: count * 4 }, (_, i) => {
       const { r, g, b, a } = colors[perTriangle ? Math.floor(i / 12) : i >> 2];
-      return [r, g, b, perTriangle ? color.a : a][i % 4] || 0; // not NaN
+      return [r, g, b, perTriangle ? a * color.a : a][i % 4] || 0; // not NaN
     });
     geometry.setAttribute("color", new THREE.BufferAttribute(tints, 4));
-    // In rviz, the alphas of corners replace the marker's, and those of triangles do not.
-    isBlended = color.a < OPAQUE || tints.some((value, i) => i % 4 === 3 && value < OPAQUE);
+    // In rviz, the alphas of corners replace the marker's; those of triangles count only if the marker is see-through, too.
+    isBlended ||= !perTriangle && tints.some((value, i) => i % 4 === 3 && value < OPAQUE);
   }
   const group = new THREE.Group();
   const add = (material) => {
