@@ -88,13 +88,7 @@ def test_documents_and_examples_use_only_the_public_names() -> None:
     allowed = [
         line
         for line in used
-        if (
-            names := re.search(
-                r"from (pipros|pipros\.bag|pipros\.data|pipros\.navigation\.costmap\.layered) import (.*)",
-                line,
-            )
-        )
-        is not None
+        if (names := re.search(rf"from ({'|'.join(DOCUMENTED)}) import (.*)", line)) is not None
         and {name.strip() for name in names[2].split(",")} <= set(importlib.import_module(names[1]).__all__)
     ]
 
