@@ -22,7 +22,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from pipros.launch.check import mistakes
-from pipros.packages.well_known import why_missing
+from pipros.packages.well_known import why_not_here
 from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
 
 CLIENT = ("ros-ros", "ros-ros-comm", "ros-genmsg", "ros-genpy", "ros-catkin", "ros-message-generation")
@@ -165,7 +165,7 @@ def lacking(source: Path) -> tuple[list[str], list[str], int]:
                 )
                 if is_of_ros and not exists(module, name):
                     ros.add(f"{module}.{name}".rstrip("."))
-            elif top in declared or why_missing(top):
+            elif top in declared or why_not_here(top):
                 ros.add(module)
             else:
                 others.add(top)

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from pipros.basics.errors import NotFound
 from pipros.basics.graph_variables import InvalidEnvironment
-from pipros.basics.interrupts import ENDING_SIGNALS
+from pipros.basics.interrupts import ENDING_SIGNALS, forget_handlers
 from pipros.cli.entry_point import command
 from pipros.workspace.executables import (
     Executables,
@@ -147,6 +147,7 @@ def _run_and_wait(command: list[str], environment: dict[str, str]) -> int:
 
 
 def _replace_process(command: list[str], environment: dict[str, str]) -> NoReturn:
+    forget_handlers()
     os.execvpe(command[0], command, environment)  # noqa: S606
 
 

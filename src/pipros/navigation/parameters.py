@@ -12,6 +12,8 @@ from pipros.libraries.reconfiguring.server import Setting
 from pipros.node import Node
 from pipros.node.private_params import converted_list, read
 
+__all__ = ["read_parameters"]  # for costmap layers of other distributions
+
 _Kind = TypeVar("_Kind")
 
 

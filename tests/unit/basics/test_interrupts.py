@@ -1,5 +1,6 @@
 """Ctrl-C ends the program even if it arrives where Python ignores exceptions."""
 
+import signal
 import subprocess
 import sys
 
@@ -91,3 +92,14 @@ except KeyboardInterrupt:
 def test_a_program_waits_at_exit_for_a_thread_whose_start_was_interrupted() -> None:
     done = subprocess.run([sys.executable, "-c", STARTING], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted\nstarted\n", "")
+
+
+@pytest.mark.needs("programs that replace a process")
+@pytest.mark.parametrize(("handler", "code"), [("SIG_IGN", 0), ("default_int_handler", -signal.SIGINT)])
+def test_no_signal_is_lost_before_another_program_replaces_this_one(handler: str, code: int) -> None:
+    program = (
+        "import os, signal, sys; from pipros.basics.interrupts import forget_handlers\n"
+        f"signal.signal(signal.SIGINT, signal.{handler}); forget_handlers()\n"
+        "os.kill(os.getpid(), signal.SIGINT); os.execv(sys.executable, [sys.executable, '-c', ''])\n"
+    )
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == code

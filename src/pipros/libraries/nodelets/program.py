@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.basics.interrupts import exits_after_ctrl_c, forget_handlers
 from pipros.libraries.nodelets.as_node import run_alone
 from pipros.libraries.nodelets.loader import FAILED, load, unload
 from pipros.libraries.nodelets.manager import Manager
@@ -78,4 +78,5 @@ def _run_genuine(argv: Sequence[str]) -> int:
         return FAILED
     sys.stdout.flush()
     command = command_of(Path(found), argv)
+    forget_handlers()
     return os.execve(command[0], command, environment_of(Path(found), os.environ))  # noqa: S606  # no shell

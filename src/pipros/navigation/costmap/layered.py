@@ -10,6 +10,8 @@ import numpy as np
 from pipros.navigation.costmap.footprint import inscribed_radius
 from pipros.navigation.costmap.grid import FREE, UNKNOWN, CostGrid, Costs, Numbers, Points
 
+__all__ = ["CellRectangle", "Layer"]  # for layers of other distributions
+
 
 class Pose2D(NamedTuple):
     """A pose in the plane: metres and radians."""

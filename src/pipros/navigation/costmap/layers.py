@@ -130,7 +130,7 @@ def _problem_of(entry: Any) -> str:
     try:
         if _own_layer(entry["type"]) is not None:
             return ""
-    except Exception as error:  # the module is somebody else's
+    except Exception as error:  # the module belongs to another distribution
         return f"{entry['name']}: {entry['type']} cannot be imported: {type(error).__name__}: {error}"
     return (
         f"{entry['name']} has the type {entry['type']}, which is not part of pipros (layers in C++ cannot be "

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.interrupts import forget_handlers
 from pipros.cli.entry_point import command
 
 _OUTPUT_LIMIT_S = 10.0
@@ -124,6 +125,7 @@ def _become(words: list[str]) -> None:
     this to read the options from the help.
     """
     if sys.stdout is sys.__stdout__:
+        forget_handlers()
         os.execv(words[0], words)  # noqa: S606
     try:
         ended = subprocess.run(words, capture_output=True, text=True, timeout=_OUTPUT_LIMIT_S, check=False)  # noqa: S603
