@@ -77,10 +77,11 @@ class Late(threading.Thread):
         super()._bootstrap()
 
 def interrupt(*_):
+    signal.setitimer(signal.ITIMER_REAL, 0)
     raise KeyboardInterrupt
 
 signal.signal(signal.SIGALRM, interrupt)
-signal.setitimer(signal.ITIMER_REAL, 0.05)
+signal.setitimer(signal.ITIMER_REAL, 0.05, 0.05)  # again, because the other thread may receive a signal
 try:
     Late(target=time.sleep, args=(60,), daemon=True).start()
 except KeyboardInterrupt:
