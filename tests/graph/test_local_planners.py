@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import logging
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from pipros.basics.env import Environment
 from pipros.navigation import world as navigation_world
+from pipros.navigation.move_base import plugins
 from pipros.navigation.wiring import subscribe
 from pipros.navigation.world import NavigationWorld
 from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.ros import RosSystem
+from tests.support.unlinked_node import UnlinkedNode
 
 APARTMENT = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "apartment.yaml")
 START, GOAL = (2.9, 1.0, 1.2), (7.8, 1.5, 0.0)
@@ -73,3 +77,30 @@ def test_a_robot_arrives_and_never_exceeds_the_limits_in_its_file(
     assert turn <= fastest_turn + 1e-9
     assert f"at most {fastest:g} m/s forwards" in caplog.text
     assert ("no limit is set" in caplog.text) == (shape == "no limits")
+
+
+@pytest.mark.parametrize(
+    ("planner", "namespace", "turn"),
+    [
+        ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_vel_theta"),
+        ("base_local_planner/TrajectoryPlannerROS", "TrajectoryPlannerROS", "max_rotational_vel"),
+        ("teb_local_planner/TebLocalPlannerROS", "TebLocalPlannerROS", "max_vel_theta"),
+    ],
+)
+def test_limits_that_became_lower_hold_at_the_next_start(
+    ros: RosSystem, planner: str, namespace: str, turn: str
+) -> None:
+    """The settings of a planner are written back to the master, as by dynamic_reconfigure."""
+    ros.serve_master()
+    costmap: Any = SimpleNamespace(global_frame="odom")
+    known = plugins.LOCAL_PLANNERS
+    for speed, rate in ((0.5, 0.9), (0.2, 0.3)):
+        node = UnlinkedNode("move_base", environment=Environment(master_uri=ros.master_uri))
+        node.start()
+        node.params.set(f"~{namespace}/max_vel_x", speed)
+        node.params.set(f"~{namespace}/{turn}", rate)
+        ours = planner if planner in known else next(iter(known))
+        made = plugins.local_planner(node, logging.getLogger("quiet"), costmap, planner, ours)
+        forwards, _, turning = made.greatest()
+        node.shutdown()
+        assert (forwards, turning) == (speed, rate)

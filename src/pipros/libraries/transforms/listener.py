@@ -8,17 +8,20 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from pipros.basics.errors import Interrupted
+from pipros.basics.throttle import Throttle
 from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.messages import in_ns, pose_of_transform
 from pipros.libraries.transforms.pose import Pose
 from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 
 Deliver = Callable[[Any], object]
 
 AHEAD_NS: Final = 10_000_000_000
 """Messages whose timestamps are further in the future than this are dropped."""
+_WARN_S: Final = 10.0
 
 
 class TransformListener:
@@ -33,6 +36,8 @@ class TransformListener:
         self.buffer = TransformBuffer(length_ns, limits=node.limits)
         self.problems: Callable[[str], object] = node.log.debug
         self._node = node
+        self._ahead_ns = 0
+        self._warnings = Throttle(node.log, _WARN_S)
         self._observers: tuple[Callable[[], object], ...] = ()
         message_class: Any = load_message_class("tf2_msgs/TFMessage")
         self._subscribers = [
@@ -78,14 +83,18 @@ class TransformListener:
         self._insert(message, is_static=True)
 
     def _insert(self, message: Any, *, is_static: bool) -> None:
-        """Insert transforms, but none from the future: the buffer would drop all later ones as too old.
+        """Insert transforms, but not one from the future: the buffer would drop all later ones as too old.
 
-        Static transforms have no age, and come once, for example with times of another clock.
+        If the next one is as far ahead, the clock of its computer is, and it is inserted. Static transforms
+        have no age, and come once, for example with times of another clock.
         """
         now_ns = 0 if is_static else self._node.clock.now_ns()
         for each in message.transforms:
-            if now_ns and in_ns(each.header.stamp) > now_ns + AHEAD_NS:
-                self.problems(f"dropped the transform to {each.child_frame_id}: its time is in the future")
+            ahead_ns = in_ns(each.header.stamp) - now_ns if now_ns else 0
+            if ahead_ns > AHEAD_NS and abs(ahead_ns - self._ahead_ns) > AHEAD_NS:
+                self._ahead_ns = ahead_ns
+                text = "dropped a transform to %s: its time is %.0f s in the future"
+                self._warnings.warning(text, each.child_frame_id, ahead_ns / NS_PER_S)
                 continue
             for problem in self.buffer.insert(
                 each.header.frame_id,

@@ -9,7 +9,12 @@ from typing import Any, Final
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros.navigation.move_base.recovery import Behaviour, ClearCostmap, Rotate, Tools
-from pipros.navigation.move_base.replaced_planners import has_limits, take_over
+from pipros.navigation.move_base.replaced_planners import (
+    forget_written,
+    has_limits,
+    note_written,
+    take_over,
+)
 from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.navigation.trajectory.trajectory_node import TrajectoryLocalPlanner
 from pipros.node import Node
@@ -72,10 +77,13 @@ def local_planner(node: Node, log: logging.Logger, costmap: Costmap, name: str, 
         ours: the planner that runs, from `LOCAL_PLANNERS`.
     """
     kind = LOCAL_PLANNERS[ours]
+    forget_written(node, kind.namespace)
+    given = read_parameters(node, kind.namespace).values
     is_replaced = name.rpartition("/")[2] != ours.rpartition("/")[2]
     taken, left = take_over(node, name) if is_replaced else ({}, [])
     is_limited = has_limits(node, kind.namespace)
     made = kind(node, log, costmap)
+    note_written(node, kind.namespace, given)
     forwards, backwards, turn = made.greatest()
     rows = [f"local planner [{ours}]"]
     if is_replaced:

@@ -75,6 +75,28 @@ def _derived(known: Mapping[str, Any], before: Mapping[str, Any], found: Mapping
     return {name: value for name, value in made.items() if name not in before and known.get(name) != value}
 
 
+def forget_written(node: Node, namespace: str) -> None:
+    """Delete the parameters below a planner's namespace that an earlier start of the node wrote.
+
+    They would count as the user's, and hide limits that have become lower in the launch files since.
+    """
+    values = read_parameters(node, namespace).values
+    for name, value in read_parameters(node, _written(namespace)).values.items():
+        if values.get(name) == value:
+            node.params.delete(f"{namespace}/{name}")
+
+
+def note_written(node: Node, namespace: str, given: Mapping[str, Any]) -> None:
+    """Store the values that were written since only the parameters `given` were set."""
+    values = read_parameters(node, namespace).values
+    written = {name: value for name, value in values.items() if name not in given}
+    node.params.set(_written(namespace), written)
+
+
+def _written(namespace: str) -> str:
+    return f"~written_at_start/{namespace.removeprefix('~')}"
+
+
 def has_limits(node: Node, namespace: str) -> bool:
     """Return whether a planner's parameters set any limit of speed."""
     given = read_parameters(node, namespace)

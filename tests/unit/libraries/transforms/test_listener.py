@@ -95,3 +95,15 @@ def test_messages_wait_for_their_transform(node: Any) -> None:
     gate.add(message(10.2, "map"))
     gate.add(message(10.2, ""))
     assert [each.header.frame_id for each in delivered] == ["base", "base", "/base", "map"]
+
+
+def test_one_transform_from_the_future_is_dropped_and_a_clock_that_is_ahead_is_not(node: Any) -> None:
+    listener = TransformListener(node)
+    now_s = node.clock.now_ns() / NS_PER_S
+    node.send(2**32 - 1, 1.0)
+    node.send(now_s, 2.0)
+    assert listener.at("map", "base", 0)[0] == 2.0
+    node.send(now_s + 3600.0, 3.0)
+    assert listener.at("map", "base", 0)[0] == 2.0
+    node.send(now_s + 3600.1, 4.0)
+    assert listener.at("map", "base", 0)[0] == 4.0
