@@ -81,7 +81,7 @@ def forget_written(node: Node, namespace: str) -> None:
     They would count as the user's, and hide limits that have become lower in the launch files since.
     """
     values = read_parameters(node, namespace).values
-    for name, value in read_parameters(node, _written(namespace)).values.items():
+    for name, value in read_parameters(node, _written(node, namespace)).values.items():
         if values.get(name) == value:
             node.params.delete(f"{namespace}/{name}")
 
@@ -90,11 +90,11 @@ def note_written(node: Node, namespace: str, given: Mapping[str, Any]) -> None:
     """Store the values that were written since only the parameters `given` were set."""
     values = read_parameters(node, namespace).values
     written = {name: value for name, value in values.items() if name not in given}
-    node.params.set(_written(namespace), written)
+    node.params.set(_written(node, namespace), written)
 
 
-def _written(namespace: str) -> str:
-    return f"~written_at_start/{namespace.removeprefix('~')}"
+def _written(node: Node, namespace: str) -> str:
+    return f"/pipros/written_at_start{node.resolve(namespace)}"  # not among the parameters of the node
 
 
 def has_limits(node: Node, namespace: str) -> bool:
