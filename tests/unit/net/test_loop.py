@@ -193,6 +193,6 @@ def test_a_loop_stops_although_wait_for_drops_a_cancellation() -> None:
     watches = loop.run(begin(), 30)
     wait_until(lambda: turns > 100)
     loop.call(end)
-    loop.stop(20.0)
+    wait_until(lambda: "stopping" not in [thread.name for thread in threading.enumerate()])
     assert all(each.done() for each in watches)
-    assert "stopping" not in [thread.name for thread in threading.enumerate()]
+    loop.stop()
