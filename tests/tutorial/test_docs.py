@@ -44,6 +44,7 @@ OTHERS = {
     ("libraries.md", "python"): "tests/graph/test_zero_copy.py",
     ("navigation.md", "console"): "tests/graph/test_turtlebot3_launch.py",
     ("navigation.md", "python"): "tests/graph/test_navigation_world.py",
+    ("navigation.md", "toml"): "tests/unit/navigation/costmap/test_own_layers.py",
     ("messages.md", "python"): "tests/unit/msg/test_docs.py",
     ("page.md", "console"): "tests/graph/test_rqt_graph.py",
     ("page.md", "xml"): "tests/graph/test_page_tabs.py",

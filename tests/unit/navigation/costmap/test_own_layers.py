@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import re
 import sys
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -46,15 +46,20 @@ def point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = (REPOSITORY / "docs" / "navigation.md").read_text(encoding="utf-8")
     section = text.partition("## Your own costmap layer")[2]
     code = re.search(r"```python\n(.*?)```", section, re.DOTALL)
+    declared = re.search(r'```toml\n.*entry-points."(.+)"]\n"(.+)" = "[\w.]+:(\w+)"\n```', section)
     assert code is not None
+    assert declared is not None
+    group, kind, name = declared.groups()
     (tmp_path / "keep_out_example.py").write_text(code[1], encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "keep_out_example", raising=False)
     points = {
-        KIND: EntryPoint(KIND, "keep_out_example:KeepOut", layers.ENTRY_POINTS),
+        kind: EntryPoint(kind, f"keep_out_example:{name}", group),
         "bad::Layer": EntryPoint("bad::Layer", "no_such_module:Layer", layers.ENTRY_POINTS),
     }
-    monkeypatch.setattr(layers, "entry_points", lambda group, name: [points[name]] if name in points else [])
+    monkeypatch.setattr(
+        layers, "entry_points", lambda **wanted: EntryPoints(points.values()).select(**wanted)
+    )
 
 
 @pytest.mark.usefixtures("point")
