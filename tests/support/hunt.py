@@ -2,7 +2,8 @@
 
 `script/hunt` repeats every test that starts a process, thread or socket more often than the others, and
 prints failure rates. `script/hunt --again FILE` repeats the tests that failed in one run, which decides
-whether CI passes: a race in the code shows in one of ten repetitions on busy processors.
+whether CI passes: it does if each of them passes at least eight of ten repetitions on busy processors. The
+next commit must mend such a test, or list it in tests/quarantine.toml.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import tempfile
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import date
+from datetime import date, datetime, timedelta, timezone
 from pathlib import Path
 
 from tests.support.environments import REPOSITORY
@@ -25,10 +26,14 @@ from tests.support.project import load_toml
 
 AGAIN_TIMES = 10
 """Repetitions of a test that failed in CI."""
+AGAIN_FAILURES = 2
+"""Failed repetitions with which CI still passes."""
 AGAIN_LIMIT = 10
 """Maximum number of failed tests to repeat. More failures are unlikely to come from unreliable tests."""
 QUARANTINE = REPOSITORY / "tests" / "quarantine.toml"
-QUARANTINE_LIMIT = 10
+QUARANTINE_LIMIT = 5
+QUARANTINE_AGE = timedelta(days=14)
+"""How long a test may be listed: then its race must have been found."""
 
 _SPIN = "import os\nparent = os.getppid()\nwhile os.getppid() == parent:\n    sum(range(100_000))"
 _INTERRUPTED = 2
@@ -44,18 +49,25 @@ class Quarantined:
     since: date
 
 
-def read_quarantine(file: Path = QUARANTINE) -> dict[str, Quarantined]:
+def read_quarantine(file: Path = QUARANTINE, today: date | None = None) -> dict[str, Quarantined]:
     """Return the entries of tests/quarantine.toml by test.
 
     Raises:
-        ValueError: the file has too many entries, or an entry lacks a cause, evidence or a date.
+        ValueError: the file has too many entries, or an entry lacks a cause, evidence or a date, or is
+            too old.
     """
+    today = today or datetime.now(tz=timezone.utc).date()
     entries = [Quarantined(**entry) for entry in load_toml(file).get("test", ())]
     if len(entries) > QUARANTINE_LIMIT:
         raise ValueError(f"{file}: at most {QUARANTINE_LIMIT} tests may be listed, got {len(entries)}")
     for entry in entries:
         if not (entry.cause and entry.evidence and isinstance(entry.since, date)):
             raise ValueError(f"{file}: [{entry.test}] needs a cause, evidence and a date")
+        if today - entry.since > QUARANTINE_AGE:
+            raise ValueError(
+                f"{file}: [{entry.test}] is listed since {entry.since}; "
+                f"after {QUARANTINE_AGE.days} days it must be mended"
+            )
     return {entry.test: entry for entry in entries}
 
 
@@ -108,7 +120,7 @@ def judge(
     lines = []
     for test, outcome in failed.items():
         results = [run.result for run in repeated if run.test == test]
-        held = results == ["passed"] * times
+        held = len(results) == times and results.count("passed") >= times - AGAIN_FAILURES
         passes &= held or test in quarantine
         verdict = f"passed {results.count('passed')} of {times} repetitions on busy processors"
         if test in quarantine:

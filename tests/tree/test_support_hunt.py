@@ -23,7 +23,7 @@ def test_failed_once(): pass
 def test_fails_now_and_then():
     runs = int(COUNT.read_text()) if COUNT.exists() else 0
     COUNT.write_text(str(runs + 1))
-    assert runs != 1
+    assert runs not in {failing}
 """
 
 
@@ -34,7 +34,7 @@ def flaky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
         "from tests.conftest import pytest_addoption, pytest_collection_modifyitems\n"
         "from tests.support.outcomes import configure as pytest_configure\n"
     )
-    (tmp_path / "test_it.py").write_text(TESTS)
+    (tmp_path / "test_it.py").write_text(TESTS.replace("{failing}", "(0, 1, 2)"))
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
     monkeypatch.setattr(hunt, "REPOSITORY", tmp_path)  # `judge` runs tests of this repository only
@@ -47,23 +47,35 @@ def written(folder: Path, *outcomes: Outcome) -> Path:
     return file
 
 
-def test_one_failed_repetition_fails_the_run_and_passed_ones_do_not(flaky: str, tmp_path: Path) -> None:
+def test_three_failed_repetitions_fail_the_run_and_passed_ones_do_not(flaky: str, tmp_path: Path) -> None:
     test = f"{flaky}test_fails_now_and_then"
     steady = Outcome(f"{flaky}test_failed_once", "failed", 1.0, output="what it said")
     file = written(tmp_path, steady, Outcome(test, "failed", 1.0))
 
-    passes, report = judge(file, (), {}, times=2)
+    passes, report = judge(file, (), {}, times=3)
     (tmp_path / "count").unlink()
     quarantined, _ = judge(
-        file, (), {test: Quarantined(test, "a race", "1 of 10", date(2026, 11, 21))}, times=2
+        file, (), {test: Quarantined(test, "a race", "1 of 10", date(2026, 11, 21))}, times=3
     )
 
     assert not passes
-    assert "passed 2 of 2 repetitions" in report
+    assert "passed 3 of 3 repetitions" in report
     assert "what it said" in report
-    assert "passed 1 of 2 repetitions" in report
-    assert "assert 1 != 1" in report
+    assert "passed 0 of 3 repetitions" in report
+    assert "assert 0 not in (0, 1, 2)" in report
     assert quarantined
+
+
+def test_two_failed_repetitions_are_reported_and_do_not_fail_the_run(flaky: str, tmp_path: Path) -> None:
+    (tmp_path / "count").write_text("1")
+
+    passes, report = judge(
+        written(tmp_path, Outcome(f"{flaky}test_fails_now_and_then", "failed", 1.0)), (), {}, times=4
+    )
+
+    assert passes
+    assert "passed 2 of 4 repetitions" in report
+    assert "assert 1 not in (0, 1, 2)" in report
 
 
 def test_many_failures_are_not_repeated(tmp_path: Path) -> None:
@@ -109,7 +121,8 @@ def test_the_quarantine_is_short_and_explains_each_entry() -> None:
     [
         ('[[test]]\ntest = "t"\ncause = ""\nevidence = "e"\nsince = 2026-01-01\n', "needs a cause"),
         ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = "today"\n', "a date"),
-        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = 2026-01-01\n' * 11, "at most 10"),
+        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = 2026-01-01\n' * 6, "at most 5"),
+        ('[[test]]\ntest = "t"\ncause = "c"\nevidence = "e"\nsince = 2025-12-17\n', "must be mended"),
     ],
 )
 def test_an_invalid_quarantine_is_refused(text: str, message: str, tmp_path: Path) -> None:
@@ -117,4 +130,4 @@ def test_an_invalid_quarantine_is_refused(text: str, message: str, tmp_path: Pat
     file.write_text(text)
 
     with pytest.raises(ValueError, match=message):
-        read_quarantine(file)
+        read_quarantine(file, date(2026, 1, 1))
