@@ -149,15 +149,15 @@ def end_all() -> None:
     subprocess.run(["wineserver", "-k"], env=environment(), check=False, capture_output=True, timeout=30)
 
 
-def running() -> list[str]:
-    """Return the command lines of all programs in this environment that Wine itself did not start."""
-    found = []
+def running() -> dict[str, int]:
+    """Return the command lines and process ids of all programs that Wine itself did not start."""
+    found = {}
     for process in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             variables = (process / "environ").read_bytes().split(b"\0")
             words = (process / "cmdline").read_bytes().decode(errors="replace").rstrip("\0").split("\0")
             if f"WINEPREFIX={PREFIX}".encode() in variables and words[0].startswith("C:\\Python311"):
-                found.append(" ".join(words))
+                found[" ".join(words)] = int(process.name)
     return found
 
 

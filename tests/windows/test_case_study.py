@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+
 from tests.support import windows
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -27,6 +30,19 @@ def test_ctrl_c_ends_roslaunch_with_its_nodes_and_master(start: StartOnWindows) 
     wait_until(lambda: "battery" in launch.output.lower().partition("process[")[2], 60, "a battery level")
     launch.type("\x03")
     assert ends_with_nothing_left(launch) == 0, launch.output
+
+
+def test_a_killed_roslaunch_leaves_no_node_and_no_master(start: StartOnWindows) -> None:
+    launch = start("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
+    wait_until(lambda: "listener-3]" in launch.output, 60, "the nodes")
+    launcher = next(
+        number
+        for line, number in windows.running().items()
+        if "python.exe C:\\Python311\\Scripts\\roslaunch" in line
+    )
+    assert len(windows.running()) == 4, "the launcher's .exe, the launcher, and two nodes"
+    os.kill(launcher, signal.SIGKILL)
+    wait_until(lambda: not windows.running(), 10, f"the end of {windows.running()}")
 
 
 def test_a_talker_on_windows_is_heard_on_linux_and_the_reverse(ros: RosSystem, start: StartOnWindows) -> None:

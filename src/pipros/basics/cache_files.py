@@ -11,6 +11,7 @@ import os
 from stat import S_ISDIR, S_ISREG
 
 from pipros.basics.posix import HAS_OWNERS, NO_LINK, READ, user_id
+from pipros.basics.windows import replace_file
 
 _OTHERS_MAY_WRITE = 0o022
 _READ = READ | NO_LINK
@@ -216,7 +217,10 @@ def _replace(unfinished: str, name: str, content: bytes, folder: int | None) -> 
     try:
         with open(descriptor, "wb") as file:
             file.write(content)
-        os.replace(unfinished, name, src_dir_fd=folder, dst_dir_fd=folder)
+        if folder is None:
+            replace_file(unfinished, name)
+        else:
+            os.replace(unfinished, name, src_dir_fd=folder, dst_dir_fd=folder)
     except BaseException:
         os.unlink(unfinished, dir_fd=folder)
         raise

@@ -172,7 +172,7 @@ class LogFile:
         self._close()
         for number in range(self._limits.log_files - 1, 0, -1):
             younger = f"{self._path}.{number - 1}" if number > 1 else self._path
-            with suppress(OSError):
+            with suppress(OSError):  # a node does not wait for a reader on Windows
                 os.replace(younger, f"{self._path}.{number}")
         self._reopen(append=self._limits.log_files > 1)
 

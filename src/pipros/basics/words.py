@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 
-_ON_WINDOWS = os.name == "nt"
+from pipros.basics.windows import ON_WINDOWS
 
 
 def split_words(text: str) -> list[str]:
@@ -14,7 +13,7 @@ def split_words(text: str) -> list[str]:
     Raises:
         ValueError: a quote is not closed.
     """
-    if not _ON_WINDOWS:
+    if not ON_WINDOWS:
         return shlex.split(text)
     lexer = shlex.shlex(text, posix=True, punctuation_chars=False)
     lexer.whitespace_split, lexer.commenters, lexer.escape = True, "", ""

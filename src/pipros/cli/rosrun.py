@@ -11,6 +11,7 @@ from typing import NoReturn
 from pipros.basics.errors import NotFound
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.interrupts import ENDING_SIGNALS, forget_handlers
+from pipros.basics.windows import ON_WINDOWS
 from pipros.cli.entry_point import command
 from pipros.workspace.executables import (
     Executables,
@@ -125,7 +126,7 @@ def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
         print(f"[rosrun] {advice}", file=sys.stderr)
     sys.stdout.flush()
     try:
-        if os.name == "nt":
+        if ON_WINDOWS:
             return _run_and_wait(command, environment)
         _replace_process(command, environment)
     except OSError as error:
@@ -136,14 +137,21 @@ def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
 def _run_and_wait(command: list[str], environment: dict[str, str]) -> int:
     """Run a program as a child process, on systems where it cannot replace this process.
 
-    Both processes receive Ctrl-C. This process ignores it, so that the program decides when to exit.
+    Both processes receive Ctrl-C. This process ignores it, so that the program decides when to exit. If this
+    process is killed, the program ends, too.
     """
+    import contextlib
     import signal
     import subprocess
 
+    from pipros.basics.windows_job import Job
+
     for number in ENDING_SIGNALS:
         signal.signal(number, lambda *_: None)
-    return subprocess.Popen(command, env=environment).wait()  # noqa: S603
+    program = subprocess.Popen(command, env=environment)  # noqa: S603
+    with contextlib.suppress(OSError):
+        Job(program.pid)  # it is closed when this process ends
+    return program.wait()
 
 
 def _replace_process(command: list[str], environment: dict[str, str]) -> NoReturn:

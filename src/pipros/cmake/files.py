@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from pipros.basics.input_file import read_file
-from pipros.basics.windows import with_slashes
+from pipros.basics.windows import replace_file, with_slashes
 from pipros.cmake import regex
 from pipros.cmake.configure import configured
 from pipros.cmake.copying import CannotCopy, copy, read_copies
@@ -152,7 +152,7 @@ def remove(path: str, *, is_recursive: bool) -> None:
 
 
 def _rename(words: list[str], scope: Scope) -> None:
-    os.replace(scope.in_source(words[0]), scope.in_source(words[1]))
+    replace_file(scope.in_source(words[0]), scope.in_source(words[1]))
 
 
 def _make_directory(words: list[str], scope: Scope) -> None:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.windows import replace_file
 from pipros.cmake.files import remove
 
 
@@ -72,7 +73,7 @@ def _remove(words: list[str], *, is_recursive: bool) -> None:
 
 def _rename(words: list[str]) -> None:
     source, target = words
-    os.replace(source, target)
+    replace_file(source, target)
 
 
 def _create_symlink(words: list[str]) -> None:

@@ -18,6 +18,7 @@ from typing import Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import missing
 from pipros.basics.input_file import read_file
+from pipros.basics.windows import replace_file
 from pipros.fleet.access import ROUTER, FleetRole, access_rules
 from pipros.fleet.directory import read_json
 from pipros.fleet.key_files import AUTHORITY, AUTHORITY_KEY, CERTIFICATE, KEY, MEMBERS, NAME, read_keys
@@ -186,7 +187,7 @@ class Authority:
         part = self.members_file.with_suffix(".part")
         with _writable_by_owner_only():
             part.write_text(f"{text}\n")
-            part.replace(self.members_file)
+            replace_file(part, self.members_file)
 
 
 @contextlib.contextmanager

@@ -31,7 +31,7 @@ _CHECK_EVERY_S = 0.02
 
 
 class Guardian:
-    """The launcher's side of the guardian. Does nothing on Windows, which lacks POSIX process groups.
+    """The launcher's side of the guardian. Does nothing on Windows, where `Job` replaces it.
 
     `started` and `ended` may be called from any thread. If the guardian itself is killed, the launcher
     continues without this protection.

@@ -10,16 +10,18 @@ import threading
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 from pipros.basics.log_file import open_to_write
 from pipros.basics.posix import NEW_GROUP, interrupt, signal_group
+from pipros.basics.windows import ON_WINDOWS
 from pipros.launch.command import CannotLaunch, CannotStart, NodeCommand
 from pipros.launch.guardian import SIGKILL, Guardian
 from pipros.launch.output_prefix import PrefixedOutput
 from pipros.workspace.program_start import has_windows_line_ends, is_left_to_env, why_not_startable
 
-_ON_WINDOWS = os.name == "nt"
+if TYPE_CHECKING:
+    from pipros.basics.windows_job import Job
 
 SIGINT, SIGTERM = signal.SIGINT, signal.SIGTERM
 
@@ -67,6 +69,12 @@ class NodeProcess:
         self._prefixed = None if colour is None else PrefixedOutput(name, colour)
         self._popen = _start(command, (stdout_log, stderr_log), self._prefixed, is_again=restarts)
         self.pid = self._popen.pid
+        self._job: Job | None = None
+        if ON_WINDOWS:
+            from pipros.basics.windows_job import Job
+
+            with suppress(OSError):  # it may have exited
+                self._job = Job(self.pid)
         self._has_group = True
         guardian.started(self.pid)
         threading.Thread(target=self._wait, name=f"wait for {name}", daemon=True).start()
@@ -89,8 +97,8 @@ class NodeProcess:
     @property
     def has_group(self) -> bool:
         """Whether the process, or a process that it started in its group, is still running."""
-        if not self._has_group or _ON_WINDOWS:
-            return not self._exited.is_set()
+        if not self._has_group or ON_WINDOWS:
+            return not self._exited.is_set() or (self._job is not None and self._job.is_running())
         return _is_group_alive(self.pid)
 
     def send_signal(self, number: signal.Signals) -> None:
@@ -98,11 +106,10 @@ class NodeProcess:
         if not self._has_group:
             return
         with suppress(OSError):
-            if _ON_WINDOWS:
-                if number is SIGINT:
-                    interrupt(self._popen)
-                else:
-                    self._popen.terminate()
+            if ON_WINDOWS and number is SIGINT:
+                interrupt(self._popen)
+            elif ON_WINDOWS:
+                (self._popen.terminate if self._job is None else self._job.end)()
             else:
                 signal_group(self.pid, number)
 
@@ -129,6 +136,8 @@ class NodeProcess:
 
     def _forget_group(self) -> None:
         self._has_group = False
+        if self._job is not None:
+            self._job.close()
         self._guardian.ended(self.pid)
 
 

@@ -26,6 +26,7 @@ from typing import Any, Final, NamedTuple
 from pipros.basics.cache_files import Untrusted, check_owner
 from pipros.basics.errors import PiprosError
 from pipros.basics.posix import HAS_OWNERS, NO_LINK, user_id
+from pipros.basics.windows import replace_file
 from pipros.master.params import ParamsFull, ParamTree
 from pipros.master.registry import Registry, Role
 from pipros.wire.xmlrpc import decode_response, encode_response
@@ -288,10 +289,10 @@ def _move_aside(file: Path) -> Path:
     number = 1
     while (aside := file.with_name(f"{file.name}.unusable-{number}")).exists():
         number += 1
-    file.rename(aside)
+    replace_file(file, aside)
     for suffix in ("-wal", "-shm"):
         with contextlib.suppress(FileNotFoundError):
-            file.with_name(file.name + suffix).rename(aside.with_name(aside.name + suffix))
+            replace_file(f"{file}{suffix}", f"{aside}{suffix}")
     return aside
 
 

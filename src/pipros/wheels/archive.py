@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.windows import replace_file
 
 _EARLIEST = 315532800
 _CHUNK_BYTES = 1024 * 1024
@@ -67,7 +68,7 @@ def write_wheel(file: Path, entries: Mapping[str, ArchiveEntry], info: str) -> N
                 record.append(f"{_quoted(path)},sha256={text},{size}\n")
             record_name = f"{info}/RECORD"
             archive.writestr(_zip_info(record_name, date, False), "".join([*record, f"{record_name},,\n"]))
-        made.replace(file)
+        replace_file(made, file)
 
 
 def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> None:
@@ -88,7 +89,7 @@ def write_source_archive(file: Path, entries: Mapping[str, ArchiveEntry]) -> Non
                     info.mtime = date
                     info.mode = 0o755 if entries[path].is_program else 0o644
                     archive.addfile(info, source)
-        made.replace(file)
+        replace_file(made, file)
 
 
 def _timestamp() -> int:

@@ -14,11 +14,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipros.basics.errors import NotFound
+from pipros.basics.windows import ON_WINDOWS
 from pipros.packages import installed_packages, system_packages
 from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
 from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
-
-_ON_WINDOWS = os.name == "nt"
 
 # Windows has no executable bit; these suffixes may be omitted from a name. The first existing file wins.
 _WINDOWS_SUFFIXES = ("", ".exe", ".bat", ".cmd", ".py")
@@ -127,7 +126,7 @@ def _named(folder: Path, name: str) -> Iterator[Path]:
     wanted = Path(name).parts
     if not wanted or Path(name).is_absolute():
         return
-    suffixes = _WINDOWS_SUFFIXES if _ON_WINDOWS else ("",)
+    suffixes = _WINDOWS_SUFFIXES if ON_WINDOWS else ("",)
     bases = {wanted[-1] + suffix: rank for rank, suffix in enumerate(suffixes)}
     found: dict[str, int] = {}  # the best suffix in each folder
     for parent, base in _walk(folder, with_folders=True):
@@ -156,7 +155,7 @@ def _walk(folder: Path, *, with_folders: bool = False) -> Iterator[tuple[str, st
 def _is_executable(path: Path) -> bool:
     if not path.is_file():
         return False
-    return path.suffix.lower() in _WINDOWS_SUFFIXES if _ON_WINDOWS else os.access(path, os.X_OK)
+    return path.suffix.lower() in _WINDOWS_SUFFIXES if ON_WINDOWS else os.access(path, os.X_OK)
 
 
 def _ends_with(folder: str, parts: tuple[str, ...]) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipros.basics.printable import printable_lines
+from pipros.basics.windows import ON_WINDOWS
 from pipros.workspace.program_start import command_of, why_not_startable
 from pipros.workspace.script_interpreter import interpreter_of
 
@@ -53,13 +54,13 @@ def describe_program(program: Path, environment: Mapping[str, str]) -> ProgramDe
     """
     if not program.is_file():
         return _not_startable(program, f"{program} is not a file")
-    if os.name != "nt" and not os.access(program, os.X_OK):
+    if not ON_WINDOWS and not os.access(program, os.X_OK):
         advice = f"rosrun and roslaunch do not find it; run: chmod +x {program}"
         return _not_startable(program, f"{program} is not executable, so {advice}")
     problem = why_not_startable(program, environment)
     if problem is not None:
         return _not_startable(program, problem)
-    chosen = None if os.name == "nt" else interpreter_of(program, environment)
+    chosen = None if ON_WINDOWS else interpreter_of(program, environment)
     if chosen is not None and chosen.interpreter is not None:
         return ProgramDescription(program, chosen.interpreter, chosen.reason, is_startable=True)
     starter, *rest = command_of(program, variables=environment)

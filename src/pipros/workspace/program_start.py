@@ -16,13 +16,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
 from pipros.packages import SHARE
 from pipros.packages.installed_packages import folders as installed_folders
 from pipros.packages.system_packages import child_package_path, is_compiled, manifest_folders
 from pipros.workspace.script_interpreter import ScriptInterpreter, interpreter_of
 
-_ON_WINDOWS = os.name == "nt"
 _POSIX_SHELL = "/bin/sh"
 
 
@@ -71,9 +71,9 @@ def command_of(
         ValueError: the prefix has an unclosed quote.
     """
     starter: Sequence[str] = ()
-    if _ON_WINDOWS and _is_python_script(program):
+    if ON_WINDOWS and _is_python_script(program):
         starter = (sys.executable,)
-    elif not _ON_WINDOWS and _is_bare_shell_script(program):
+    elif not ON_WINDOWS and _is_bare_shell_script(program):
         starter = (_POSIX_SHELL,)
     else:
         starter = starter_of(program, variables)
@@ -117,7 +117,7 @@ def why_not_startable(program: Path, variables: Mapping[str, str] = os.environ) 
         interpreter = first_line[2:].strip().split(b" ", 1)[0].decode("utf-8", "replace")
         if interpreter and not os.path.exists(interpreter):
             return f"{program} needs the interpreter {interpreter}, which does not exist"
-    elif program.suffix == ".py" and not _ON_WINDOWS:
+    elif program.suffix == ".py" and not ON_WINDOWS:
         return f"{program} does not name its interpreter; make '#!/usr/bin/env python3' its first line"
     return None
 
@@ -138,7 +138,7 @@ def is_left_to_env(program: Path, variables: Mapping[str, str] = os.environ) -> 
 
 
 def _script_interpreter(program: Path, variables: Mapping[str, str]) -> ScriptInterpreter | None:
-    if _ON_WINDOWS or not program.is_file() or not os.access(program, os.X_OK):
+    if ON_WINDOWS or not program.is_file() or not os.access(program, os.X_OK):
         return None
     try:
         return interpreter_of(program, variables)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.windows import replace_file, with_slashes
+from pipros.basics.windows_job import Job
 
 
 def test_only_paths_of_windows_get_slashes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,3 +52,8 @@ def test_a_file_that_stays_open_is_reported_after_two_seconds(
     with pytest.raises(PermissionError, match="in use"):
         replace_file(tmp_path / "new", tmp_path / "old", slept.append)
     assert sum(slept) == pytest.approx(2)
+
+
+def test_a_job_of_no_process_is_refused() -> None:
+    with pytest.raises(OSError, match=r"."):
+        Job(0)

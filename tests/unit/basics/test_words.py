@@ -27,9 +27,9 @@ from pipros.basics.words import split_words
 def test_backslashes_stay_in_paths_of_windows(
     text: str, posix: list[str], windows: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.basics.words._ON_WINDOWS", False)
+    monkeypatch.setattr("pipros.basics.words.ON_WINDOWS", False)
     assert split_words(text) == posix
-    monkeypatch.setattr("pipros.basics.words._ON_WINDOWS", True)
+    monkeypatch.setattr("pipros.basics.words.ON_WINDOWS", True)
     assert split_words(text) == windows
     with pytest.raises(ValueError, match="No closing quotation"):
         split_words("'open")

@@ -138,7 +138,7 @@ def test_workspaces_are_the_marked_folders_of_the_prefix_path(tmp_path: Path) ->
 def test_on_windows_the_name_itself_comes_before_the_name_with_a_suffix(
     package: Package, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.workspace.executables._ON_WINDOWS", True)
+    monkeypatch.setattr("pipros.workspace.executables.ON_WINDOWS", True)
     monkeypatch.setattr("pipros.workspace.executables._is_executable", Path.is_file)
     for name in ("server.py", "server", "client.py", "client.exe"):
         program(package.path / "scripts" / name)

@@ -56,7 +56,7 @@ def test_a_script_without_a_first_line_is_run_by_the_shell(tmp_path: Path) -> No
 def test_windows_runs_python_scripts_with_the_own_interpreter(
     name: str, content: str, is_python: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pipros.workspace.program_start._ON_WINDOWS", True)
+    monkeypatch.setattr("pipros.workspace.program_start.ON_WINDOWS", True)
     script = program(tmp_path / name, content)
     assert command_of(script) == [*[sys.executable] * is_python, str(script)]
 

@@ -99,7 +99,7 @@ def _with_backup(path: Path, options: Values, work: Work) -> None:
     unfinished = path.with_name(f"{path.stem}.new{path.suffix}")
     try:
         work(path, unfinished, options)
-        path.replace(backup)
+        replace_file(path, backup)
         replace_file(unfinished, path)
     finally:
         unfinished.unlink(missing_ok=True)

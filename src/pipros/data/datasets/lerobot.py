@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pipros.basics.windows import replace_file
 from pipros.data.datasets.cameras import Picture, steady
 from pipros.data.extras import user_library
 from pipros.safe.settings import BadSettings
@@ -92,7 +93,7 @@ def join_lerobot(folder: Path, episodes: Sequence[Episode]) -> None:
             join(["local/data"] * len(roots), "local/data", roots=roots, aggr_root=unfinished)
         except ValueError as error:
             raise BadSettings(f"LeRobot cannot join the episodes: {error}") from error
-        unfinished.rename(folder / LEROBOT)
+        replace_file(unfinished, folder / LEROBOT)
     shutil.rmtree(parts, ignore_errors=True)
 
 

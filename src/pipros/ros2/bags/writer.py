@@ -13,6 +13,7 @@ from typing import Any
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
 from pipros.basics.errors import PiprosError
+from pipros.basics.windows import replace_file
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import MessageSpec
@@ -205,7 +206,7 @@ def new_ros2_bag(
             if file is not None:
                 file.close()
         (unfinished / "metadata.yaml").write_text(metadata_text(metadata), encoding="utf-8")
-        unfinished.rename(folder)
+        replace_file(unfinished, folder)
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise

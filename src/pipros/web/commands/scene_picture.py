@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.basics.posix import user_id
+from pipros.basics.windows import ON_WINDOWS
 from pipros.cli.runner import CommandError
 
 PROGRAMS: Final = (
@@ -65,7 +66,7 @@ def save_picture(
         CommandError: none of the browsers in `PROGRAMS` is installed, the browser or the server fails, the
             file cannot be written, or the platform is Windows.
     """
-    if os.name == "nt":
+    if ON_WINDOWS:
         raise CommandError("--png does not work on Windows")
     program = next(filter(None, map(shutil.which, PROGRAMS)), None)
     if program is None:

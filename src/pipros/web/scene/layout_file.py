@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.windows import replace_file
 from pipros.web.limits import PageLimits
 from pipros.web.scene.rviz_file import RvizFileError, read_rviz, write_rviz
 
@@ -60,7 +61,7 @@ class SceneFile:
         part = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
         try:
             part.write_text(text, encoding="utf-8")
-            part.replace(self.path)
+            replace_file(part, self.path)
         finally:
             part.unlink(missing_ok=True)
         self.config = config

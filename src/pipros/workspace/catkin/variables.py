@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import platform
 import sys
 
+from pipros.basics.windows import ON_WINDOWS
 from pipros.workspace.catkin.project import PYTHON_DESTINATION
 
 
@@ -40,5 +40,5 @@ def package_variables(name: str, folder: str) -> dict[str, str]:
         "CMAKE_INSTALL_LIBDIR": "lib",
         "CMAKE_INSTALL_DATADIR": "share",
         "CMAKE_INSTALL_SYSCONFDIR": "etc",
-        ("WIN32" if os.name == "nt" else "UNIX"): "1",
+        ("WIN32" if ON_WINDOWS else "UNIX"): "1",
     }
