@@ -87,6 +87,7 @@ GATES = {
     "libraries/maps": 96,
     "libraries/markers": 98,
     "libraries/robot_model": 97,
+    "libraries/teleoperation/cmd_vel_mux.py": 98,
     "libraries/topic_tools": 97,
     "libraries/transforms": 97,
     "libraries/vision": 91,

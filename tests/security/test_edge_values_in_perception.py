@@ -101,6 +101,8 @@ CHAIN = {"scan_filter_chain": [
     {"name": "interpolation", "type": "laser_filters/InterpolationFilter"},
 ]}  # fmt: skip
 
+MUX = "publisher: cmd_vel\nsubscribers: [{name: a, topic: in, timeout: 1, priority: 1}]"
+
 NODELETS: Mapping[str, tuple[Inputs, str, Mapping[str, Any]]] = {
     "depth_image_proc/convert_metric": ({"/image_raw": partial(image, "16UC1")}, "/image", {}),
     "depth_image_proc/point_cloud_xyz": (
@@ -115,6 +117,11 @@ NODELETS: Mapping[str, tuple[Inputs, str, Mapping[str, Any]]] = {
         {"/image": partial(image, "16UC1"), "/camera_info": info}, "/scan", {}),
     "image_proc/debayer": ({"/image_raw": partial(image, "bayer_rggb8")}, "/image_color", {}),
     "image_proc/rectify": ({"/image_mono": image, "/camera_info": info}, "/image_rect", {}),
+    "kobuki_safety_controller/SafetyControllerNodelet": (
+        {"/nodelet/events/cliff": partial(message, "kobuki_msgs/CliffEvent", state=1),
+         "/nodelet/events/wheel_drop": partial(message, "kobuki_msgs/WheelDropEvent"),
+         "/nodelet/events/bumper": partial(message, "kobuki_msgs/BumperEvent", state=1)},
+        "/nodelet/cmd_vel", {}),
     "laser_filters/scan_to_cloud_filter_chain": (
         {"/scan": scan}, "/cloud_filtered", {**CHAIN, "target_frame": "base_footprint"}),
     "laser_filters/scan_to_scan_filter_chain": ({"/scan": scan}, "/scan_filtered", CHAIN),
@@ -136,6 +143,9 @@ NODELETS: Mapping[str, tuple[Inputs, str, Mapping[str, Any]]] = {
     "stereo_image_proc/point_cloud2": (
         {"/left/image_rect_color": partial(image, "rgb8"), "/left/camera_info": info,
          "/right/camera_info": partial(info, 0.1), "/disparity": disparities}, "/points2", {}),
+    "yocs_cmd_vel_mux/CmdVelMuxNodelet": (
+        {"/nodelet/in": command}, "/nodelet/cmd_vel",
+        {"yaml_cfg_data": MUX}),
     "yocs_velocity_smoother/VelocitySmootherNodelet": (
         {"/nodelet/raw_cmd_vel": command, "/nodelet/odometry": odometry},
         "/nodelet/smooth_cmd_vel", {"robot_feedback": 1, "frequency": 1000.0}),

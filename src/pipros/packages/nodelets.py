@@ -35,6 +35,7 @@ PLUGINS: Final[Mapping[str, str]] = {
     "depthimage_to_laserscan/DepthImageToLaserScanNodelet": "laser.depth_to_scan_node:DepthToScanNode",
     "image_proc/debayer": "images.debayer:Debayer",
     "image_proc/rectify": "images.rectify:Rectify",
+    "kobuki_safety_controller/SafetyControllerNodelet": "teleoperation.safety_controller_node:SafetyNode",
     "laser_filters/scan_to_cloud_filter_chain": "laser.chain_node:ScanToCloudFilterChain",
     "laser_filters/scan_to_scan_filter_chain": "laser.chain_node:ScanToScanFilterChain",
     "pcl/CropBox": "clouds.filter_nodes:CropBox",
@@ -47,6 +48,7 @@ PLUGINS: Final[Mapping[str, str]] = {
     "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": "laser.cloud_to_scan_node:CloudToScanNode",
     "stereo_image_proc/disparity": "images.disparity:Disparity",
     "stereo_image_proc/point_cloud2": "images.stereo_cloud:StereoCloud",
+    "yocs_cmd_vel_mux/CmdVelMuxNodelet": "teleoperation.cmd_vel_mux_node:CmdVelMuxNode",
     "yocs_velocity_smoother/VelocitySmootherNodelet": "teleoperation.velocity_smoother_node:SmootherNode",
 }
 """pipros's nodelets. Their modules are relative to `pipros.libraries`."""

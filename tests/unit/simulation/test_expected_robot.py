@@ -117,11 +117,11 @@ def test_everything_that_was_not_found_out_is_named() -> None:
 
 
 def test_a_multiplexer_of_kobuki_reads_its_inputs_from_a_file(tmp_path: Path) -> None:
-    (tmp_path / "mux.yaml").write_text("subscribers: [{topic: input/navi}]\npublisher: output/cmd_vel\n")
+    (tmp_path / "mux.yaml").write_text("subscribers: [{topic: input/navi}]\npublisher: output\n")
     mux = f"""
       <node pkg="nodelet" type="nodelet" name="cmd_vel_mux" args="load yocs_cmd_vel_mux/CmdVelMuxNodelet m">
         <param name="yaml_cfg_file" value="{tmp_path / "mux.yaml"}"/>
-        <remap from="cmd_vel_mux/output/cmd_vel" to="mobile_base/commands/velocity"/>
+        <remap from="cmd_vel_mux/output" to="mobile_base/commands/velocity"/>
       </node>
       <node pkg="move_base" type="move_base" name="move_base">
         <remap from="cmd_vel" to="cmd_vel_mux/input/navi"/>

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Sequence
@@ -11,7 +10,7 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
-from pipros.libraries.teleoperation.velocity_mux import InvalidSource, VelocityMux, VelocitySource, source
+from pipros.libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource, sources
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
@@ -76,7 +75,8 @@ class TwistMux:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist_mux` until the node is shut down."""
     with roscpp_program("twist_mux", "twist_mux", argv) as (node, log):
-        mux = TwistMux(node, _sources(node, "topics", log), _sources(node, "locks", log))
+        inputs, locks = (sources(raw(node, name), f"~{name}", log.critical) for name in ("topics", "locks"))
+        mux = TwistMux(node, inputs, locks)
         diagnostics = LinkDiagnostics(node, "none")
         name = f"{node.name.removeprefix('/')}: Twist mux status"
         last_s, took_s = time.monotonic(), 0.0
@@ -86,18 +86,3 @@ def main(argv: Sequence[str] | None = None) -> int:
             diagnostics.publish([LinkStatus(name, LinkLevel.OK, "ok", {**mux.values(), **times})])
             last_s, took_s = now_s, time.monotonic() - now_s
     return 0
-
-
-def _sources(node: Node, name: str, log: logging.Logger) -> list[VelocitySource]:
-    """Return the valid sources in a private parameter, and log an error for each invalid one."""
-    entries = raw(node, name, None)
-    if not isinstance(entries, list):
-        log.critical("~%s must be a list of sources, got %r", name, entries)
-        return []
-    found = []
-    for index, entry in enumerate(entries):
-        try:
-            found.append(source(entry, f"~{name}[{index}]"))
-        except InvalidSource as error:
-            log.critical("%s", error)
-    return found

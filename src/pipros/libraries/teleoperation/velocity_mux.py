@@ -7,17 +7,21 @@ with the highest priority is selected. Velocities from other inputs are dropped.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
+from pipros.basics import names
 from pipros.basics.errors import PiprosError
+
+SOURCES: Final = 100
+"""Maximum number of inputs, and of locks."""
 
 _PRIORITIES = 255
 
 
 class InvalidSource(PiprosError, ValueError):
-    """An entry of `~topics` or `~locks` is invalid. The text names the entry and the problem."""
+    """An entry of a list of sources is invalid. The text names the entry and the problem."""
 
 
 @dataclass(slots=True)
@@ -39,7 +43,8 @@ class VelocitySource:
     is_set: bool = False
 
     def is_expired(self, now_s: float) -> bool:
-        return self.timeout_s > 0 and now_s - self.received_s > self.timeout_s
+        """Return whether the timeout has passed, or time has moved back behind the last message."""
+        return self.timeout_s > 0 and not 0 <= now_s - self.received_s <= self.timeout_s
 
     def __str__(self) -> str:
         return f"(listening to {self.topic} @ {self.timeout_s:.6f}s with priority #{self.priority})"
@@ -67,12 +72,29 @@ def source(entry: Any, place: str) -> VelocitySource:
     if not math.isfinite(timeout_s):
         raise InvalidSource(f"{place}: timeout must be a finite number of seconds, got {timeout_s}")
     priority = value("priority", (int,), "an integer from 0 to 255")
+    topic = value("topic", (str,), "the name of a topic")
+    if not names.is_legal(topic):
+        raise InvalidSource(f"{place}: topic must be the name of a topic, got {topic!r}")
     return VelocitySource(
-        value("name", (str,), "a name"),
-        value("topic", (str,), "the name of a topic"),
-        timeout_s,
-        min(max(priority, 0), _PRIORITIES),
+        value("name", (str,), "a name"), topic, timeout_s, min(max(priority, 0), _PRIORITIES)
     )
+
+
+def sources(entries: Any, place: str, report: Callable[[str], object]) -> list[VelocitySource]:
+    """Return the valid sources of a list, and report each invalid one."""
+    if not isinstance(entries, list):
+        report(f"{place} must be a list of sources, got {entries!r}")
+        return []
+    if len(entries) > SOURCES:
+        report(f"{place} must have at most {SOURCES} sources, got {len(entries)}")
+        return []
+    found = []
+    for index, entry in enumerate(entries):
+        try:
+            found.append(source(entry, f"{place}[{index}]"))
+        except InvalidSource as error:
+            report(str(error))
+    return found
 
 
 class VelocityMux:

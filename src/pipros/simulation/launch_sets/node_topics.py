@@ -43,7 +43,7 @@ _TOPICS: Final[dict[str, tuple[Mapping[str, str], Mapping[str, str]]]] = {
     "tf2_ros/static_transform_publisher": (_NO_TOPICS, _NO_TOPICS),
     "topic_tools/relay": (_NO_TOPICS, _NO_TOPICS),
     "twist_mux/twist_mux": (_NO_TOPICS, {"cmd_vel_out": "cmd_vel"}),
-    "yocs_cmd_vel_mux/CmdVelMuxNodelet": (_NO_TOPICS, {"~output/cmd_vel": "cmd_vel"}),
+    "yocs_cmd_vel_mux/CmdVelMuxNodelet": (_NO_TOPICS, _NO_TOPICS),
     "yocs_velocity_smoother/VelocitySmootherNodelet": (
         {"~raw_cmd_vel": "cmd_vel"},
         {"~smooth_cmd_vel": "cmd_vel"},
@@ -116,8 +116,7 @@ class NodeView:
         elif self.kind == "twist_mux/twist_mux":
             yield from (("cmd_vel", topic) for topic in self._inputs(self.params.get("topics")))
         elif self.kind == "yocs_cmd_vel_mux/CmdVelMuxNodelet":
-            inputs = self._inputs(self.params.get("subscribers") or self._configured("subscribers"), "~")
-            yield from (("cmd_vel", topic) for topic in inputs)
+            yield from (("cmd_vel", topic) for topic in self._inputs(self._configured("subscribers"), "~"))
         elif self.kind == "move_base/move_base":
             yield from ((source.kind, source.topic) for source in self.sources())
         elif self.kind == "topic_tools/relay" and len(self.words()) == 2:
@@ -129,6 +128,8 @@ class NodeView:
             yield kind, self.topic(name)
         if self.kind == "topic_tools/relay" and len(self.words()) == 2:
             yield "any", self.topic(self.words()[1])
+        elif self.kind == "yocs_cmd_vel_mux/CmdVelMuxNodelet":
+            yield "cmd_vel", self.topic(names.join("~", str(self._configured("publisher") or "output")))
 
     def _inputs(self, given: object, namespace: str = "") -> Iterator[str]:
         """Yield the input topics of a multiplexer, which are in a list of mappings."""
