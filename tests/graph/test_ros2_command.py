@@ -62,3 +62,19 @@ def test_invalid_options_are_one_line(ros: RosSystem, words: list[str], text: st
 
     assert result.returncode == 1
     assert result.output.strip() == text
+
+
+def test_parameters_of_a_node_are_written_for_ros2(ros: RosSystem) -> None:
+    ros.serve_master()
+    ros.pipros.run("rosparam", "set", "/camera", "{rate: 30, gains: [1, 2.5], table: [[1], [2]]}")
+
+    dumped = ros.pipros.run("rosparam", "dump", "--ros2", "/camera")
+    assert dumped.stdout == [
+        *("/camera:", "  ros__parameters:", "    gains:", "    - 1.0", "    - 2.5", "    rate: 30"),
+    ]
+    assert dumped.stderr == [
+        "WARNING: /camera/table is left out: arrays in ROS 2 have at least one element, and elements of one "
+        "simple type"
+    ]
+    assert ros.pipros.run("rosparam", "dump", "--ros2", "/camera", "camera.yaml").returncode == 0
+    assert (ros.home / "camera.yaml").read_text() == "\n".join([*dumped.stdout, ""])

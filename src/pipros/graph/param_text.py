@@ -48,3 +48,35 @@ def as_pretty_text(tree: Mapping[str, Any], indent: str = "") -> str:
         else:
             lines.append(f"{indent}{key}: {as_document(value).removesuffix(END_OF_SCALAR)}")
     return "".join(lines)
+
+
+def node_parameters(node: str, tree: Any) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the document of a ROS 2 parameter file for one node, and why parameters are left out, by name.
+
+    ROS 2 has no values without a type, and its arrays have elements of one type; integers in an array with
+    other numbers become floating-point numbers.
+
+    Args:
+        tree: the parameters below the node's name.
+    """
+    left_out: dict[str, str] = {}
+
+    def kept(name: str, value: Any) -> Any:
+        if isinstance(value, Mapping):
+            found = {key: kept(f"{name}/{key}", each) for key, each in value.items()}
+            return {key: each for key, each in found.items() if each is not None} or None
+        if isinstance(value, list):
+            types = {type(each) for each in value}
+            if types == {int, float}:
+                return [float(each) for each in value]
+            if len(types) != 1 or not types <= {bool, int, float, str}:
+                left_out[name] = "arrays in ROS 2 have at least one element, and elements of one simple type"
+                return None
+        elif not isinstance(value, (bool, int, float, str)):
+            left_out[name] = f"ROS 2 has no parameters of the type {type(value).__name__}"
+            return None
+        return value
+
+    if not isinstance(tree, Mapping):
+        return {node: {"ros__parameters": {}}}, {node: "it is a parameter, not the name of a node"}
+    return {node: {"ros__parameters": kept(node, tree) or {}}}, left_out

@@ -10,7 +10,7 @@ ROOM = Room(
             "pipros.ros2.commands.gateway:main",
             "connect the system to ROS 2 nodes",
             "Connect the system to others",
-            "status",
+            "status topics nodes services actions echo hz pub call",
         ),
     },
     limits="pipros.ros2.limits:Ros2Limits",

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pipros.graph.errors import GraphError
 from pipros.graph.param_files import read_file, read_text
-from pipros.graph.param_text import as_document, as_pretty_text, as_shown
+from pipros.graph.param_text import as_document, as_pretty_text, as_shown, node_parameters
 from pipros.graph.params import leaves
 from pipros.safe.yaml import YamlError
 
@@ -131,3 +131,14 @@ def test_common_values_are_written_without_pyyaml(value: object, monkeypatch: py
 
 def test_pretty_text_leaves_quotes_out() -> None:
     assert as_pretty_text({"b": {"c": "3"}, "a": "x\ny"}) == "a: |\n  x\n  y\nb:\n  c: 3\n"
+
+
+def test_a_parameter_file_of_ros2_is_nested_and_names_what_it_leaves_out() -> None:
+    tree = {"rate": 5, "gains": [1, 2.5], "pid": {"p": 0.5, "bad": None}, "mixed": [1, "a"], "empty": []}
+    tree |= {"stamp": object()}
+
+    document, left_out = node_parameters("/cam", tree)
+
+    assert document == {"/cam": {"ros__parameters": {"rate": 5, "gains": [1.0, 2.5], "pid": {"p": 0.5}}}}
+    assert sorted(left_out) == ["/cam/empty", "/cam/mixed", "/cam/pid/bad", "/cam/stamp"]
+    assert node_parameters("/cam/rate", 5)[1] == {"/cam/rate": "it is a parameter, not the name of a node"}

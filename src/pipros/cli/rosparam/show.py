@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 
 from pipros.basics.printable import listed, printable_lines
 from pipros.cli.rosparam.arguments import add_verbose_option, parse_name
 from pipros.cli.runner import CommandError, add_flag, option_parser
 from pipros.graph.client import GraphClient
-from pipros.graph.param_text import as_document, as_pretty_text, as_shown
+from pipros.graph.param_text import as_document, as_pretty_text, as_shown, node_parameters
 from pipros.graph.params import leaves, names_below, read
 
 
@@ -45,12 +46,17 @@ def list_parameters(argv: Sequence[str]) -> int:
 def dump_parameters(argv: Sequence[str]) -> int:
     parser = option_parser("rosparam", "dump [options] file [namespace]")
     add_verbose_option(parser)
+    parser.add_option("--ros2", metavar="NODE", help="write a parameter file for the node NODE of ROS 2")
     options, arguments = parser.parse_args(list(argv))
-    if len(arguments) > 2:
+    if len(arguments) > (1 if options.ros2 else 2):
         parser.error("too many arguments")
     with GraphClient("rosparam") as graph:
-        ns = graph.resolve(arguments[1]) if len(arguments) > 1 else "/"
+        ns = graph.resolve(options.ros2 or (arguments[1] if len(arguments) > 1 else "/"))
         tree = read(graph.master, ns)
+    if options.ros2:
+        tree, left_out = node_parameters(ns, tree)
+        for name, reason in left_out.items():
+            print(f"WARNING: {printable_lines(name)} is left out: {reason}", file=sys.stderr)
     if not arguments:
         print(as_document(tree), end="")
         return 0

@@ -9,10 +9,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pipros.basics.printable import listed
-from pipros.cli.runner import CommandError, add_flag, option_parser, run
+from pipros.cli.runner import USAGE_ERROR, CommandError, add_flag, dispatch, option_parser, run
 from pipros.cli.server_options import without_remappings
 from pipros.ros2.commands.bags import add_reading_options, definition_folders
 
+LOOKING = {
+    **{name: f"pipros.ros2.commands.look:{name}" for name in ("topics", "nodes", "services", "actions")},
+    **{name: f"pipros.ros2.commands.messages:{name}" for name in ("echo", "hz", "pub", "call")},
+}
+"""The subcommands that look at ROS 2 without a master."""
 ROUTER = "tcp/localhost:7447"
 
 
@@ -20,13 +25,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = list(sys.argv[1:] if argv is None else argv)
     if arguments[:1] == ["status"]:
         return run(lambda: _status(arguments[1:]))
+    if arguments[:1] and arguments[0] in LOOKING:
+        return run(lambda: dispatch(LOOKING, arguments, "", USAGE_ERROR))
     return run(lambda: _serve(arguments))
 
 
 def _serve(argv: Sequence[str]) -> int:
     parser = option_parser(
         "pipros ros2",
-        "[options] | status [options]",
+        "[options] | status | topics | nodes | services | actions | echo | hz | pub | call",
         "Passes topics, services and actions between the running system and ROS 2 nodes.",
     )
     parser.add_option(
@@ -56,7 +63,7 @@ def _serve(argv: Sequence[str]) -> int:
     from pipros.node.program_log import stderr_logger
     from pipros.ros2.serve import GatewayOptions, gateway_node_name, serve_gateway
 
-    discovery, distribution = _discovery(options.domain), _distribution(options.distro)
+    discovery, distribution = discovery_of(options.domain), distribution_of(options.distro)
     routers = [options.router or ROUTER] if options.router or options.zenoh else []
     name = gateway_node_name(discovery.domain, is_zenoh=bool(routers))
     node = Node(name, argv=argv, log=stderr_logger("pipros.ros2"))
@@ -64,14 +71,16 @@ def _serve(argv: Sequence[str]) -> int:
     return serve_gateway(node, GatewayOptions(discovery, _rules(options.rules), pairs, distribution, routers))
 
 
-def _discovery(domain: int | None) -> Any:
+def discovery_of(domain: int | None) -> Any:
+    """Return the `Discovery` of the environment, with the domain if one is given."""
     from pipros.ros2.rtps.domain import Discovery
 
     given = {} if domain is None else {"ROS_DOMAIN_ID": str(domain)}
     return Discovery.from_environment({**os.environ, **given})
 
 
-def _distribution(name: str | None) -> Any:
+def distribution_of(name: str | None) -> Any:
+    """Return the distribution of a name, or None. Raise CommandError if it is unknown."""
     from pipros.ros2.distribution import Distribution
 
     try:

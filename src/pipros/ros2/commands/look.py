@@ -1,0 +1,213 @@
+"""`pipros ros2 topics`, `nodes`, `services` and `actions`, and what all commands that look at ROS 2 share.
+
+They print what ROS 2's own commands print, as far as scripts read it.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from pipros.basics.printable import listed
+from pipros.cli.runner import CommandError, add_flag, option_parser
+from pipros.ros2.commands.bags import add_reading_options, definition_folders
+
+if TYPE_CHECKING:
+    from optparse import OptionParser
+
+    from pipros.ros2.interface import Endpoint
+    from pipros.ros2.look import DomainView, Named
+
+
+def topics(argv: Sequence[str]) -> int:
+    from pipros.ros2.look import topics
+
+    parser = look_parser("topics", "[options] [/topic]", "Lists topics, or describes one.")
+    _add_listing_options(parser)
+    add_flag(parser, "-v", "--verbose", help="list publishers and subscribers, or describe each of them")
+    options, names = parsed(parser, argv, most=1)
+    with domain_view(options) as view:
+        found = topics(view.endpoints())
+    if names:
+        _describe_topic(_one(found, names[0], "topic"), is_verbose=options.verbose)
+    elif options.verbose:
+        for heading, kind, ends in (
+            ("Published", "publisher", "first"),
+            ("Subscribed", "subscriber", "second"),
+        ):
+            print(f"{heading} topics:")
+            for each in _visible(found, options):
+                count = len(getattr(each, ends))
+                if count:
+                    print(f" * {each.name} [{', '.join(each.types)}] {count} {kind}{'s' * (count > 1)}")
+            print()
+    else:
+        _list(_visible(found, options), options)
+    return 0
+
+
+def services(argv: Sequence[str]) -> int:
+    from pipros.ros2.look import services
+
+    parser = look_parser("services", "[options] [/service]", "Lists services, or describes one.")
+    _add_listing_options(parser)
+    options, names = parsed(parser, argv, most=1)
+    with domain_view(options) as view:
+        found = services(view.endpoints())
+    if names:
+        each = _one(found, names[0], "service")
+        print(f"Type: {', '.join(each.types)}")
+        print(f"Clients count: {len(each.second)}\nServices count: {len(each.first)}")
+    else:
+        _list([each for each in _visible(found, options) if each.first], options)
+    return 0
+
+
+def actions(argv: Sequence[str]) -> int:
+    from pipros.ros2.look import actions
+
+    parser = look_parser("actions", "[options] [/action]", "Lists actions, or describes one.")
+    _add_listing_options(parser)
+    options, names = parsed(parser, argv, most=1)
+    with domain_view(options) as view:
+        found = actions(view.endpoints())
+    if names:
+        each = _one(found, names[0], "action")
+        print(f"Action: {each.name}")
+        for title, ends in (("clients", each.second), ("servers", each.first)):
+            print(f"Action {title}: {len(ends)}")
+            for end in ends:
+                print(f"    {end.node} [{', '.join(each.types)}]" if options.types else f"    {end.node}")
+    else:
+        _list(_visible(found, options), options)
+    return 0
+
+
+def nodes(argv: Sequence[str]) -> int:
+    parser = look_parser("nodes", "[options] [/node]", "Lists nodes, or describes one.")
+    _add_listing_options(parser)
+    options, names = parsed(parser, argv, most=1)
+    with domain_view(options) as view:
+        ends = view.endpoints()
+    found = sorted({each.node for each in ends if each.node})
+    shown = [each for each in found if options.all or not each.rpartition("/")[2].startswith("_")]
+    if names and names[0] not in found:
+        raise CommandError(f"node [{listed(names[0])}] was not found")
+    if names:
+        _describe_node(names[0], ends)
+    elif options.count:
+        print(len(shown))
+    else:
+        sys.stdout.writelines(f"{each}\n" for each in shown)
+    return 0
+
+
+def look_parser(name: str, usage: str, description: str) -> OptionParser:
+    """Return a parser with the options of all commands that look at a domain."""
+    parser = option_parser(f"pipros ros2 {name}", usage, description)
+    parser.add_option(
+        "--domain", metavar="N", type="int", help="the ROS 2 domain (default: ROS_DOMAIN_ID, or 0)"
+    )
+    parser.add_option(
+        "--distro", help="humble, jazzy, kilted or lyrical: selects the definitions (default: jazzy)"
+    )
+    add_reading_options(parser)
+    return parser
+
+
+def _add_listing_options(parser: OptionParser) -> None:
+    add_flag(parser, "-t", "--show-types", dest="types", help="print types, too")
+    add_flag(parser, "-c", "--count", help="print only the number")
+    add_flag(parser, "-a", "--all", help="list names with a part that starts with _, too")
+
+
+def parsed(parser: OptionParser, argv: Sequence[str], *, least: int = 0, most: int) -> tuple[Any, list[str]]:
+    """Return the options and words. Exit with an error if there are too few or too many words."""
+    options, words = parser.parse_args(list(argv))
+    if not least <= len(words) <= most:
+        parser.error(
+            "an argument is missing" if len(words) < least else f"unexpected argument: {words[most]}"
+        )
+    return options, words
+
+
+@contextmanager
+def domain_view(options: Any) -> Iterator[DomainView]:
+    """Connect to the domain of a command line."""
+    from pipros.ros2.commands.gateway import discovery_of, distribution_of
+    from pipros.ros2.distribution import Distribution
+    from pipros.ros2.look import DomainView
+
+    discovery = discovery_of(options.domain)
+    view = DomainView(
+        discovery, distribution_of(options.distro) or Distribution.JAZZY, definition_folders(options.msgs)
+    )
+    try:
+        yield view
+    finally:
+        view.close()
+
+
+def full_name(name: str) -> str:
+    """Return a name with a leading slash."""
+    return name if name.startswith("/") else f"/{name}"
+
+
+def _visible(found: Sequence[Named], options: Any) -> list[Named]:
+    return [each for each in found if options.all or not each.is_hidden]
+
+
+def _list(found: Sequence[Named], options: Any) -> None:
+    if options.count:
+        print(len(found))
+        return
+    for each in found:
+        print(f"{each.name} [{', '.join(each.types)}]" if options.types else each.name)
+
+
+def _one(found: Sequence[Named], name: str, kind: str) -> Named:
+    each = next((each for each in found if each.name == full_name(name)), None)
+    if each is None:
+        raise CommandError(f"{kind} [{listed(name)}] was not found")
+    return each
+
+
+def _describe_topic(topic: Named, *, is_verbose: bool) -> None:
+    gap = "\n" if is_verbose else ""
+    print(f"Type: {', '.join(topic.types)}{gap}")
+    for title, kind, ends in (
+        ("Publisher", "PUBLISHER", topic.first),
+        ("Subscription", "SUBSCRIPTION", topic.second),
+    ):
+        print(f"{title} count: {len(ends)}{gap}")
+        for each in ends if is_verbose else ():
+            namespace, _, name = each.node.rpartition("/")
+            print(
+                f"Node name: {name or '_NODE_NAME_UNKNOWN_'}\nNode namespace: {namespace or '/'}\n"
+                f"Topic type: {each.type}\nTopic type hash: {each.type_hash or 'INVALID'}\n"
+                f"Endpoint type: {kind}\nGID: {'.'.join(f'{byte:02x}' for byte in each.key)}\nQoS profile:\n"
+                f"  Reliability: {each.qos.reliability.name}\n  History (Depth): UNKNOWN\n"
+                f"  Durability: {each.qos.durability.name}\n"
+            )
+
+
+def _describe_node(name: str, ends: Sequence[Endpoint]) -> None:
+    from pipros.ros2.look import actions, services, topics
+
+    own = [each for each in ends if each.node == name]
+    print(name)
+    for title, found, side in (
+        ("Subscribers", topics(own), "second"),
+        ("Publishers", topics(own), "first"),
+        ("Service Servers", services(own), "first"),
+        ("Service Clients", services(own), "second"),
+        ("Action Servers", actions(own), "first"),
+        ("Action Clients", actions(own), "second"),
+    ):
+        print(f"  {title}:")
+        for each in found:
+            if getattr(each, side) and not each.is_hidden:
+                print(f"    {each.name}: {', '.join(each.types)}")
+    print()

@@ -1,0 +1,117 @@
+"""The view of a ROS 2 domain, whose other participant is an engine of pipros."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.basics.errors import InvalidName, NotFound, PiprosError
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.interface import Endpoint, EndpointKind, TopicQos
+from pipros.ros2.interfaces.cdr import decode, encode
+from pipros.ros2.look import DomainView, actions, services, topic_of, topics
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.engine import RtpsEngine
+from tests.support.ros2_domains import free_domain
+
+STRING = "std_msgs/msg/String"
+
+
+@pytest.fixture
+def ends() -> Iterator[tuple[DomainView, RtpsEngine]]:
+    with free_domain() as domain:
+        discovery = Discovery.from_environment({"ROS_DOMAIN_ID": str(domain)})
+        view, other = DomainView(discovery, Distribution.JAZZY), RtpsEngine(discovery, "/other")
+        try:
+            yield view, other
+        finally:
+            view.close()
+            other.close()
+
+
+def test_a_topic_is_found_with_its_type_and_publishers(ends: tuple[DomainView, RtpsEngine]) -> None:
+    view, other = ends
+    message = view.message(STRING)
+    other.advertise("/chatter", STRING, view.hash_of(message), TopicQos())
+    other.subscribe("/heard", STRING, "", TopicQos(), lambda _sample: None)
+
+    kind, announced, publishers = topic_of(view, "/chatter", 30)
+    assert (kind, len(publishers)) == (STRING, 1)
+    assert view.message(kind, announced) is message
+    assert topic_of(view, "/heard", 30)[2] == []
+    assert [each.name for each in topics(view.endpoints())] == ["/chatter", "/heard"]
+
+
+def test_a_missing_topic_a_foreign_definition_and_an_invalid_type_are_errors(
+    ends: tuple[DomainView, RtpsEngine],
+) -> None:
+    view, other = ends
+    with pytest.raises(NotFound, match=r"topic \[/none\] does not appear to be published yet"):
+        topic_of(view, "/none", 0)
+    with pytest.raises(PiprosError, match=r"definition of std_msgs/msg/String differs.* set --distro"):
+        view.message(STRING, "RIHS01_0")
+    with pytest.raises(InvalidName, match=r"package/srv/Name, got \[std_srvs/Empty\]"):
+        view.service("std_srvs/Empty")
+    for kind in (STRING, "std_msgs/msg/Bool"):
+        other.advertise("/both", kind, "", TopicQos())
+    view.wait_for("/both", EndpointKind.PUBLISHER, 30)
+    view.endpoints()
+    with pytest.raises(PiprosError, match=r"several types: std_msgs/msg/Bool, std_msgs/msg/String"):
+        topic_of(view, "/both", 30)
+
+
+def test_a_service_is_called(ends: tuple[DomainView, RtpsEngine]) -> None:
+    view, other = ends
+    service = view.service("std_srvs/srv/SetBool")
+
+    def answer(request: bytes) -> bytes:
+        values = view.decode(request, service.request)
+        return view.encode({"success": values["data"]}, service.response)
+
+    other.serve("/switch", service.type, "", answer, view.parts(service))
+    assert view.wait_for("/switch", EndpointKind.SERVER, 30)
+    caller = view.engine.caller("/switch", service.type, "", view.parts(service))
+    while not caller.is_available:
+        view.endpoints(0)
+    reply = view.decode(caller.call(view.encode({"data": True}, service.request), 30), service.response)
+
+    assert reply == {"success": True, "message": ""}
+    assert view.python_text(reply, service.response) == (
+        "std_srvs.srv.SetBool_Response(success=True, message='')"
+    )
+
+
+def test_long_arrays_and_texts_are_shortened(ends: tuple[DomainView, RtpsEngine]) -> None:
+    view, _ = ends
+    text, array = view.message(STRING), view.message("std_msgs/msg/Float64MultiArray")
+    values = {"layout": {"dim": [], "data_offset": 0}, "data": [0.5] * 200}
+
+    assert view.shown({"data": "a" * 200}, text, no_arrays=False, is_whole=False) == {
+        "data": "a" * 128 + "..."
+    }
+    assert view.shown({"data": "a" * 200}, text, no_arrays=False, is_whole=True) == {"data": "a" * 200}
+    assert view.shown(values, array, no_arrays=False, is_whole=False)["data"] == [0.5] * 128 + ["..."]
+    assert view.shown(values, array, no_arrays=True, is_whole=False) == {
+        "layout": {"dim": "<sequence type: std_msgs/MultiArrayDimension, length: 0>", "data_offset": 0},
+        "data": "<sequence type: double, length: 200>",
+    }
+    covariance = view.message("geometry_msgs/msg/PoseWithCovariance")
+    whole = decode(encode({}, covariance, view.message), covariance, view.message)
+    assert view.shown(whole, covariance, no_arrays=True, is_whole=False)["covariance"] == (
+        "<array type: double[36]>"
+    )
+    assert view.python_text({"data": [1.5], "layout": {"dim": [{}], "data_offset": 1}}, array) == (
+        "std_msgs.msg.Float64MultiArray(layout=std_msgs.msg.MultiArrayLayout("
+        "dim=[std_msgs.msg.MultiArrayDimension()], data_offset=1), data=[1.5])"
+    )
+
+
+def test_the_services_of_an_action_are_hidden() -> None:
+    kind = "test_msgs/action/Fibonacci_SendGoal"
+    goal = Endpoint(b"1", EndpointKind.SERVER, "/fib/_action/send_goal", kind)
+
+    assert [(each.name, each.types) for each in actions([goal])] == [
+        ("/fib", ("test_msgs/action/Fibonacci",))
+    ]
+    assert [each.is_hidden for each in services([goal])] == [True]
