@@ -89,6 +89,19 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
     assert errors == []
 
 
+def go_to(tab: Tab, title: str) -> None:
+    """Click the tab of a view. The pointer opens its group if that has no room for its tabs."""
+    group = tab.locator(".group.closed").filter(has=tab.locator(f"a:text-is('{title}')"))
+    if group.count():
+        group.locator(".name").hover()
+    tab.get_by_role("tab", name=title, exact=True).click()
+
+
+def show_all_controls(tab: Tab) -> None:
+    """Open the rows of controls after the first one."""
+    tab.get_by_role("button", name="More controls").click()
+
+
 def keep_screenshots(tab: Tab, name: str) -> None:
     """Save a light and a dark picture in the folder PIPROS_SCREENSHOTS."""
     folder = os.environ.get("PIPROS_SCREENSHOTS")

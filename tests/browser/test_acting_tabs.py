@@ -15,7 +15,7 @@ from playwright.sync_api import expect
 
 from pipros.policy.model import ActRefused
 from pipros.server.approvals import Approvals, Question
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, go_to, keep_screenshots
 from tests.support.genuine import missing_packages
 from tests.support.page import LivePage, Page
 from tests.support.processes import Process
@@ -193,9 +193,9 @@ def test_leaving_the_tab_stops_the_robot(system: RosSystem, speeds: Process, ope
     expect(tab.locator(".figures")).to_contain_text("1 subscriber")
     tab.keyboard.down("w")
     wait_until(lambda: 0.5 in speeds_of(speeds), 30, "the commanded speed")
-    tab.get_by_role("tab", name="Console").click()
+    go_to(tab, "Console")
     wait_until(lambda: speeds_of(speeds)[-1] == 0.0, 30, "the command that stops the robot")
-    tab.get_by_role("tab", name="Teleop").click()
+    go_to(tab, "Teleop")
     expect(tab.get_by_role("button", name="Start")).to_be_visible()
 
 

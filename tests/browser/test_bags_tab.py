@@ -14,7 +14,7 @@ from playwright.sync_api import WebSocketRoute, expect
 from pipros.bag import BagReader, BagWriter
 from pipros.bag.connection import Connection
 from pipros.msg import load_message_class
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, go_to, keep_screenshots
 from tests.browser.test_plot_tab import COLUMNS, FIRST
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -70,7 +70,7 @@ def jump_to(tab: Tab, seconds: str) -> None:
 
 
 def show_tab(tab: Tab, name: str) -> None:
-    tab.get_by_role("tab", name=name, exact=True).click()
+    go_to(tab, name)
 
 
 def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:

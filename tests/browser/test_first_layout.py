@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, go_to, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -38,11 +38,11 @@ def test_the_page_begins_with_the_robot_and_then_at_the_last_view(
     expect(tab.get_by_role("region", name="Images").first).to_contain_text("rgb8")
     expect(tab.get_by_role("region", name="Console").locator(".entry").first).to_be_visible()
     keep_screenshots(tab, "robot-layout")
-    tab.get_by_role("tab", name="Topics").click()
+    go_to(tab, "Topics")
     expect(tab.get_by_role("row", name="/battery")).to_be_visible()
     tab.evaluate("location.hash = ''")
     expect(tab).to_have_url(re.compile("#topics$"))
-    tab.get_by_role("link", name="Robot").click()
+    tab.get_by_role("link", name="Overview").click()
     expect(tab.get_by_role("region", name="Scene")).to_be_visible()
     tab.go_back()
     expect(tab).to_have_url(re.compile("#topics$"))
@@ -64,13 +64,13 @@ def test_tabs_without_data_are_folded_until_they_have_some(ros: RosSystem, open_
     expect(visible).to_have_text(
         [
             "Graph",
-            "Topics",
+            "Scene",
             "Plot",
+            "Panels",
+            "Topics",
             "Console",
             "Parameters",
             "Nodes",
-            "Scene",
-            "Panels",
             "Services",
             "Publish",
         ]
@@ -82,7 +82,7 @@ def test_tabs_without_data_are_folded_until_they_have_some(ros: RosSystem, open_
     more.click()
     tab.get_by_role("navigation", name="All views").get_by_role("link", name="Fleet").click()
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Fleet")  # a selected tab is not folded
-    tab.get_by_role("tab", name="Graph").click()
+    go_to(tab, "Graph")
     expect(tab.get_by_role("tab", name="Fleet")).to_be_hidden()
 
 

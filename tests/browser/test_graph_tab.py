@@ -8,7 +8,7 @@ import sys
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page
 from tests.support.processes import Process
@@ -96,6 +96,7 @@ def test_namespaces_of_a_large_graph_are_opened_by_a_click(ros: RosSystem, open_
     expect(tab.locator('[data-key="topic:/robot3/arm/joint3"]')).to_be_visible()
     tab.get_by_role("button", name="Close namespaces").click()
     expect(tab.locator('[data-key="namespace:/robot3"]')).to_be_visible()
+    tab.get_by_role("button", name="Filters").click()
     tab.get_by_label("Actions").uncheck()
     expect(tab.locator('[data-key^="namespace:/pick"]')).to_be_visible()
 
@@ -177,6 +178,7 @@ def test_the_graph_fits_a_phone(ros: RosSystem, nodes: dict[str, Process], open_
     expect(tab.locator("[role=meter]")).to_be_visible()
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     expect(tab.get_by_label("Dead sinks")).to_be_hidden()
+    show_all_controls(tab)
     tab.get_by_role("button", name="Filters").click()
     expect(tab.get_by_label("Dead sinks")).to_be_visible()
     tab.get_by_role("button", name="Filters").click()

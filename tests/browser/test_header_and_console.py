@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -99,6 +99,7 @@ def test_the_log_is_saved_and_loaded(ros: RosSystem, open_tab: OpenTab, tmp_path
     tab.get_by_label("Filter by text").fill("arm")
     expect(tab.locator(".entry .text").first).to_have_text("arm moves")
     with tab.expect_download() as download:
+        show_all_controls(tab)
         tab.get_by_role("button", name="Save").click()
     lines = [json.loads(line) for line in Path(download.value.path()).read_text().splitlines()]
     assert {line["text"] for line in lines} == {"arm moves"}
@@ -157,11 +158,13 @@ def test_filters_are_kept_as_rules_and_entries_lead_to_their_moment(
     expect(tab.locator(".entry", has_text="beep").first).to_be_visible()
     tab.get_by_label("Info").uncheck()
     tab.get_by_label("Filter by text").fill("beep -nothing")
+    show_all_controls(tab)
     tab.get_by_role("button", name="Rules").click()
     tab.get_by_label("Name of the rules").fill("only beeps")
     tab.get_by_role("button", name="Save the filters").click()
     expect(tab.get_by_role("button", name="only beeps", exact=True)).to_be_visible()
     other = open_tab(page, "console")
+    show_all_controls(other)
     other.get_by_role("button", name="Rules").click()
     other.get_by_role("button", name="only beeps", exact=True).click()
     expect(other.get_by_label("Filter by text")).to_have_value("beep -nothing")

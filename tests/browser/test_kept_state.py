@@ -6,10 +6,9 @@ import re
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.conftest import OpenTab, go_to
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -21,10 +20,6 @@ def system(ros: RosSystem) -> RosSystem:
     ros.pipros.start("rostopic", "pub", "-r", "20", "/level", "std_msgs/Float64", "2.5", "__name:=talker")
     ros.pipros.start("rostopic", "echo", "/level", "__name:=listener").wait_for("2.5")
     return ros
-
-
-def go_to(tab: Tab, title: str) -> None:
-    tab.get_by_role("tab", name=title).click()
 
 
 def test_curves_survive_a_visit_to_another_tab(system: RosSystem, open_tab: OpenTab) -> None:

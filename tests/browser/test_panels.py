@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Locator, expect
 from playwright.sync_api import Page as Tab
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, go_to, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -186,7 +186,7 @@ def test_a_number_in_one_panel_leads_to_the_plot_beside(robot: RosSystem, open_t
 def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "panels/console")
     expect(panel(tab, "Console").locator(".entry").first).to_be_visible()
-    tab.get_by_role("tab", name="Images").click()
+    go_to(tab, "Images")
     tab.get_by_label("Topic", exact=True).select_option("/front/image_raw")
     link = tab.get_by_role("link", name="Add this view to the panels")
     expect(link).to_have_attribute("href", re.compile("image_raw"))
@@ -208,7 +208,7 @@ def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTa
     tab = open_tab(Page(robot), "panels/row(topics//battery~plot//imu/angular_velocity/x)")
     expect(panel(tab, "Topics").get_by_role("meter")).to_be_visible()
     expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r": -?\d"))
-    tab.get_by_role("tab", name="Publish").click()
+    go_to(tab, "Publish")
     expect(tab.locator(".panels")).to_be_hidden()
 
     def subscribers(topic: str) -> str:
@@ -216,7 +216,7 @@ def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTa
 
     wait_until(lambda: "rqt_graph" not in subscribers("/battery"), 60, "the end of the subscription")
     assert "rqt_graph" in subscribers("/imu")
-    tab.get_by_role("tab", name="Panels").click()
+    go_to(tab, "Panels")
     wait_until(lambda: "rqt_graph" in subscribers("/battery"), 60, "the subscription of the panel")
 
 

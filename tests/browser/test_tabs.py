@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, go_to, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -155,7 +155,8 @@ def test_the_page_can_be_used_with_keyboard_and_roles(robot: RosSystem, open_tab
     expect(tab.get_by_role("heading", level=1)).to_have_text("pipros")
     tab.get_by_role("tab", name="Graph").focus()
     tab.keyboard.press("ArrowRight")
-    expect(tab.get_by_role("tab", selected=True)).to_have_text("Topics")
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Scene")
+    go_to(tab, "Topics")
     expect(tab.get_by_role("main").get_by_role("tabpanel", name="Topics")).to_be_visible()
     row = tab.get_by_role("row", name="/battery")
     expect(row).to_be_visible()

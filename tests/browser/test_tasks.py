@@ -22,7 +22,7 @@ from playwright.sync_api import Browser, Download, Locator, expect
 from playwright.sync_api import Page as Tab
 
 from pipros.reconfigure.cfg_file import module_contents, read
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, go_to, keep_screenshots
 from tests.browser.every_tab import ROBOT
 from tests.browser.test_bags_tab import make_bag
 from tests.support.environments import REPOSITORY
@@ -99,6 +99,10 @@ class Hands:
     def choose(self, element: Locator, label: str) -> None:
         """Choose an entry of a list, which is one gesture."""
         element.select_option(label=label)
+        self.done.append("click")
+
+    def go_to(self, title: str) -> None:
+        go_to(self.tab, title)
         self.done.append("click")
 
     @property
@@ -321,7 +325,7 @@ def bag_by_mouse(hands: Hands) -> None:
     with tab.expect_download() as part:
         hands.click(tab.get_by_role("button", name="Export", exact=False).first)
     check_part(part.value)
-    hands.click(tab.get_by_role("tab", name="Scene"))
+    hands.go_to("Scene")
 
 
 def check_part(part: Download) -> None:
@@ -475,7 +479,7 @@ def first_row_by_keys(hands: Hands) -> None:
 
 
 def first_row_by_mouse(hands: Hands) -> None:
-    hands.click(hands.tab.get_by_role("tab", name="Topics"))
+    hands.go_to("Topics")
     hands.click(hands.tab.locator("tbody tr").first)
 
 
@@ -501,7 +505,7 @@ TASKS = {
     "show two images": Task(
         "images",
         lambda hands: hands.press("h"),
-        lambda hands: hands.click(hands.tab.get_by_role("link", name="Robot")),
+        lambda hands: hands.click(hands.tab.get_by_role("link", name="Overview")),
         images_shown,
     ),
     "find a stale frame and its sender": Task(

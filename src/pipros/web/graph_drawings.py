@@ -14,7 +14,8 @@ from pipros.graph.observer import GraphObservation
 MAX_OPTIONS = 32
 """Maximum number of cached drawings, each for a different combination of options."""
 
-Draw = Callable[[NodeGraph], Awaitable[Scene]]
+Draw = Callable[[NodeGraph, bool], Awaitable[Scene]]
+"""Draws a graph, from top to bottom if the second argument is true."""
 
 
 @dataclass(slots=True)
@@ -67,7 +68,7 @@ class GraphDrawings:
         """Return the drawing of a graph that `graph` returned for these options."""
         drawing = self._drawings.get((options, grouping or Grouping()))
         if drawing is None or drawing.graph is not graph:
-            return await self._draw(graph)  # the cached graph has been replaced or evicted
+            return await self._draw(graph, options.vertical)  # the cached graph has been replaced or evicted
         if drawing.scene is None or (drawing.scene.done() and drawing.scene.exception()):
-            drawing.scene = asyncio.ensure_future(self._draw(graph))
+            drawing.scene = asyncio.ensure_future(self._draw(graph, options.vertical))
         return await asyncio.shield(drawing.scene)

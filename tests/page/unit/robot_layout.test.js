@@ -24,7 +24,13 @@ test("the fixed frame is a usual one, or the root of most frames", () => {
 });
 
 test("scene, cameras, plot and console are side by side", () => {
-  assert.equal(robotLayout(TOPICS, "LINK"), "row(scene/LINK*60~column(row(images//left/image_raw*50~images//right/image_raw*50)*33.3"
-    + "~plot//odom/twist/twist/linear/x,/odom/twist/twist/angular/z*33.3~console*33.3)*40)");
+  assert.equal(robotLayout(TOPICS, "LINK"), "row(scene/LINK*60~column(images//left/image_raw*30~images//right/image_raw*30"
+    + "~plot//odom/twist/twist/linear/x,/odom/twist/twist/angular/z*20~console*20)*40)");
   assert.equal(robotLayout([], "LINK"), "row(scene/LINK*60~column(plot*50~console*50)*40)");
+});
+
+test("a camera precedes images of other topics, whose names are shorter", () => {
+  const image = (name) => topic(name, "sensor_msgs/Image");
+  assert.match(robotLayout([image("/i/f64"), image("/i/f32"), image("/camera/image_raw")], "LINK"),
+    /images\/\/camera\/image_raw\*30~images\/\/i\/f32\*30/);
 });

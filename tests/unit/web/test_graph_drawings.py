@@ -22,7 +22,7 @@ def observation(*topics: str) -> GraphObservation:
 def test_a_graph_is_laid_out_once_for_all_browsers() -> None:
     drawn: list[NodeGraph] = []
 
-    async def draw(graph: NodeGraph) -> Scene:
+    async def draw(graph: NodeGraph, is_vertical: bool) -> Scene:
         drawn.append(graph)
         await asyncio.sleep(0)
         return Scene(width=float(len(graph.vertices)))
@@ -49,7 +49,7 @@ def test_a_graph_is_laid_out_once_for_all_browsers() -> None:
 def test_a_failed_drawing_is_tried_again() -> None:
     answers: list[Exception | Scene] = [RuntimeError("no thread"), Scene(width=1.0)]
 
-    async def draw(graph: NodeGraph) -> Scene:
+    async def draw(graph: NodeGraph, is_vertical: bool) -> Scene:
         answer = answers.pop(0)
         if isinstance(answer, Exception):
             raise answer

@@ -26,7 +26,7 @@ _PARAMETER_TOPICS = ("/parameter_descriptions", "/parameter_updates")
 
 @dataclass(frozen=True, slots=True)
 class GraphOptions:
-    """Selects the parts of the graph to draw.
+    """Selects the parts of the graph to draw, and the direction.
 
     Attributes:
         mode: see `Mode`.
@@ -37,6 +37,7 @@ class GraphOptions:
         hide_tf: whether to leave out `/tf` and `/tf_static`.
         hide_unreachable: whether to leave out nodes that do not answer.
         hide_parameters: whether to leave out dynamic_reconfigure's topics.
+        vertical: whether arrows lead downwards instead of to the right.
     """
 
     mode: Mode = "active"
@@ -48,6 +49,7 @@ class GraphOptions:
     hide_tf: bool = False
     hide_unreachable: bool = False
     hide_parameters: bool = False
+    vertical: bool = False
 
 
 class Key(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pipros.basics.printable import printable
-from pipros.graph.drawing.layered_layout import Box, layered_layout
+from pipros.graph.drawing.layered_layout import Box, GraphLayout, layered_layout
 from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 CHARACTER_WIDTH = 7.4
@@ -17,6 +17,8 @@ TOPIC_HEIGHT = 28.0
 MARGIN = 24.0
 TRAFFIC_WIDTH = 190.0
 """Width reserved for a rate and a bandwidth on an arrow."""
+VERTICAL_GAP = 64.0
+"""Distance between layers that are below each other, with room for a rate."""
 _MAX_LABEL_CHARACTERS = 60
 
 
@@ -29,6 +31,7 @@ class Scene:
         arrows: arrows, each with the points along it and its label.
         bands: the rectangle for each namespace.
         width, height: total size including the margin; the upper left corner is (0, 0).
+        is_vertical: whether arrows lead downwards instead of to the right.
     """
 
     boxes: Sequence[tuple[Vertex, Box, str]] = ()
@@ -36,9 +39,10 @@ class Scene:
     bands: Mapping[str, Box] = field(default_factory=dict)
     width: float = 2 * MARGIN
     height: float = 2 * MARGIN
+    is_vertical: bool = False
 
 
-def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
+def draw(graph: NodeGraph, *, with_traffic: bool = False, is_vertical: bool = False) -> Scene:
     """Lay out the graph. `with_traffic` reserves room for rates on the arrows."""
     texts = {key: _label(vertex) for key, vertex in graph.vertices.items()}
     has_topics = any(vertex.kind not in ("node", "frame") for vertex in graph.vertices.values())
@@ -51,7 +55,11 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
     arrows = list(joined)
     label_width = CHARACTER_WIDTH * max((len(text) for text in joined.values()), default=0)
     gap = max(TRAFFIC_WIDTH, label_width) if with_traffic else 60 + label_width
+    if is_vertical:  # the layout runs to the right: it gets heights as widths, and is turned afterwards
+        sizes, gap = {key: (height, width) for key, (width, height) in sizes.items()}, VERTICAL_GAP
     layout = layered_layout(sizes, [(arrow.start, arrow.end) for arrow in arrows], groups, gap=gap)
+    if is_vertical:
+        layout = _turned(layout)
     return Scene(
         [(vertex, _with_margin(layout.boxes[key]), texts[key]) for key, vertex in graph.vertices.items()],
         [
@@ -61,6 +69,18 @@ def draw(graph: NodeGraph, *, with_traffic: bool = False) -> Scene:
         {printable(group, _MAX_LABEL_CHARACTERS): _with_margin(box) for group, box in layout.bands.items()},
         layout.width + 2 * MARGIN,
         layout.height + 2 * MARGIN,
+        is_vertical,
+    )
+
+
+def _turned(layout: GraphLayout[Key]) -> GraphLayout[Key]:
+    """Exchange x and y."""
+    return GraphLayout(
+        {key: Box(box.y, box.x, box.height, box.width) for key, box in layout.boxes.items()},
+        [[(y, x) for x, y in route] for route in layout.routes],
+        {name: Box(box.y, box.x, box.height, box.width) for name, box in layout.bands.items()},
+        layout.height,
+        layout.width,
     )
 
 

@@ -52,13 +52,15 @@ def to_svg(scene: Scene) -> str:
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 
-def path(route: Sequence[tuple[float, float]]) -> str:
-    """Return the SVG path data of a smooth line through the points, horizontal at each of them."""
+def path(route: Sequence[tuple[float, float]], *, is_vertical: bool = False) -> str:
+    """Return the SVG path data of a smooth line, horizontal (or vertical) at each of its points."""
     (x, y), *rest = route
     commands = [f"M{x:.1f},{y:.1f}"]
     for next_x, next_y in rest:
-        middle = (x + next_x) / 2
-        commands.append(f"C{middle:.1f},{y:.1f} {middle:.1f},{next_y:.1f} {next_x:.1f},{next_y:.1f}")
+        middle = (y + next_y) / 2 if is_vertical else (x + next_x) / 2
+        first, second = ((x, middle), (next_x, middle)) if is_vertical else ((middle, y), (middle, next_y))
+        places = first, second, (next_x, next_y)
+        commands.append("C" + " ".join(f"{across:.1f},{down:.1f}" for across, down in places))
         x, y = next_x, next_y
     return " ".join(commands)
 

@@ -5,7 +5,7 @@ import { h, replace } from "./dom.js";
 import { askFirst } from "./bags/ask_first.js";
 import { playback } from "./bags/playback.js";
 import { rewindButton, timeBar } from "./bags/time_bar.js";
-import { allViewsMenu, publishersMenu } from "./head_menus.js";
+import { allViewsMenu, publishersMenu, tabGroups } from "./head_menus.js";
 import { goHome, rememberPlace, robotLink } from "./home.js";
 import { bell } from "./notices.js";
 import { currentPlace, placeOf } from "./place.js";
@@ -15,25 +15,25 @@ import { markRates } from "./stale.js";
 import { TabContext } from "./tab_context.js";
 
 export const TABS = [
-  ["graph", "Graph"],
-  ["topics", "Topics"],
-  ["plot", "Plot"],
-  ["console", "Console"],
-  ["params", "Parameters"],
-  ["nodes", "Nodes"],
-  ["images", "Images"],
-  ["tf", "TF"],
-  ["scene", "Scene"],
-  ["panels", "Panels"],
-  ["bags", "Bags"],
-  ["diagnostics", "Diagnostics"],
-  ["services", "Services"],
-  ["actions", "Actions"],
-  ["publish", "Publish"],
-  ["teleop", "Teleop"],
-  ["fleet", "Fleet"],
-  ["ros2", "ROS 2"],
-  ["acts", "Acts"],
+  ["graph", "Graph", "See"],
+  ["scene", "Scene", "See"],
+  ["images", "Images", "See"],
+  ["plot", "Plot", "See"],
+  ["panels", "Panels", "See"],
+  ["topics", "Topics", "Data"],
+  ["console", "Console", "Data"],
+  ["params", "Parameters", "Data"],
+  ["nodes", "Nodes", "Robot"],
+  ["tf", "TF", "Robot"],
+  ["diagnostics", "Diagnostics", "Robot"],
+  ["fleet", "Fleet", "Robot"],
+  ["ros2", "ROS 2", "Robot"],
+  ["bags", "Bags", "Bags"],
+  ["services", "Services", "Act"],
+  ["actions", "Actions", "Act"],
+  ["publish", "Publish", "Act"],
+  ["teleop", "Teleop", "Act"],
+  ["acts", "Acts", "Act"],
 ];
 
 const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];
@@ -74,7 +74,6 @@ async function show() {
   }
   toPanels.hidden = name === "panels";
   foldTabs();
-  links.find((link) => link.dataset.tab === tab).scrollIntoView({ block: "nearest", inline: "nearest" });
   rememberPlace();
   linkToPanels(name, argument);
   document.title = `pipros: ${TABS.find(([each]) => each === tab)[1]}`;
@@ -95,11 +94,11 @@ async function show() {
 // Hides the tabs for which the running system has no data; the menu still offers them. All are shown while a
 // bag is open.
 let empty = [];
-let updateMenu = (_folded) => {};
+let updateHead = (_folded) => {};
 function foldTabs() {
   const folded = playback.bag ? [] : empty;
   for (const link of links) link.hidden = folded.includes(link.dataset.tab) && link.getAttribute("aria-selected") !== "true";
-  updateMenu(folded);
+  updateHead(folded);
 }
 
 // Makes the button in the head add what a tab shows to the panels.
@@ -167,9 +166,10 @@ function showState() {
 for (const [name, title] of TABS) {
   links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
 }
-tabs.append(...links);
 tabs.before(robotLink());
-updateMenu = allViewsMenu(tabs, [...TABS, ...OTHER_SECTIONS]);
+tabGroups(tabs, links, TABS);
+updateHead = allViewsMenu(tabs, TABS.flatMap((tab) => [tab, ...OTHER_SECTIONS.filter(([name]) => tabOf(name) === tab[0])
+  .map(([name, title]) => [name, title, tab[2]])]));
 document.querySelector("header").prepend(shortcuts());
 publishersMenu();
 bell();

@@ -2,6 +2,7 @@
 
 import { h, morph, replace, uniqueId } from "./dom.js";
 import { staleMark } from "./stale.js";
+import { toolbar } from "./toolbar.js";
 
 const BETWEEN = ">"; // in addresses: target>source
 
@@ -11,7 +12,7 @@ export function framePair(context, onChoose) {
   const input = (label) => h("input", { list: names.id, size: 16, spellcheck: "false", "aria-label": label, placeholder: label,
     onchange: () => chosen() });
   const [target, source] = [input("In frame"), input("Pose of frame")];
-  const bar = h("div", { class: "bar" }, h("span", {}, "Pose of"), source, h("span", {}, "in"), target, names);
+  const bar = toolbar({ title: "Frames" }, h("span", {}, "Pose of"), source, h("span", {}, "in"), target, names);
   const body = h("div", {});
   const element = h("div", { class: "pair", hidden: true, role: "region", "aria-label": "Transform" }, body);
   let close = () => {};

@@ -1,4 +1,4 @@
-// Where the page begins if its address names no view: at the last place; the first time, at the layout "Robot", or at the
+// Where the page begins if its address names no view: at the last place; the first time, at the Overview, or at the
 // graph if there are no transforms.
 
 import { h } from "./dom.js";
@@ -34,7 +34,7 @@ function firstOf(view, args, isEnough) {
   });
 }
 
-// Returns a promise of the place of the layout "Robot"; null if no transforms arrive and `isSure` is false.
+// Returns a promise of the place of the Overview; null if no transforms arrive and `isSure` is false.
 async function robotPlace(isSure) {
   const [{ packed }, { robotLayout, sceneState }] = await Promise.all([import("./scene/link.js"), import("./panels/robot_layout.js")]);
   const { topics = [] } = await firstOf("running_topics", {}, () => true) ?? {};
@@ -47,7 +47,7 @@ async function robotPlace(isSure) {
   return placeOf("panels", robotLayout(topics, await packed(JSON.stringify(state))));
 }
 
-// Returns the link in the head that opens the layout "Robot".
+// Returns the link in the head that opens the Overview: the layout for the robot that runs.
 export function robotLink() {
   const link = h("a", { href: "#panels", id: "robot", title: "Scene, cameras, plot and console side by side (h)",
     "aria-keyshortcuts": "h",
@@ -56,7 +56,7 @@ export function robotLink() {
       link.setAttribute("aria-busy", "true");
       location.hash = await robotPlace(true);
       link.removeAttribute("aria-busy");
-    } }, "Robot");
+    } }, "Overview");
   return link;
 }
 

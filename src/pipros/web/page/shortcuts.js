@@ -5,6 +5,7 @@
 // Further keys lead from part to part: down to the first entry of a list, right to the controls beside it, and Escape out of a field.
 
 import { h, replace } from "./dom.js";
+import { unfold } from "./toolbar.js";
 
 const FIELDS = "input:not([type=checkbox], [type=radio], [type=range], [type=button]), select, textarea";
 const PRESSED = "button, a, input[type=checkbox]";
@@ -16,6 +17,8 @@ const OTHER_KEYS = [["/", "the search or first field of the view"], ["↓", "the
   ["→", "from an entry to the controls beside the list"], ["Escape", "out of a field, close what is selected"], ["?", "these keys"]];
 
 const isVisible = (element) => element.checkVisibility({ visibilityProperty: true }) && !element.disabled;
+// Whether a control is in a row of controls that is folded, or has no room for it.
+const isFolded = (element) => element.closest(".toolbar") !== null && !element.closest("[hidden]") && !element.disabled;
 const isField = (target) => target instanceof Element && target.matches(FIELDS);
 const isNowhere = (target) => target === document.body || target.id === "view";
 
@@ -35,7 +38,8 @@ function scopesOf(target) {
 function found(scopes, selectors) {
   for (const scope of scopes) {
     for (const selector of selectors) {
-      const element = [...scope.querySelectorAll(selector)].find(isVisible);
+      const all = [...scope.querySelectorAll(selector)];
+      const element = all.find(isVisible) ?? all.find(isFolded);
       if (element) return element;
     }
   }
@@ -43,6 +47,7 @@ function found(scopes, selectors) {
 }
 
 function press(control) {
+  if (!isVisible(control)) unfold(control.closest(".toolbar"), true);
   if (control.popoverTargetElement) control.popoverTargetElement.showPopover();
   else if (control.matches(PRESSED)) control.click();
   else {

@@ -6,7 +6,7 @@ import json
 import math
 import operator
 import time
-from collections.abc import AsyncIterator, Iterable, Mapping
+from collections.abc import AsyncIterator, Iterable, Mapping, Sequence
 from dataclasses import fields
 from typing import Any, cast
 
@@ -159,8 +159,8 @@ class GraphViews:
             raise RequestRefused(f"cannot shut down {name}: {failed[name]}")
         return True
 
-    async def _draw(self, graph: NodeGraph) -> Scene:
-        return await self._system.computations.run(draw, graph, with_traffic=True)
+    async def _draw(self, graph: NodeGraph, is_vertical: bool) -> Scene:
+        return await self._system.computations.run(draw, graph, with_traffic=True, is_vertical=is_vertical)
 
     def _parameters(self, node: str) -> list[list[str]]:
         """Return a node's private parameters: names relative to the node, and values as shortened JSON."""
@@ -228,8 +228,8 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
                 "topic": arrow.topic,
                 "text": text,
                 "wrong": bool(arrow.wrong),
-                "path": path(route),
-                "middle": [round(value, 1) for value in middle_of(route, _label_part(arrow))],
+                "path": path(route, is_vertical=scene.is_vertical),
+                "middle": [round(value, 1) for value in _label_place(scene, arrow, route)],
             }
             for arrow, route, text in scene.arrows
         ],
@@ -238,6 +238,13 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
             for name, box in scene.bands.items()
         ],
     }
+
+
+def _label_place(scene: Scene, arrow: Arrow, route: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    if not scene.is_vertical:
+        return middle_of(route, _label_part(arrow))
+    down, along = middle_of([(y, x) for x, y in route], 0.5)
+    return along, down
 
 
 def _label_part(arrow: Arrow) -> float:

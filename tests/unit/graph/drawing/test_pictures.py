@@ -12,7 +12,7 @@ from PIL import Image
 
 from pipros.basics.extras import install_command
 from pipros.graph.drawing.dot import to_dot
-from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
+from pipros.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
 from pipros.graph.drawing.png import PictureFailed, to_png
 from pipros.graph.drawing.scene import Scene, draw
 from pipros.graph.drawing.svg import to_svg
@@ -104,3 +104,17 @@ def test_an_empty_graph_can_be_drawn() -> None:
     drawing = parsed(draw(NodeGraph()))
     assert drawing.tag == f"{SVG}svg"
     assert not list(drawing.iter(f"{SVG}text"))
+
+
+def test_a_vertical_drawing_leads_downwards_and_keeps_the_sizes_of_boxes() -> None:
+    graph = graph_of()
+    flat, upright = draw(graph, with_traffic=True), draw(graph, with_traffic=True, is_vertical=True)
+    sizes = {vertex.key: (box.width, box.height) for vertex, box, _ in flat.boxes}
+    places = {vertex.key: box for vertex, box, _ in upright.boxes}
+    assert {key: (box.width, box.height) for key, box in places.items()} == sizes
+    for arrow, route, _ in upright.arrows:
+        assert places[arrow.start].y < places[arrow.end].y
+        assert route[0][1] < route[-1][1]
+    assert upright.width < flat.width
+    for value in scene_values(upright)["arrows"]:
+        assert value["middle"][1] < places[Key(**value["end"])].y

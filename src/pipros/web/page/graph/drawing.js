@@ -1,6 +1,7 @@
 // The drawing of the running system in a graph canvas: the server sends its layout, and then the traffic on its arrows.
 
 import { bandwidth, h, hertz, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { live } from "../live.js";
 import { silence } from "../silence.js";
 import { LATCHED } from "../stale.js";
@@ -10,7 +11,7 @@ const NOTHING = "Nothing to show: no node is connected to another one, or everyt
 // `onDrawn(names)` is called after each new layout, with the names of all nodes and topics; `onError(text)` with an error or "".
 export function graphDrawing(canvas, context, onDrawn, onError) {
   const counts = h("span", { class: "pale" });
-  const empty = h("div", { class: "note", hidden: true, role: "status" }, NOTHING);
+  const empty = emptyState("⬡");
   let traffic = [];
   let close = () => {};
 

@@ -1,6 +1,7 @@
 // The options of the graph, which the browser stores, and the toolbar that changes them.
 
 import { h } from "../dom.js";
+import { unfold } from "../toolbar.js";
 
 const MODES = [["active", "Nodes/Topics (active)"], ["all", "Nodes/Topics (all)"], ["nodes", "Nodes only"]];
 const HIDDEN = [
@@ -82,12 +83,14 @@ export function optionControls(options, onChange) {
   const modes = MODES.map(([value, title]) => h("option", { value, selected: value === options.mode }, title));
   const boxes = (list) => list.map(([name, title]) => h("label", {},
     h("input", { type: "checkbox", checked: options[name], onchange: (event) => change(name, event.target.checked) }), title));
-  // On a phone, the filters are folded until this button shows them: see `.fold` in page.css.
+  // The filters are folded until this button shows them: see `.fold` in style.css.
   const folded = h("span", { class: "fold" }, pattern("nodes", "Nodes"), pattern("topics", "Topics"),
     h("span", { class: "choices", role: "group", "aria-label": "Hide" }, "Hide:", boxes(HIDDEN)),
     h("span", { class: "choices", role: "group", "aria-label": "Group" }, "Group:", boxes(GROUPED)));
-  const folder = h("button", { class: "folder", "aria-expanded": "false", onclick: () => {
-    folder.setAttribute("aria-expanded", String(folded.classList.toggle("open")));
+  const folder = h("button", { "aria-expanded": "false", title: "What is hidden and grouped", onclick: () => {
+    const isOpen = folded.classList.toggle("open");
+    folder.setAttribute("aria-expanded", String(isOpen));
+    unfold(folder.closest(".toolbar"), isOpen);
   } }, "Filters");
   return [
     h("select", { "aria-label": "What is shown", onchange: (event) => change("mode", event.target.value) }, modes),

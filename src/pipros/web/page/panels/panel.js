@@ -1,10 +1,11 @@
-// One panel: the view of a tab with a bar to choose, move, split, enlarge and close it.
+// One panel: the view of a tab with a bar to choose, move, split, enlarge and close it, and to show the controls of the view.
 
 import { h } from "../dom.js";
 import { placeIn } from "../place.js";
 import { makeDraggable } from "./dragging.js";
 import { TabContext } from "../tab_context.js";
 
+const CHOOSING = ["images", "plot"]; // views that show nothing before the user has chosen something with their controls
 const ARROWS = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "above", ArrowDown: "below" };
 
 class PanelContext extends TabContext {
@@ -27,8 +28,7 @@ class PanelContext extends TabContext {
 // `enlarge(id)`, `move(id, target, side)`, `step(id, side)`, `follow(leaf, tab, argument)` and `mayControl(tab)`; and `times`, a TimeLink.
 export function panel(first, tabs, board) {
   let leaf = first;
-  let tab = ""; // of the open view
-  let argument = "";
+  let [tab, argument] = ["", ""]; // of the open view
   let context = null;
   let handle = null;
   let subjectOf = null; // of the tab's module: what the bar shows of an argument
@@ -40,7 +40,8 @@ export function panel(first, tabs, board) {
   const subject = h("span", { class: "subject pale" });
   const button = (text, title, onclick) => h("button", { class: "plain", "aria-label": title, title, onclick }, text);
   const enlarge = button("⤢", "Enlarge", () => board.enlarge(leaf.id));
-  const bar = h("div", { class: "panel-bar" }, grip, choice, subject, h("span", { class: "spring" }),
+  const gear = button("⚙", "Controls of this view", () => toggleControls(element, gear));
+  const bar = h("div", { class: "panel-bar" }, grip, choice, subject, h("span", { class: "spring" }), gear,
     button("◫", "Split: another panel on the right", () => board.split(leaf.id, "right")),
     button("⊟", "Split: another panel below", () => board.split(leaf.id, "below")), enlarge,
     button("×", "Close", () => board.close(leaf.id)));
@@ -64,6 +65,7 @@ export function panel(first, tabs, board) {
     if (context !== own) return;
     subjectOf = module.subject ?? ((text) => text);
     handle = module.open(view, argument, context) ?? {};
+    toggleControls(element, gear, !argument && CHOOSING.includes(tab));
     if (!isShown) context.hide();
     show(leaf); // the address may have changed in the meantime
   }
@@ -91,8 +93,7 @@ export function panel(first, tabs, board) {
     get accepts() { return handle !== null; },
     setShown(value) {
       isShown = value;
-      if (value) context?.show();
-      else context?.hide();
+      context?.[value ? "show" : "hide"]();
     },
     setEnlarged(value) {
       element.classList.toggle("enlarged", value);
@@ -104,6 +105,13 @@ export function panel(first, tabs, board) {
       element.remove();
     },
   };
+}
+
+// Shows or folds the controls of a panel's view.
+function toggleControls(element, gear, isWanted = !element.classList.contains("tools")) {
+  gear.hidden = !element.querySelector(".toolbar");
+  element.classList.toggle("tools", isWanted);
+  gear.setAttribute("aria-pressed", String(isWanted));
 }
 
 function moveByKey(event, step) {

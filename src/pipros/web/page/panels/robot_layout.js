@@ -1,4 +1,4 @@
-// The layout "Robot": the scene with map, scan, path and robot, two cameras, a plot and the console, as far as the topics exist.
+// The Overview: the scene with map, scan, path and robot, two cameras, a plot and the console, as far as the topics exist.
 
 import { layoutText, leaf } from "./layout.js";
 
@@ -11,12 +11,15 @@ const CURVES = [
   { type: "geometry_msgs/Twist", fields: ["/linear/x", "/angular/z"] },
 ];
 const CAMERAS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+const USUAL = /image|camera|rgb|color/i; // names of topics with pictures for people; others may contain numbers that nobody can look at
+const CAMERA_SHARE = 60; // percent of the column beside the scene
 const WORLD = ["map", "odom", "world"];
 
-// Returns the names of at most two published topics of a type, the shortest first.
-function namesOf(topics, type) {
+// Returns the names of at most two published topics of a type: those that match `usual` first, and then the shortest.
+function namesOf(topics, type, usual = /^/) {
   const names = topics.filter((each) => each.type === type && each.publishers.length).map(({ name }) => name);
-  return names.sort((one, other) => one.length - other.length || (one < other ? -1 : 1)).slice(0, MOST);
+  const rank = (name) => name.length + (usual.test(name) ? 0 : 1e6);
+  return names.sort((one, other) => rank(one) - rank(other) || (one < other ? -1 : 1)).slice(0, MOST);
 }
 
 // Returns the fixed frame: the usual one, or the root of most frames. `frames` has {frame, parent}.
@@ -56,11 +59,12 @@ function curvesOf(topics) {
 
 // Returns the text of the layout of panels. `link` is that of the scene.
 export function robotLayout(topics, link) {
-  const raw = namesOf(topics, CAMERAS[0]);
-  const cameras = (raw.length ? raw : namesOf(topics, CAMERAS[1])).map((name) => leaf("images", name));
+  const raw = namesOf(topics, CAMERAS[0], USUAL);
+  const cameras = (raw.length ? raw : namesOf(topics, CAMERAS[1], USUAL)).map((name) => leaf("images", name));
   const curves = curvesOf(topics);
-  const split = (direction, parts, sizes) => (parts.length === 1 ? parts[0] : { direction, parts, sizes });
-  const beside = cameras.length ? [split("row", cameras, cameras.map(() => 100 / cameras.length))] : [];
-  const column = [...beside, leaf("plot", curves.join(",")), leaf("console")];
-  return layoutText(split("row", [leaf("scene", link), split("column", column, column.map(() => 100 / column.length))], [60, 40]));
+  const split = (direction, parts, sizes) => ({ direction, parts, sizes });
+  const column = [...cameras, leaf("plot", curves.join(",")), leaf("console")];
+  const rest = cameras.length ? 100 - CAMERA_SHARE : 100;
+  const sizes = column.map(({ tab }) => (tab === "images" ? CAMERA_SHARE / cameras.length : rest / 2));
+  return layoutText(split("row", [leaf("scene", link), split("column", column, sizes)], [60, 40]));
 }

@@ -8,6 +8,7 @@ import { Scene } from "./scene.js";
 import { Tools } from "./tools.js";
 import { TreePanel } from "./tree_panel.js";
 import { VIEWS } from "./schema.js";
+import { toolbar } from "../toolbar.js";
 
 const STATUS_MS = 500;
 
@@ -35,7 +36,7 @@ export function open(view, argument, context) {
     dock.setAttribute("aria-pressed", String(!tree.element.hidden));
   } }, "Displays");
   view.append(h("div", { class: "column" },
-    h("div", { class: "bar scene-bar" }, dock, tools.element, h("span", { class: "spring" }), kinds,
+    toolbar({ title: "Scene", class: "scene-bar" }, dock, tools.element, h("span", { class: "spring" }), kinds,
       h("button", { onclick: () => scene.view.home() }, "Zero"),
       h("button", { onclick: () => scene.reset() }, "Reset"),
       h("button", { onclick: () => savePicture(scene, canvas) }, "Save PNG"),

@@ -3,9 +3,11 @@
 import { runningNote } from "../bags/running_note.js";
 import { copiesValues } from "../copy.js";
 import { h, morph, panelHead, replace, uniqueId } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { dataTable } from "../table.js";
 import { tree } from "../message_values.js";
 import { yaml } from "./services.js";
+import { toolbar } from "../toolbar.js";
 
 const MAX_ROWS = 500;
 const ENDING = /ActionGoal$/;
@@ -18,14 +20,14 @@ const COLUMNS = [
 export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter actions", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
-  const none = h("div", { class: "note", hidden: true }, "There are no actions.");
+  const none = emptyState("◎");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Action",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Actions", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
     most: MAX_ROWS, sortBy: "Action" });
   table.element.classList.add("fixed");
   view.append(h("div", { class: "column" }, runningNote(context.signal),
-    h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("actions")),
+    toolbar({ title: "Actions" }, filter, h("span", { class: "spring" }), table.csvButton("actions")),
     error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];
@@ -36,6 +38,7 @@ export function open(view, argument, context) {
   function draw() {
     const wanted = filter.value.trim().toLowerCase();
     none.hidden = actions.length > 0;
+    replace(none, "There are no actions.");
     table.show(actions.filter((row) => row.join(" ").toLowerCase().includes(wanted)));
   }
 

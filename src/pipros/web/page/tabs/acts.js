@@ -1,7 +1,9 @@
 // Acts of assistants that wait for a human, with buttons to approve or refuse them, and the acts of the past.
 
 import { h, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { dataTable } from "../table.js";
+import { toolbar } from "../toolbar.js";
 
 const NOTHING = "No act is waiting for approval. Assistants act through pipros mcp --policy FILE, on this machine and as this user.";
 const BUTTONS = [["once", "Approve once"], ["minute", "Approve for a minute"], ["refuse", "Refuse"]];
@@ -16,11 +18,11 @@ const COLUMNS = [
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" }, NOTHING);
+  const hint = emptyState("✔", NOTHING);
   const answered = h("div", { class: "note", role: "status" });
   const waiting = h("div", { class: "waiting", role: "list", "aria-label": "Acts that wait" });
   const table = dataTable(COLUMNS, { label: "Acts", keyOf: ({ key }) => key, sortBy: "Time" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("acts")), error,
+  view.append(h("div", { class: "column" }, toolbar({ title: "Acts" }, h("span", { class: "spring" }), table.csvButton("acts")), error,
     hint, waiting, answered, h("div", { class: "scroll" }, table.element)));
   const cards = new Map(); // by id
 

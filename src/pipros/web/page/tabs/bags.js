@@ -5,7 +5,9 @@ import { playback, elapsed } from "../bags/playback.js";
 import { recordingPanel } from "../bags/recording.js";
 import { timeline } from "../bags/timeline.js";
 import { bytes, download, h, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { placeOf } from "../place.js";
+import { toolbar } from "../toolbar.js";
 
 const MAX_LISTED = 100;
 const ADDRESS_MS = 300;
@@ -16,7 +18,7 @@ export function open(view, argument, context) {
   const choice = h("select", { "aria-label": "Bag", onchange: () => choose(choice.value) });
   const figures = h("span", { class: "pale" });
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" });
+  const hint = emptyState("▤");
   const list = h("div", { class: "note choice", role: "group", "aria-label": "Bags" });
   const progress = h("progress", { max: 1, "aria-label": "Reading the bag", hidden: true });
   const button = (text, title, onclick, key = null) => h("button", { "aria-label": title, title, "aria-keyshortcuts": key, onclick }, text);
@@ -45,7 +47,7 @@ export function open(view, argument, context) {
   controls.append(h("span", { class: "spring" }), form, exported, cancel);
   const recorder = recordingPanel(context, (name) => choose(name));
   view.append(h("div", { class: "column" },
-    h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), closing),
+    toolbar({ title: "Bags" }, choice, progress, figures, h("span", { class: "spring" }), closing),
     error, recorder, controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
   tracks.element.hidden = true;
   let shown = null; // the bag whose tracks are shown

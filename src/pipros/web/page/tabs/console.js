@@ -9,6 +9,7 @@ import { LogGroups } from "../log_groups.js";
 import { loggerLevels } from "../logger_levels.js";
 import { placeOf } from "../place.js";
 import { textFilter } from "../text_filter.js";
+import { toolbar } from "../toolbar.js";
 
 const KEPT = 100000;
 const phone = matchMedia("(max-width: 700px)");
@@ -70,11 +71,12 @@ export function open(view, argument, context) {
     onscroll: () => drawRows(), onkeydown: (event) => onKey(event) }, space, rows);
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
-    h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), node, text,
-      place, h("label", { title: "Show consecutive equal entries as one row" }, fold, "Fold"),
+    toolbar({ title: "Console" },
+      LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), text, node,
+      h("label", { title: "Show consecutive equal entries as one row" }, fold, "Fold"),
         h("button", { title: "Go to the next error (e)", onclick: () => toNextError() }, "Next error"),
           h("span", { class: "spring" }), count, pause,
-      h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"),
+      h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), place,
         h("button", { title: "Save the entries that pass the filters",
           onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"),
             h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file,

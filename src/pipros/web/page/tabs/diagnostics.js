@@ -1,8 +1,10 @@
 // Components with their levels, values and history.
 
 import { h, morph, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { LEVELS, levelDot, levelNow } from "../stale.js";
 import { dataTable } from "../table.js";
+import { toolbar } from "../toolbar.js";
 
 const GRAVITY = [0, 1, 3, 2]; // by level: errors, then stale components, then warnings
 const MAX_PROBLEMS = 200;
@@ -16,7 +18,7 @@ const DEEPEST = 50; // nodes choose the names; deeper levels are shown as one pa
 
 export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const counts = h("div", { class: "bar" });
+  const counts = h("span", { class: "choices" });
   const problems = dataTable(PROBLEM_COLUMNS, { label: "Problems", keyOf: ({ name }) => name,
     onChoose: (name) => choose(name === selected ? "" : name), most: MAX_PROBLEMS, sortBy: "Level" });
   const worstFirst = h("div", { class: "scroll problems", hidden: true }, problems.element);
@@ -24,8 +26,8 @@ export function open(view, argument, context) {
   const about = h("div", {});
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" }, about,
     h("button", { onclick: () => { choose(""); } }, "Close"));
-  const hint = h("div", { class: "note" });
-  view.append(h("div", { class: "column" }, counts, error, hint, worstFirst, body), side);
+  const hint = emptyState("♥");
+  view.append(h("div", { class: "column" }, toolbar({ title: "Diagnostics" }, counts), error, hint, worstFirst, body), side);
   let selected = argument;
   let components = [];
   let known = new Map(); // by name
@@ -80,7 +82,7 @@ export function open(view, argument, context) {
     });
     replace(error, data.error);
     hint.hidden = components.length > 0;
-    replace(hint, `Nothing received yet on ${data.topics.join(" or ")}.`);
+    if (!components.length) replace(hint, `Nothing received yet on ${data.topics.join(" or ")}.`);
     draw();
   }, (problem) => replace(error, problem), { always: true });
   return { go };

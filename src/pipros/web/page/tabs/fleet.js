@@ -1,8 +1,10 @@
 // Links and members of a fleet, as its agents report them on /diagnostics.
 
 import { h, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { ageText, isStaleLevel, levelDot, levelNow, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
+import { toolbar } from "../toolbar.js";
 
 const PREFIX = "/Fleet/"; // then the reporting and sending member; an aggregator puts its groups before it
 const COLUMNS = [
@@ -27,9 +29,9 @@ function stateText({ level, message, age }) {
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" }, "No fleet agent reports. An agent runs beside a master: pipros fleet join NAME.");
+  const hint = emptyState("⛬", "No fleet agent reports. An agent runs beside a master: pipros fleet join NAME.");
   const table = dataTable(COLUMNS, { label: "Fleet", keyOf: ({ key }) => key, sortBy: "Member" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("fleet")), error,
+  view.append(h("div", { class: "column" }, toolbar({ title: "Fleet" }, h("span", { class: "spring" }), table.csvButton("fleet")), error,
     hint, h("div", { class: "scroll" }, table.element)));
   let known = new Map(); // by name
 

@@ -7,6 +7,7 @@ import { closeNamespaces, graphText, hideNothing, keptOptions, optionControls, p
 import { savePicture } from "../graph/picture.js";
 import { graphSearch } from "../graph/search.js";
 import { EVENTS, selectionPanel } from "../graph/selection.js";
+import { toolbar } from "../toolbar.js";
 
 const FORMATS = ["svg", "png", "dot"];
 
@@ -24,8 +25,8 @@ export function open(view, argument, context) {
   const corner = h("div", { class: "corner" }, drawing.counts, closer,
     h("button", { onclick: () => choose(selected === EVENTS ? "" : EVENTS) }, "Events"),
     canvas.zoomButtons(), pictureButtons(options, (text) => replace(error, text)));
-  view.append(h("div", { class: "column graph" }, h("div", { class: "bar" }, controls, search.input, search.hits), error, drawing.empty,
-    h("div", { class: "stage" }, canvas.element, corner)), side);
+  view.append(h("div", { class: "column graph" }, toolbar({ title: "Graph" }, search.input, search.hits, controls), error,
+    h("div", { class: "stage" }, canvas.element, drawing.empty, corner)), side);
   let selected = first; // the text of a key; empty for none
   let closePanel = () => {};
 

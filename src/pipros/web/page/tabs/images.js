@@ -2,12 +2,14 @@
 // markers over them.
 
 import { bandwidth, h, hertz, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { imagesText, parsedImages } from "../image_address.js";
 import { imageChoices, imageTopics } from "../image_choices.js";
 import { unsupportedTransport } from "../image_colours.js";
 import { headOf } from "../image_drawing.js";
 import { imageStage } from "../image_stage.js";
 import { rateText } from "../stale.js";
+import { toolbar } from "../toolbar.js";
 import { whyNoData } from "../why_no_data.js";
 
 const CHOOSE = "Choose a topic";
@@ -16,13 +18,13 @@ export function open(view, argument, context) {
   const choices = imageChoices((wanted) => choose(wanted));
   const figures = h("span", {});
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" });
+  const hint = emptyState("▣");
   const why = whyNoData(context);
   const [stage, beside] = [imageStage(), imageStage("Second image")];
   const pictures = h("div", { class: "split" }, stage.area);
   stage.zoom.onView = beside.zoom.follow;
   beside.zoom.onView = stage.zoom.follow;
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choices.controls, figures, stage.pixel,
+  view.append(h("div", { class: "column" }, toolbar({ title: "Images" }, choices.controls, figures, stage.pixel,
     h("span", { class: "spring" }), stage.controls), error, hint, why.element, pictures));
   let shown = parsedImages(argument);
   let topics = [];

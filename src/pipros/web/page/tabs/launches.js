@@ -1,8 +1,10 @@
 // The nodes of running launches: their states, exit codes and output; with control, they can be stopped and restarted.
 
 import { h, morph, panelHead, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { sections } from "../sections.js";
 import { dataTable } from "../table.js";
+import { toolbar } from "../toolbar.js";
 
 const NOTHING = "No roslaunch of this user runs nodes with this master on this machine.";
 const COLUMNS = [
@@ -25,12 +27,12 @@ function stateText(row) {
 
 export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note", hidden: true }, NOTHING);
+  const hint = emptyState("▷");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Launched node",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Launched nodes", keyOf, onChoose: (key) => choose(key === selected ? "" : key),
     sortBy: "Node" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("launches"), h("span", { class: "spring" }),
+  view.append(h("div", { class: "column" }, toolbar({ title: "Launches" }, sections("launches"), h("span", { class: "spring" }),
     table.csvButton("launches")), error, hint,
     h("div", { class: "scroll" }, table.element)), side);
   let rows = [];
@@ -65,6 +67,7 @@ export function open(view, argument, context) {
     rows = data.nodes;
     replace(error, data.error);
     hint.hidden = rows.length > 0 || Boolean(data.error);
+    replace(hint, NOTHING);
     table.show(rows);
     draw();
   }, (problem) => replace(error, problem));

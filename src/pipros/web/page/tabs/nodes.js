@@ -5,6 +5,7 @@ import { nodeText } from "../node_text.js";
 import { placeOf } from "../place.js";
 import { sections } from "../sections.js";
 import { dataTable } from "../table.js";
+import { toolbar } from "../toolbar.js";
 
 const COLUMNS = [
   { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`), title: row.name }, nodeText(row.name)),
@@ -30,7 +31,7 @@ function stateText(row) {
 export function open(view, argument, context) {
   const error = h("div", { class: "note", hidden: true });
   const table = dataTable(COLUMNS, { label: "Nodes", keyOf: (row) => row.name, sortBy: "Processor" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("nodes"), h("span", { class: "spring" }),
+  view.append(h("div", { class: "column" }, toolbar({ title: "Nodes" }, sections("nodes"), h("span", { class: "spring" }),
     table.csvButton("nodes")), error, h("div", { class: "scroll" }, table.element)));
   context.watch("processes", {}, (data) => {
     error.hidden = !data.error;

@@ -4,10 +4,12 @@ import { mayControl, TABS } from "../app.js";
 import { h, replace } from "../dom.js";
 import { appended, beside, layoutText, leaf, leavesOf, MAX_PANELS, moved, parsedLayout, placesOf, resized, withLeaf,
   without } from "../panels/layout.js";
+import { emptyState } from "../empty_state.js";
 import { panel } from "../panels/panel.js";
 import { storedLayouts } from "../panels/stored_layouts.js";
 import { TimeLink } from "../panels/time_link.js";
 import { OTHER_SECTIONS, tabOf } from "../sections.js";
+import { toolbar } from "../toolbar.js";
 
 const KEEP = "pipros.panels";
 const phone = matchMedia("(max-width: 700px)");
@@ -26,9 +28,9 @@ export function open(view, argument, context) {
   } }, h("option", { value: "" }, "Add a panel"), TITLES.map(([name, title]) => h("option", { value: name }, title)));
   const which = h("select", { "aria-label": "Panel", onchange: () => { only = Number(which.value); place(); } });
   const isLinked = h("input", { type: "checkbox", checked: true, onchange: () => { times.isOn = isLinked.checked; } });
-  const hint = h("div", { class: "note" }, "Add a panel to begin.");
+  const hint = emptyState("⊞", "Add a panel to begin.");
   const stored = storedLayouts(context, () => layoutText(layout), (text) => { if (go(text)) remember(); }, (text) => replace(error, text));
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, which, adder, h("label", {}, isLinked, "Link time axes"),
+  view.append(h("div", { class: "column" }, toolbar({ title: "Panels" }, which, adder, h("label", {}, isLinked, "Link time axes"),
     h("span", { class: "spring" }), stored), error, hint, stage));
 
   let layout = null;

@@ -2,7 +2,9 @@
 
 import { runningNote } from "../bags/running_note.js";
 import { bytes, h, morph, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { sections } from "../sections.js";
+import { toolbar } from "../toolbar.js";
 
 const MARKED_MS = 4000;
 const LONG = 300; // a longer value (in characters) is shortened until the user opens it
@@ -17,7 +19,7 @@ export function open(view, argument, context) {
   const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
   const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
   view.append(h("div", { class: "column" }, runningNote(context.signal),
-    h("div", { class: "bar" }, sections("params"), search, h("span", { class: "spring" }),
+    toolbar({ title: "Parameters" }, sections("params"), search, h("span", { class: "spring" }),
     control ? h("form", { class: "choices", onsubmit: async (event) => { event.preventDefault(); await change("set_param",
       { name: name.value, value: value.value }); } }, name, value, h("button", {}, "Set"),
       h("button", { type: "button", onclick: () => change("delete_param", { name: name.value }) }, "Delete")) : null), error, body));
@@ -38,7 +40,7 @@ export function open(view, argument, context) {
   function draw() {
     const wanted = search.value.trim().toLowerCase();
     const names = Object.keys(params).filter((key) => !wanted || `${key} ${params[key]}`.toLowerCase().includes(wanted));
-    const none = h("div", { class: "note" }, wanted ? "No parameter matches." : "There are no parameters.");
+    const none = emptyState("≔", wanted ? "No parameter matches." : "There are no parameters.");
     morph(body.firstChild, h("div", {}, names.length ? branch(nested(names), "", { params, changed, control }) : none));
     for (const details of body.querySelectorAll("details[data-path]")) details.open = !closed.has(details.dataset.path);
   }

@@ -2,6 +2,7 @@
 
 import { playback } from "../bags/playback.js";
 import { download, h, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { createChart, cursorText, dataOf, sampleTimeAt, timeText } from "../plot/chart.js";
 import { CurveSet } from "../plot/curve_set.js";
 import { curveTexts, parsedPlot, plotText } from "../plot/curve_text.js";
@@ -11,6 +12,7 @@ import { referenceLines } from "../plot/reference_lines.js";
 import { csvOf, rangeAfter } from "../plot/selection.js";
 import { statisticsTable } from "../plot/statistics_table.js";
 import { topicChoice } from "../plot/topic_choice.js";
+import { toolbar } from "../toolbar.js";
 
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
 const SHORTEST = 1; // seconds of the time axis
@@ -55,9 +57,9 @@ export function open(view, argument, context) {
     "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });
   const csv = h("button", { type: "button", title: "Save the samples; after a zoom, those of the shown part",
     onclick: () => download("rqt_plot.csv", csvOf(set.all, shownRange()), "text/csv") }, "CSV");
-  const hint = h("div", { class: "note" }, HINT, choice.buttons);
+  const hint = emptyState("∿", HINT, choice.buttons);
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
-    h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, choice.names,
+    toolbar({ title: "Plot", tag: "form", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, choice.names,
       h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
       h("label", {}, "y from", low), h("label", {}, "to", high),
         h("label", { title: "Show warnings and errors in the log as dashed lines" }, hasMarks, "Log entries"), whole,

@@ -4,6 +4,7 @@ import { runningNote } from "../bags/running_note.js";
 import { h, replace } from "../dom.js";
 import { reconfigureForm } from "../reconfigure_form.js";
 import { sections } from "../sections.js";
+import { toolbar } from "../toolbar.js";
 
 export function open(view, argument, context) {
   const { control } = context;
@@ -12,7 +13,7 @@ export function open(view, argument, context) {
   const list = h("ul", { class: "servers", "aria-label": "Servers" });
   const body = h("div", { class: "scroll settings" });
   view.append(h("div", { class: "column" }, runningNote(context.signal),
-    h("div", { class: "bar" }, sections("reconfigure"), filter, h("span", { class: "spring" }),
+    toolbar({ title: "Reconfigure" }, sections("reconfigure"), filter, h("span", { class: "spring" }),
     h("span", { class: "key" }, control ? "" : "Start with --control to change parameters.")), error,
       h("div", { class: "split" }, list, body)));
   let servers = [];

@@ -1,8 +1,10 @@
 // What the gateways to ROS 2 pass and leave out, as they report it on /diagnostics.
 
 import { h, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { ageText, isStaleLevel, levelNow, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
+import { toolbar } from "../toolbar.js";
 
 const PREFIX = "/ROS 2/"; // followed by the gateway's node; an aggregator puts its groups before it
 const KINDS = { topics: "topic", services: "service", actions: "action" };
@@ -28,9 +30,9 @@ function rowOf(gateway, key, value, staleFor) {
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" }, "No ROS 2 gateway reports. A gateway runs beside a master: pipros ros2.");
+  const hint = emptyState("②", "No ROS 2 gateway reports. A gateway runs beside a master: pipros ros2.");
   const table = dataTable(COLUMNS, { label: "ROS 2", keyOf: ({ key }) => key, sortBy: "Name" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("ros2")), error,
+  view.append(h("div", { class: "column" }, toolbar({ title: "ROS 2" }, h("span", { class: "spring" }), table.csvButton("ros2")), error,
     hint, h("div", { class: "scroll" }, table.element)));
   let known = new Map(); // by the name of the gateway's node
 

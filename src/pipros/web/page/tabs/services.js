@@ -3,8 +3,10 @@
 import { runningNote } from "../bags/running_note.js";
 import { copiesValues } from "../copy.js";
 import { h, milliseconds, panelHead, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { dataTable } from "../table.js";
 import { tree } from "../message_values.js";
+import { toolbar } from "../toolbar.js";
 
 const MAX_ROWS = 500;
 
@@ -18,14 +20,14 @@ export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter services", oninput: () => draw() });
   const hidesLoggers = h("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
-  const none = h("div", { class: "note", hidden: true });
+  const none = emptyState("⇄");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
     most: MAX_ROWS, sortBy: "Service" });
   table.element.classList.add("fixed");
   view.append(h("div", { class: "column" }, runningNote(context.signal),
-    h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide logger services"),
+    toolbar({ title: "Services" }, filter, h("label", {}, hidesLoggers, "Hide logger services"),
     h("span", { class: "spring" }), table.csvButton("services")), error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];

@@ -1,6 +1,7 @@
 // Tree of coordinate frames, as a drawing and a table.
 
 import { h, hertz, milliseconds, replace } from "../dom.js";
+import { emptyState } from "../empty_state.js";
 import { framePair } from "../frame_pair.js";
 import { graphCanvas } from "../graph/canvas.js";
 import { rateText, staleMark } from "../stale.js";
@@ -26,7 +27,7 @@ export function open(view, argument, context) {
   const table = dataTable(COLUMNS, { label: "Frames", keyOf: (frame) => frame.frame,
     onChoose: (name) => choose(name === selected ? "" : name), sortBy: "Frame" });
   const error = h("div", { class: "error", role: "alert" });
-  const hint = h("div", { class: "note" }, "No transform received yet on /tf or /tf_static.");
+  const hint = emptyState("⊹", "No transform received yet on /tf or /tf_static.");
   const counts = h("span", { class: "pale", title: UNLISTED });
   const pair = framePair(context, (chosen) => choose(chosen));
   view.append(h("div", { class: "column graph" }, pair.bar, error, hint, pair.element,

@@ -1,10 +1,12 @@
 // All topics, and the newest message of the selected one.
 
 import { bandwidth, h, hertz, replace } from "../dom.js";
+import { emptyLink, emptyState } from "../empty_state.js";
 import { namespaceRows } from "../namespace_rows.js";
 import { nodeText } from "../node_text.js";
 import { LATCHED, rateText, staleMark } from "../stale.js";
 import { dataTable } from "../table.js";
+import { toolbar } from "../toolbar.js";
 import { topicPanel } from "../topic_panel.js";
 
 const MAX_ROWS = 500;
@@ -45,13 +47,14 @@ function rateOf(topic) {
 function measureButton(topic) {
   if (topic.count) return "";
   return h("button", { class: "plain measure", "data-topic": topic.name,
-    "aria-label": `Measure ${topic.name}`, "aria-pressed": String(Boolean(topic.isChosen)) }, topic.isChosen ? "stop" : "measure");
+    "aria-label": `Measure ${topic.name}`,
+    title: topic.isChosen ? "Stop measuring" : "Measure", "aria-pressed": String(Boolean(topic.isChosen)) }, topic.isChosen ? "■" : "◷");
 }
 
 export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter topics", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
-  const none = h("div", { class: "note", hidden: true }, "There are no topics.");
+  const none = emptyState("≋");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic" });
   const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MAX_ROWS,
     sortBy: "Topic" });
@@ -71,7 +74,7 @@ export function open(view, argument, context) {
   const inTree = h("input", { type: "checkbox", onchange: () => draw() });
   const all = h("button", { title: `Subscribe to the first ${MAX_MEASURED} topics of the list`,
     onclick: () => measured.choose(measured.count() ? [] : shown().map((topic) => topic.name)) }, "Measure all");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, inTree, "Tree"), all,
+  view.append(h("div", { class: "column" }, toolbar({ title: "Topics" }, filter, h("label", {}, inTree, "Tree"), all,
     h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
   let topics = [];
   let selected = "";
@@ -115,6 +118,7 @@ export function open(view, argument, context) {
   context.watch("topics", {}, (data) => {
     topics = data.topics;
     none.hidden = topics.length > 0;
+    if (!topics.length) replace(none, "There are no topics.", emptyLink("publish", "Publish one"));
     replace(error, data.error ? `The master does not answer: ${data.error}` : "");
     draw();
   }, (text) => replace(error, text));
