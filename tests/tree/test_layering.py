@@ -23,7 +23,7 @@ ROOTS = (SRC, *FACADES)
 LAYERS: list[list[set[str]]] = [
     [{"basics"}, {"wire", "safe"}],
     [{"packages", "cmake", "pictures"}, {"reconfigure"}],
-    [{"msg"}],
+    [{"ros1"}, {"msg"}],
     [{"startup", "net", "workspace"}],
     [{"master", "node"}],
     [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-import sensor_msgs.msg
+from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from cv_bridge.boost.cv_bridge_boost import CV_MAT_CNWrap, CV_MAT_DEPTHWrap, cvtColor2, getCvType
@@ -91,9 +91,7 @@ class CvBridge:
             return image
         return self._converted(image, img_msg.encoding, desired_encoding)
 
-    def cv2_to_imgmsg(
-        self, cvim: Any, encoding: str = "passthrough", header: Header | None = None
-    ) -> sensor_msgs.msg.Image:
+    def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Header | None = None) -> Image:
         """Convert an array to a `sensor_msgs/Image`. "passthrough" uses the array's type, such as 8UC3.
 
         Raises:
@@ -113,7 +111,7 @@ class CvBridge:
             raise CvBridgeError(
                 f"encoding specified as {encoding}, but image has incompatible type {cv_type}"
             )
-        message = sensor_msgs.msg.Image(
+        message = Image(
             height=height,
             width=width,
             encoding=cv_type if encoding == "passthrough" else encoding,
@@ -143,7 +141,7 @@ class CvBridge:
             raise CvBridgeError(f"OpenCV cannot read this compressed image ({data.size} bytes)")
         return self._converted(image, "bgr8", desired_encoding)
 
-    def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> sensor_msgs.msg.CompressedImage:
+    def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> CompressedImage:
         """Encode an array as a `sensor_msgs/CompressedImage`.
 
         Args:
@@ -162,7 +160,7 @@ class CvBridge:
             data = cv2.imencode(f".{dst_format}", cvim)[1].tobytes()
         except cv2.error as error:
             raise CvBridgeError(f"OpenCV cannot write this image as {dst_format!r}: {error}") from error
-        return sensor_msgs.msg.CompressedImage(format=dst_format, data=data)
+        return CompressedImage(format=dst_format, data=data)
 
     def _array(self, img_msg: Any, dtype: Any, channels: int) -> Any:
         row = img_msg.width * channels * dtype.itemsize

@@ -156,7 +156,17 @@ def args_kwds_to_message(
         return data_class(**kwds)
     if len(args) == 1 and hasattr(args[0], "_md5sum"):
         return _message_for(data_class, args[0])
+    if len(args) == 1:
+        refuse_ros2(args[0])
     return data_class(*args)
+
+
+def refuse_ros2(value: object) -> None:
+    """Raise ValueError if a class or a message is ROS 2's, which has the same names in one environment."""
+    if hasattr(type(value), "__import_type_support__") or hasattr(value, "__import_type_support__"):
+        from pipros.msg.importing.modules import why_not_ros1
+
+        raise ValueError(why_not_ros1(value))
 
 
 def _message_for(data_class: type[MessageClass], one: Any) -> MessageClass:

@@ -18,7 +18,7 @@ from pipros.node.service_link import ServiceFailed
 from pipros.node.service_server import HandlerError, ServiceClass, ServiceServer
 from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
-from rospy.msg import args_kwds_to_message
+from rospy.msg import args_kwds_to_message, refuse_ros2
 from rospy.rostime import in_seconds
 from rospy.session import session
 from rospy.topics import DEFAULT_BUFF_SIZE
@@ -84,6 +84,7 @@ class Service:
         """
         if not name or not isinstance(name, str):
             raise ValueError("service name is not a non-empty string")
+        refuse_ros2(service_class)
         self.resolved_name = session.resolve(name)
         self.protocol = ServiceProtocol(self.resolved_name, service_class, buff_size)
         self.buff_size = buff_size
@@ -217,6 +218,7 @@ class ServiceProxy(Generic[Request, Response]):
             headers: extra connection header fields, which the handler finds in `request._connection_header`.
             timeout: the timeout of a call in seconds; None for no limit. (Not in Noetic.)
         """
+        refuse_ros2(service_class)
         self.resolved_name = session.resolve(name)
         self.service_class = service_class
         self.request_class: type[Request] = service_class._request_class

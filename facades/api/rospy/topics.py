@@ -21,6 +21,7 @@ from rospy.exceptions import ROSException
 from rospy.exceptions import ROSSerializationException as ROSSerializationException
 from rospy.exceptions import TransportTerminated as TransportTerminated
 from rospy.msg import args_kwds_to_message as args_kwds_to_message
+from rospy.msg import refuse_ros2
 from rospy.msg import serialize_message as serialize_message
 from rospy.session import session
 
@@ -72,6 +73,7 @@ class Topic(Generic[AnyMessage]):
         if not isinstance(data_class, type):
             raise ValueError(f"data_class [{data_class}] is not a class")
         if not issubclass(data_class, Message):
+            refuse_ros2(data_class)  # type: ignore[unreachable]
             raise ValueError(f"data_class [{type(data_class).__name__}] is not a message data class")
         if not is_legal(name):
             warnings.warn(

@@ -7,7 +7,7 @@ modules come from the same installation.
 
 An editable installation instead has one file, `share/pipros/editable/NAME`, with the path of the package's
 source folder. The file `share/pipros/modules/MODULE` contains the name of the package to which a top-level
-Python module belongs.
+Python module belongs. ROS 2 also installs packages to `share/NAME`; these are ignored.
 
 The first import of a message in every process runs this module, so it imports little. Finding a package takes
 two system calls per folder, regardless of the number of installed packages.
@@ -30,9 +30,13 @@ EDITABLE = os.path.join("pipros", "editable")
 MODULES = os.path.join("pipros", "modules")
 """Subfolder of a share folder: for each top-level Python module, a file with the name of its package."""
 
+AMENT_INDEX = os.path.join("ament_index", "resource_index", "packages")
+"""Subfolder of a share folder in which ROS 2 has a file for each package."""
+
 _SITE_FOLDERS = ("site-packages", "dist-packages")
 _MANIFEST = "package.xml"
 _LIMIT_BYTES = 4096
+_MANIFEST_BYTES = 1024 * 1024
 
 _known: dict[tuple[str, ...], tuple[str, ...]] = {}
 
@@ -83,9 +87,27 @@ def find_in(share: str, name: str) -> str | None:
     if os.path.basename(name) != name or not name.isprintable():
         return None
     folder = os.path.join(share, name)
-    if os.path.isfile(os.path.join(folder, _MANIFEST)):
+    if os.path.isfile(os.path.join(folder, _MANIFEST)) and not is_of_ros2(folder):
         return folder
     return _text(os.path.join(share, EDITABLE, name)) or None
+
+
+def find_of_ros2(name: str) -> str | None:
+    """Return the folder of the installed package `name` if it was built for ROS 2, otherwise None."""
+    folders = (os.path.join(share, name) for share in share_folders())
+    return next((folder for folder in folders if is_of_ros2(folder)), None)
+
+
+def is_of_ros2(folder: str) -> bool:
+    """Return whether an installed package was built for ROS 2: it is in ament's index, or ament builds it."""
+    share, name = os.path.split(folder)
+    if os.path.exists(os.path.join(share, AMENT_INDEX, name)):
+        return True
+    try:
+        with open(os.path.join(folder, _MANIFEST), "rb") as manifest:
+            return b"<build_type>ament_" in manifest.read(_MANIFEST_BYTES)
+    except OSError:
+        return False
 
 
 def folders_in(share: str) -> Iterator[str]:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from pipros.basics.errors import NotFound
+from pipros.msg.importing.hook import installed_library
 from pipros.packages import SHARE, ImportablePackages, installed_packages
 from pipros.packages.system_packages import child_package_path
 from pipros.workspace.candidates import describe_candidates
@@ -111,6 +113,25 @@ def test_other_names_are_not_found(installation: Installation) -> None:
     index = PackageIndex.from_environment()
     for name in ("other", "man", "..", "pipros/editable/x", "", "nul\0", "x" * 300):
         assert index.get(name) is None
+
+
+def test_packages_of_ros2_are_not_found(installation: Installation) -> None:
+    by_manifest = installation.add("by_manifest")
+    manifest = by_manifest / "package.xml"
+    manifest.write_text(
+        manifest.read_text().replace("</name>", "</name><build_type>ament_cmake</build_type>")
+    )
+    by_index = installation.add("by_index")
+    write(installation.share, {"ament_index/resource_index/packages/by_index": ""})
+    installation.add("of_ros1")
+    assert installed_packages.find("by_manifest") is None
+    assert installed_packages.find("by_index") is None
+    assert installed_packages.find("of_ros1") is not None
+    assert installed_packages.find_of_ros2("by_index") == str(by_index)
+    assert installed_packages.find_of_ros2("by_manifest") == str(by_manifest)
+    assert installed_packages.find_of_ros2("of_ros1") is None
+    with pytest.raises(NotFound, match="by_index is a package of ROS 2"):
+        installed_library().files.folder("by_index")
 
 
 def test_installed_packages_are_between_the_path_and_those_of_pipros(

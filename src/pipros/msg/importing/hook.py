@@ -59,7 +59,17 @@ def install() -> None:
         packages = _Packages()
         sys.meta_path.insert(0, InterfaceFinder(packages.find, packages.cache_folder))
         sys.meta_path.insert(1, WorkspaceFinder(packages.find_in_workspace, packages.find_hiding))
-        sys.meta_path.append(PackageFinder(packages.find, packages.find_module))
+        ros1 = PackageFinder(packages.find, packages.find_module)
+        sys.meta_path.append(ros1)
+        if is_beside_ros2():
+            from pipros.msg.importing.beside_ros2 import Ros2Finder
+
+            sys.meta_path.insert(0, Ros2Finder(ros1.find_spec))
+
+
+def is_beside_ros2() -> bool:
+    """Return whether this environment also contains ROS 2."""
+    return "AMENT_PREFIX_PATH" in os.environ or os.path.isdir(os.path.join(sys.prefix, "share/ament_index"))
 
 
 def installed_library() -> Library:
@@ -349,6 +359,10 @@ class InterfaceFinder:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        if name.startswith("pipros.ros1."):
+            from pipros.msg.importing.ros1_modules import ros1_spec
+
+            return ros1_spec(self.library, name)
         package, _, rest = name.partition(".")
         kind, _, type_module = rest.partition(".")
         if kind not in KINDS or (type_module and type_module[0] != "_") or not _may_be_package(package):

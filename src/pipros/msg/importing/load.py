@@ -6,13 +6,13 @@ genpy generated for the type. The result is the class that `from package.msg imp
 
 from __future__ import annotations
 
-import importlib
 import sys
 from typing import Any
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
+from pipros.msg.importing.modules import ros1_module
 from pipros.msg.language.type_names import is_full_type_name
 
 install()  # in case `pipros.pth` has not installed the hook
@@ -63,9 +63,9 @@ def _load(kind: str, type_name: str) -> Any:
     if module_name not in sys.modules:
         _check_defined(kind, type_name)
     try:
-        module = importlib.import_module(module_name)
+        module = ros1_module(package, kind)
     except ModuleNotFoundError as error:
-        if error.name not in (package, module_name):
+        if error.name not in (package, module_name, f"pipros.ros1.{module_name}"):
             raise
         raise _hidden(kind, type_name) from None
     found = getattr(module, name, None)

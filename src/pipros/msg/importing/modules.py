@@ -8,6 +8,7 @@ either kind of package can therefore be read with the other.
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from importlib.machinery import ModuleSpec, PathFinder
 
@@ -23,6 +24,50 @@ if TYPE_CHECKING:
     from pipros.msg.importing.library import Library
 else:
     Loader = object  # Importing importlib.abc would take milliseconds.
+
+
+def ros1_module(package: str, kind: str) -> ModuleType:
+    """Import `<package>.<kind>`, or `pipros.ros1.<package>.<kind>` if the former is ROS 2's.
+
+    Raises:
+        ModuleNotFoundError: there is no such module.
+    """
+    name = f"{package}.{kind}"
+    known = sys.modules.get(name)
+    if known is not None and isinstance(known.__loader__, InterfaceLoader):
+        return known
+    return importlib.import_module(f"pipros.ros1.{name}" if is_ros2_name(package) else name)
+
+
+def is_ros2_name(package: str) -> bool:
+    """Import a top-level package, and return whether the messages in it are ROS 2's."""
+    file = getattr(importlib.import_module(package), "__file__", None)
+    return file is not None and not ros1_has_public_names() and is_ros2_folder(os.path.dirname(file))
+
+
+def ros1_has_public_names() -> bool:
+    """Return whether public names belong to ROS 1 where ROS 2's wheels have the same names."""
+    return os.environ.get("PIPROS_MESSAGES") == "ros1"
+
+
+def is_ros2_folder(folder: str) -> bool:
+    """Return whether rosidl generated the Python package in a folder: it then has these libraries."""
+    try:
+        return any("__rosidl_typesupport_" in name for name in os.listdir(folder))
+    except OSError:
+        return False
+
+
+def why_not_ros1(value: object) -> str:
+    """Return why a class or a message of ROS 2 cannot be used in ROS 1, and what to use instead."""
+    cls = value if isinstance(value, type) else type(value)
+    home = cls.__module__.rpartition(".")[0]
+    file = getattr(sys.modules.get(home), "__file__", None)
+    return (
+        f"{home}.{cls.__name__} is a class of ROS 2 ({file}), whose packages have the same names in this "
+        "environment. Install ROS 2 in an environment of its own, or import ROS 1's class: "
+        f"from pipros.ros1.{home} import {cls.__name__}"
+    )
 
 
 def interface_spec(
@@ -42,7 +87,7 @@ def interface_spec(
         return regular
     if not types:
         return regular
-    return ModuleSpec(name, _InterfaceLoader(library, package, kind), is_package=True)
+    return ModuleSpec(name, InterfaceLoader(library, package, kind), is_package=True)
 
 
 def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleSpec | None:
@@ -52,13 +97,13 @@ def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleS
     """
     parent = sys.modules.get(f"{package}.{kind}")
     loader = getattr(parent, "__loader__", None)
-    if not isinstance(loader, _InterfaceLoader) or module.removeprefix("_") not in loader.types():
+    if not isinstance(loader, InterfaceLoader) or module.removeprefix("_") not in loader.types():
         return None
     type_name = f"{package}/{module.removeprefix('_')}"
-    return ModuleSpec(f"{package}.{kind}.{module}", _TypeLoader(library, kind, type_name))
+    return ModuleSpec(f"{package}.{kind}.{module}", TypeLoader(library, kind, type_name))
 
 
-class _InterfaceLoader(Loader):
+class InterfaceLoader(Loader):
     """Loader that gives a package's module `__getattr__` and `__dir__` functions for its types.
 
     `__all__` is computed whenever it is read.
@@ -100,7 +145,7 @@ class _InterfaceLoader(Loader):
         return homes
 
 
-class _TypeLoader(Loader):
+class TypeLoader(Loader):
     """Loader that compiles one message or service."""
 
     def __init__(self, library: Library, kind: str, type_name: str) -> None:
@@ -115,7 +160,7 @@ class _TypeLoader(Loader):
         code, embedded = self._library.code(self._kind, self._type)
         for type_name, alias in embedded.items():
             package, _, name = type_name.partition("/")
-            module.__dict__[alias] = getattr(importlib.import_module(f"{package}.msg"), name)
+            module.__dict__[alias] = getattr(ros1_module(package, "msg"), name)
         run(code, module.__dict__)
         classes = [name for name in module.__dict__ if name[0] != "_"]
         module.__dict__["__getattr__"] = lambda name: _imported(module, name, classes)
@@ -131,7 +176,9 @@ def _imported(module: ModuleType, name: str, classes: Iterable[str]) -> object:
     from pipros.msg.importing.star_names import imported_name, imported_names
 
     if name == "__all__":
-        found = imported_names([getattr(module, key) for key in classes])
+        found = imported_names(
+            [getattr(module, key) for key in classes], lambda package: ros1_module(package, "msg")
+        )
         module.__dict__.update({key: value for key, value in found.items() if key not in module.__dict__})
         return sorted({*classes, *found})
     try:

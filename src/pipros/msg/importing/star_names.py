@@ -5,8 +5,9 @@ After `from rosapi.srv import *`, scripts can use `rosapi.srv.Topics`, `genpy.Ti
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from importlib import import_module
+from types import ModuleType
 
 MODULES = ("codecs", "genpy", "struct", "sys")
 """The modules that every generated module imports. A generated module also sets `python3`."""
@@ -25,10 +26,13 @@ def imported_name(name: str) -> object:
     raise AttributeError(name)
 
 
-def imported_names(classes: Iterable[object]) -> dict[str, object]:
+def imported_names(classes: Iterable[object], messages_of: Callable[[str], ModuleType]) -> dict[str, object]:
     """Return all names that the modules generated for these messages import, with their values.
 
     The names include the packages of all embedded messages, at any depth.
+
+    Args:
+        messages_of: function that imports the module with the messages of a package.
     """
     found = {name: imported_name(name) for name in (*MODULES, "python3")}
     seen, new = set[str](), list(classes)
@@ -38,6 +42,7 @@ def imported_names(classes: Iterable[object]) -> dict[str, object]:
             package, slash, name = type_name.partition("/")
             if slash and type_name not in seen:
                 seen.add(type_name)
-                new.append(getattr(import_module(f"{package}.msg"), name))
-                found[package] = import_module(package)
+                module = messages_of(package)
+                new.append(getattr(module, name))
+                found[package] = import_module(module.__name__.removesuffix(".msg"))
     return found

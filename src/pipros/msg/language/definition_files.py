@@ -98,6 +98,10 @@ class DefinitionFiles:
 
 def _advice(package: str) -> str:
     """Return advice on a missing package: the places that were searched, or how to install the package."""
+    from pipros.packages.installed_packages import find_of_ros2
+
+    if folder := find_of_ros2(package):
+        return f"{folder} is a package of ROS 2"
     from pipros.packages.well_known import why_not_here
 
     return why_not_here(package) or _where_packages_are()

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import codecs
+import importlib
 import struct
 import sys
+from types import ModuleType
 
 import geometry_msgs
 import pytest
@@ -14,6 +16,11 @@ from std_msgs.msg import String
 
 import genpy
 from pipros.msg.importing.star_names import imported_name, imported_names
+
+
+def messages_of(package: str) -> ModuleType:
+    return importlib.import_module(f"{package}.msg")
+
 
 EVERY_MODULE = {"codecs": codecs, "genpy": genpy, "struct": struct, "sys": sys, "python3": True}
 
@@ -30,9 +37,9 @@ def test_other_names_are_attribute_errors(name: str) -> None:
 
 
 def test_messages_without_embedded_ones_import_no_package() -> None:
-    assert imported_names([String]) == EVERY_MODULE
+    assert imported_names([String], messages_of) == EVERY_MODULE
 
 
 def test_the_packages_of_embedded_messages_are_imported_at_any_depth() -> None:
     packages = {"geometry_msgs": geometry_msgs, "std_msgs": std_msgs}
-    assert imported_names([String, PoseStamped]) == EVERY_MODULE | packages
+    assert imported_names([String, PoseStamped], messages_of) == EVERY_MODULE | packages
