@@ -48,7 +48,7 @@ _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
 _ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
 _DDS = Path(__file__).parent / "dds"
-_GENUINE_ROS2 = _INTEROP / "test_gateway_with_genuine_ros2.py"
+_GENUINE_ROS2 = [_INTEROP / f"test_{name}.py" for name in ("gateway_with_genuine_ros2", "one_environment")]
 _WINDOWS = Path(__file__).parent / "windows"
 _PYODIDE = Path(__file__).parent / "pyodide"
 _FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
@@ -87,7 +87,7 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
         collection_path.is_relative_to(_DDS) and not is_required() and dds_peers.missing()
     )
     is_left_out = is_left_out or (
-        collection_path == _GENUINE_ROS2 and not is_required() and ros2_wheels.missing()
+        collection_path in _GENUINE_ROS2 and not is_required() and ros2_wheels.missing()
     )
     is_left_out = is_left_out or (
         collection_path.is_relative_to(_WINDOWS) and not is_required() and windows.missing()

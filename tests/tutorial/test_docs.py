@@ -54,6 +54,7 @@ OTHERS = {
     ("policy.md", "console"): "tests/unit/cli/test_policy.py",
     ("policy.md", "yaml"): "tests/unit/cli/test_policy.py",
     ("ros2.md", "console"): "tests/graph/test_ros2_command.py",
+    ("ros2.md", "python"): "tests/interop/test_one_environment.py",
     ("ros2.md", "yaml"): "tests/unit/ros2/test_docs.py",
     ("rtps.md", "python"): "tests/unit/ros2/rtps/test_participant.py",
     ("scene.md", "console"): "tests/graph/test_rviz.py",

@@ -15,12 +15,15 @@ from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironmen
 from pipros.basics.errors import PiprosError
 from pipros.health.installed_files import changed_packages
 from pipros.health.machine import MachineReport, PathKind
+from pipros.msg.importing.modules import ros1_has_public_names
 from pipros.net.address import LOOPBACK, address_towards, bind_host, is_loopback
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import reason_of
 from pipros.net.sockets import NoFreePort, listen
 from pipros.net.this_machine import addresses_of, has_address, is_this_machine, listening_addresses
+from pipros.packages import SHARE
+from pipros.packages.installed_packages import AMENT_INDEX, share_folders
 from pipros.workspace.overlays import MARKER
 
 COMMANDS = ("roscore", "roslaunch", "rosrun", "rosnode", "rostopic", "rosparam", "rosservice", "rosmsg")
@@ -72,6 +75,7 @@ def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: flo
         missing_setup_files=_missing_setup_files(values),
         bound_host=bind_host(environment),
         port_problem=_port_problem(environment),
+        ros2_packages=() if ros1_has_public_names() else _ros2_packages(),
         workspace=_workspace_around(Path.cwd()),
     )
 
@@ -180,6 +184,13 @@ def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
             if spec is not None and spec.origin is not None:
                 places[name] = Path(spec.origin).parent.parent
     return places
+
+
+def _ros2_packages() -> tuple[str, ...]:
+    """Return the installed packages of ROS 2 that have the name of a package of pipros."""
+    shares = map(Path, share_folders())
+    installed = {file.name for share in shares for file in (share / AMENT_INDEX).glob("*")}
+    return tuple(sorted(name for name in installed if Path(SHARE, name).is_dir()))
 
 
 def _is_ours(package: Path) -> bool:

@@ -47,6 +47,7 @@ class MachineReport:
             unset or invalid.
         not_called_back: the URI on this machine that the master received but did not call in time; empty if
             the master called it, or if this was not tested.
+        ros2_packages: packages of ROS 2 in this environment that have the names of pipros's packages.
         workspace: the devel space of the workspace that contains the working directory, if there is one.
     """
 
@@ -68,4 +69,5 @@ class MachineReport:
     bound_host: str = "0.0.0.0"  # noqa: S104  # a value, nothing is bound
     port_problem: str = ""
     not_called_back: str = ""
+    ros2_packages: tuple[str, ...] = ()
     workspace: Path | None = None

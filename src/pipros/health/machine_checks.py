@@ -93,6 +93,20 @@ def other_ros_set_up(machine: MachineReport) -> Findings:
             )
 
 
+def ros2_packages(machine: MachineReport) -> Findings:
+    """Find packages of ROS 2 in pipros's environment, which hide ROS 1's messages from scripts."""
+    names = machine.ros2_packages
+    if names:
+        listing = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+        yield warning(
+            "ros-2-packages",
+            f"This environment also contains ROS 2: scripts import ROS 2's classes from {listing}",
+            "Install ROS 2 in an environment of its own; or import ROS 1's classes in scripts: from "
+            "pipros.ros1.std_msgs.msg import String; or export PIPROS_MESSAGES=ros1.",
+            *names,
+        )
+
+
 def missing_paths(machine: MachineReport) -> Findings:
     """Find entries in path variables that are not existing folders."""
     for name in _PATH_VARIABLES:
@@ -298,6 +312,7 @@ CHECKS: tuple[Callable[[MachineReport], Findings], ...] = (
     mixed_python,
     changed_packages,
     other_ros_set_up,
+    ros2_packages,
     missing_paths,
     missing_setup_files,
     workspace_not_set_up,

@@ -2,6 +2,17 @@
 
 from pipros.basics.rooms import Room, RoomCommand
 
+_PACKAGES = (
+    *("rclpy", "rmw-fastrtps-cpp", "std-msgs", "std-srvs", "sensor-msgs", "geometry-msgs", "nav-msgs"),
+    *("diagnostic-msgs", "trajectory-msgs", "visualization-msgs"),
+)
+
+
+def _wheels(distribution: str) -> tuple[str, ...]:
+    where = "sys_platform == 'linux' and platform_machine == 'x86_64'"
+    return tuple(f"ros-{distribution}-{name}; {where}" for name in _PACKAGES)
+
+
 ROOM = Room(
     "ros2",
     "the gateway to ROS 2, and ROS 2 bags",
@@ -17,5 +28,10 @@ ROOM = Room(
     check="pipros.ros2.health:CHECK",
     offers={"bags": "pipros.ros2.commands.bags"},
     # For rmw_zenoh. The defaults of eclipse-zenoh change between minor versions; xxhash computes GIDs.
-    extras={"zenoh": ("eclipse-zenoh>=1.10,<1.11", "xxhash>=3.4")},
+    # ROS 2 itself: rclpy, the middleware that it loads, and the packages whose messages ROS 1 also has.
+    extras={
+        "zenoh": ("eclipse-zenoh>=1.10,<1.11", "xxhash>=3.4"),
+        "jazzy": _wheels("jazzy"),
+        "kilted": _wheels("kilted"),
+    },
 )

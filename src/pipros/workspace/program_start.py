@@ -18,9 +18,11 @@ from pathlib import Path
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.windows import ON_WINDOWS
 from pipros.basics.words import split_words
+from pipros.msg.importing.hook import is_beside_ros2
 from pipros.packages import SHARE
 from pipros.packages.installed_packages import folders as installed_folders
 from pipros.packages.system_packages import child_package_path, is_compiled, manifest_folders
+from pipros.workspace.client_library import beside_ros2
 from pipros.workspace.script_interpreter import ScriptInterpreter, interpreter_of
 
 _POSIX_SHELL = "/bin/sh"
@@ -42,13 +44,15 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
 
 
 def environment_of(program: Path, variables: Mapping[str, str]) -> dict[str, str]:
-    """Return `program_environment` for one program.
+    """Return `program_environment` for one program, adapted by `beside_ros2`.
 
     Compiled programs are linked with genuine roscpp, and need the plugin descriptions in Debian's packages.
     If such packages are installed, their folder and the folders of packages installed by pip are added to
     `ROS_PACKAGE_PATH`.
     """
     environment = program_environment(variables)
+    chosen = _script_interpreter(program, environment) if is_beside_ros2() else None
+    environment = beside_ros2(program, chosen.interpreter if chosen else None, environment)
     if is_compiled(program) and next(manifest_folders(), None):
         path = environment.get("ROS_PACKAGE_PATH", "")
         environment["ROS_PACKAGE_PATH"] = child_package_path(path, SHARE, list(installed_folders()))

@@ -39,6 +39,7 @@ FAULTS: dict[str, MachineReport] = {
     "mixed-python": machine(python_packages={"rospy": Path("/opt/ros/noetic/lib/python3/dist-packages")}),
     "changed-packages": machine(changed_packages={"rospy": "py3rosmsgs", "genpy": ""}),
     "ros-2-environment": machine({"ROS_VERSION": "2", "AMENT_PREFIX_PATH": "/opt/ros/humble"}),
+    "ros-2-packages": machine(ros2_packages=("nav_msgs", "rcl", "std_msgs", "std_srvs", "tf2_msgs")),
     "mixed-paths": machine({"CMAKE_PREFIX_PATH": "/ws/devel:/opt/ros/noetic"}),
     "missing-path": machine({"ROS_PACKAGE_PATH": "/gone/src"}, paths={"/gone/src": PathKind.MISSING}),
     "missing-setup-file": machine(missing_setup_files={"~/.bashrc": "/opt/ros/noetic/setup.bash"}),

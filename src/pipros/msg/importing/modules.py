@@ -30,7 +30,7 @@ def ros1_module(package: str, kind: str) -> ModuleType:
     """Import `<package>.<kind>`, or `pipros.ros1.<package>.<kind>` if the former is ROS 2's.
 
     Raises:
-        ModuleNotFoundError: there is no such module.
+        ModuleNotFoundError: the module does not exist.
     """
     name = f"{package}.{kind}"
     known = sys.modules.get(name)

@@ -18,6 +18,7 @@ from pipros.basics.input_file import read_text
 from pipros.basics.limits import process_limits
 from pipros.msg.language.digest import DEPTH_LIMIT
 from pipros.msg.language.spec import DefinitionError, MessageSpec, ServiceSpec
+from pipros.packages.installed_packages import AMENT_INDEX, share_folders
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.action_types import Ros2Action
 from pipros.ros2.interfaces.derive import derived_message, derived_service
@@ -252,10 +253,10 @@ def embedded_messages(message: Ros2Message, lookup: Callable[[str], Ros2Message]
 
 
 def folders_of_environment(environment: Mapping[str, str]) -> list[Path]:
-    """Return the `share` folders of the ROS 2 installations and workspaces in `AMENT_PREFIX_PATH`."""
-    return [
-        Path(each) / "share" for each in environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each
-    ]
+    """Return the `share` folders of ROS 2: those of `AMENT_PREFIX_PATH`, and those of installed wheels."""
+    listed = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    wheels = (Path(each) for each in share_folders() if Path(each, AMENT_INDEX).is_dir())
+    return [*(Path(each) / "share" for each in listed if each), *wheels]
 
 
 def installed_definitions() -> Ros1Definitions:
