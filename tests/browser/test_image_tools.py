@@ -9,7 +9,7 @@ from typing import Any
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
 from tests.browser.test_tab_details import wait_for_corners
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -171,6 +171,7 @@ def test_two_images_are_paired_and_subtracted(ros: RosSystem, open_tab: OpenTab)
     expect(tab.locator(".picture canvas:not(.over):visible")).to_have_count(2)
     expect(tab.locator(".tab-images .bar")).to_contain_text("4.0 ms apart")
     keep_screenshots(tab, "image-pair")
+    show_all_controls(tab)
     tab.get_by_role("button", name="Zoom in").click()
     zoomed = "[...document.querySelectorAll('.picture > canvas')].map((each) => each.style.transform)"
     wait_until(lambda: "scale(1.25)" in tab.evaluate(zoomed)[0], 30, "the zoom")

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -190,6 +190,7 @@ def test_samples_are_snapped_to_measured_filtered_and_saved(ros: RosSystem, open
     tab = open_tab(Page(ros), "plot//circle/x")
     legend = tab.locator(".legend")
     expect(legend).to_contain_text(re.compile(r"/circle/x: -?\d"))
+    show_all_controls(tab)
     tab.get_by_label("Line at a value").fill("2.5")
     tab.get_by_label("Line at a value").press("Enter")
     expect(legend).to_contain_text("line 2.5")

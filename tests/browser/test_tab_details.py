@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -76,6 +76,7 @@ def test_curves_pause_zoom_follow_and_are_saved(robot: RosSystem, open_tab: Open
     tab.get_by_label("Highest value").press("Tab")
     expect(ticks).to_be_visible()
     with tab.expect_download() as download:
+        show_all_controls(tab)
         tab.get_by_role("button", name="CSV").click()
     lines = Path(download.value.path()).read_text().splitlines()
     assert lines[0] == "time,field,value"
