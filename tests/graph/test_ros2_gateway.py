@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
 
 from pipros.msg import load_message_class, load_service_class
+from pipros.node.service_link import ServiceFailed
 from pipros.ros2.interface import (
     Durability,
     EndpointKind,
@@ -230,6 +233,62 @@ def test_static_rules_with_types_pass_topics_before_a_node_publishes_them(system
     wait_while_publishing(lambda: publisher.publish(String("out")), lambda: samples, "a message in ROS 2")
     wait_while_publishing(lambda: ros2_publisher.publish(cdr("in")), lambda: received, "a message in ROS 1")
     assert ({*texts(samples)}, {*received}) == ({"out"}, {"in"})
+
+
+def test_bursts_of_reliable_topics_reach_ros1_completely(system: System) -> None:
+    system.gateway()
+    publisher = system.advertise("/imu", STRING, STRING_HASH, TopicQos(depth=1000))
+    received: list[str] = []
+    system.ros1.subscribe("/imu", String, lambda message: received.append(message.data))
+    wait_while_publishing(lambda: publisher.publish(cdr("first")), lambda: received, "the first message")
+    for burst in range(8):
+        for number in range(100):
+            publisher.publish(cdr(f"{burst} {number}"))
+        wait_until(lambda last=f"{burst} 99": received[-1] == last, what="the last message of the burst")
+
+    assert [text for text in received if text != "first"] == [
+        f"{a} {b}" for a in range(8) for b in range(100)
+    ]
+
+
+def test_slow_services_answer_within_the_timeout_of_a_rule(system: System) -> None:
+    release = threading.Event()
+
+    def answer(request: Any) -> Any:
+        release.wait(60)
+        return SetBool._response_class(request.data, "late")
+
+    system.ros1.serve("/plan", SetBool, answer)
+    system.ros1.serve("/short", SetBool, answer)
+    gateway = system.gateway(
+        "services: {to_ros1: {allow: [/plan, /short]}, static: [{name: /short, timeout_s: 0.2}]}"
+    )
+    plan, short = (system.ros2.caller(name, SET_BOOL, SET_BOOL_HASH) for name in ("/plan", "/short"))
+    wait_until(lambda: plan.is_available and short.is_available, what="the services in ROS 2")
+
+    with ThreadPoolExecutor() as executor:
+        answers = [executor.submit(each.call, CDR + b"\1\0\0\0", 60.0) for each in (short, plan)]
+        wait_until(
+            lambda: [row.dropped for row in gateway.status().passed if row.name == "/short"] == [1],
+            what="the timeout",
+        )
+        release.set()
+        assert answers[1].result()[4:5] == b"\1"
+        short.close()
+        answers[0].exception()
+
+
+def test_calls_to_slow_services_of_ros2_take_as_long_as_a_rule_allows(system: System) -> None:
+    system.gateway("services: {static: [{name: /switch, timeout_s: 0.2}]}")
+    release = threading.Event()
+    system.ros2.serve("/switch", SET_BOOL, SET_BOOL_HASH, lambda request: release.wait(60) and request)
+    wait_until(
+        lambda: "/switch" in {name for name, _ in system.ros1.master.get_system_state()[2]},
+        what="the service in ROS 1",
+    )
+    with pytest.raises(ServiceFailed, match=r"0\.2 s"):
+        system.ros1.client("/switch", SetBool).call(SetBool._request_class(True), 60.0)
+    release.set()
 
 
 def test_services_of_ros2_are_offered_in_ros1(system: System) -> None:

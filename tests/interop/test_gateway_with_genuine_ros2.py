@@ -144,6 +144,20 @@ def test_topics_pass_in_both_directions_without_gaps(system: System) -> None:
     system.check_topics()
 
 
+def test_bursts_from_ros2_arrive_without_gaps(system: System) -> None:
+    system.check_topics()
+    start = system.ros1.mark()
+    for _ in range(8):
+        mark = system.ros1.mark()
+        system.ros2.write_line("burst 100")
+        for _ in range(10):  # the node prints each tenth number
+            system.ros1.wait_for("^at /r2_reliable ", since=mark)
+            mark += 1
+    after = system.ros1.mark()
+    system.ros1.wait_for("^at /r2_reliable ", since=after)
+    assert "gap /r2_reliable" not in "\n".join(system.ros1.lines[start:])
+
+
 def test_late_subscribers_get_latched_messages(system: System) -> None:
     for node, text in ((system.ros1, "kept in ROS 2"), (system.ros2, "kept in ROS 1")):
         node.write_line("subscribe_late")

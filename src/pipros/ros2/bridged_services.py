@@ -16,13 +16,22 @@ from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.type_pairs import ServicePair
 
 CALL_S: Final = 5.0
-"""Timeout of service calls, as in ros1_bridge."""
+"""Timeout of calls to ROS 2, as in ros1_bridge. Rules set other timeouts."""
+ANSWER_S: Final = 300.0
+"""Timeout of calls from ROS 2, whose clients are not notified of failures."""
 
 
 class ServiceToRos1:
     """A ROS 1 service, offered in ROS 2. If a call fails, the ROS 2 client gets no reply."""
 
-    def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
+    def __init__(
+        self,
+        node: Node,
+        engine: Ros2Engine,
+        name: str,
+        pair: ServicePair,
+        timeout_s: float | None = None,
+    ) -> None:
         """Offer the ROS 1 service in ROS 2.
 
         Raises:
@@ -34,13 +43,14 @@ class ServiceToRos1:
         self._name = name
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
+        self._timeout_s = ANSWER_S if timeout_s is None else timeout_s
         self._server = engine.serve(name, pair.plan.ros2_type, pair.type_hash, self._answer, pair.parts)
 
     def _answer(self, request: bytes) -> bytes:
         client = self._node.client(self._name, self._class)
         try:
             response: AnyMsg = client.call(
-                self._class._request_class(self._plan.request.to_ros1(request)), CALL_S
+                self._class._request_class(self._plan.request.to_ros1(request)), self._timeout_s
             )
             reply = self._plan.response.to_cdr(response.body)
         except (PiprosError, ValueError) as error:
@@ -62,7 +72,14 @@ class ServiceToRos1:
 class ServiceToRos2:
     """A ROS 2 service, offered in ROS 1."""
 
-    def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
+    def __init__(
+        self,
+        node: Node,
+        engine: Ros2Engine,
+        name: str,
+        pair: ServicePair,
+        timeout_s: float | None = None,
+    ) -> None:
         """Offer the ROS 2 service in ROS 1. Blocks until the master answers.
 
         Raises:
@@ -74,6 +91,7 @@ class ServiceToRos2:
         self._name = name
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
+        self._timeout_s = CALL_S if timeout_s is None else timeout_s
         self._slots = threading.BoundedSemaphore(node.limits.of(Ros2Limits).ros2_calls)
         self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash, pair.parts)
         try:
@@ -87,7 +105,7 @@ class ServiceToRos2:
             self.counts.fail(f"{self._name}: too many pending calls to ROS 2")
             raise HandlerError("too many pending calls to ROS 2")
         try:
-            reply = self._caller.call(self._plan.request.to_cdr(request.body), CALL_S)
+            reply = self._caller.call(self._plan.request.to_cdr(request.body), self._timeout_s)
             response: AnyMsg = self._class._response_class(self._plan.response.to_ros1(reply))
             self.counts.passed += 1
             return response

@@ -38,7 +38,7 @@ from pipros.ros2.type_pairs import TypePair
 MARK: Final = "pipros_ros2"
 """Field in the connection header of each topic that a gateway publishes in ROS 1."""
 STATIC_TRANSFORMS: Final = "/tf_static"
-_QUEUE: Final = 100
+_QUEUE: Final = 1000
 _KEPT: Final = 100
 """Maximum number of latching publishers per topic whose last message is kept for late subscribers."""
 

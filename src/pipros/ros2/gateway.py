@@ -289,7 +289,8 @@ class Gateway:
     def _service_to_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, name)
         pair = self._pairs.of_service(graph.services[name])
-        return pair.plan.ros1_type, lambda: ServiceToRos1(self._node, self._engine, name, pair)
+        timeout_s = self._rules.timeouts_s.get(name)
+        return pair.plan.ros1_type, lambda: ServiceToRos1(self._node, self._engine, name, pair, timeout_s)
 
     def _service_to_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.services:
@@ -297,7 +298,8 @@ class Gateway:
         server = callable_server(found.services[name])
         pair = self._pairs.of_ros2_service(server.type)
         self._pairs.check_hash(pair.plan.ros2_type, {pair.type_hash, pair.parts.request}, server.type_hash)
-        return pair.plan.ros2_type, lambda: ServiceToRos2(self._node, self._engine, name, pair)
+        timeout_s = self._rules.timeouts_s.get(name)
+        return pair.plan.ros2_type, lambda: ServiceToRos2(self._node, self._engine, name, pair, timeout_s)
 
     def _action_to_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)

@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from pipros.ros2.interface import Durability, Endpoint, Reliability, TopicQos
 
 LEAST_DEPTH = 10
-"""Minimum depth of publishers, except on `/clock` and latched topics, and default depth of subscribers.
-
-This is the default depth in ROS 2.
+"""Minimum depth of publishers, except on `/clock` and latched topics, and default depth of best_effort and of
+transient_local subscribers. This is the default depth in ROS 2.
+"""
+RELIABLE_DEPTH = 1000
+"""Default depth of reliable volatile subscribers, so that bursts arrive: DDS does not announce the depth of a
+publisher. `Ros2Limits.ros2_inbox_bytes` limits the memory.
 """
 
 _STATIC_TRANSFORMS = "/tf_static"
@@ -63,7 +66,7 @@ def offered_qos(
 
 
 def requested_qos(
-    publishers: Sequence[Endpoint], *, depth: int = LEAST_DEPTH, override: QosOverride | None = None
+    publishers: Sequence[Endpoint], *, override: QosOverride | None = None
 ) -> tuple[ReaderChoice, ...]:
     """Return the subscribers that together receive from all publishers of a ROS 2 topic.
 
@@ -79,7 +82,8 @@ def requested_qos(
             continue
         is_reliable = all(each.qos.reliability is Reliability.RELIABLE for each in group)
         reliability = Reliability.RELIABLE if is_reliable else Reliability.BEST_EFFORT
-        qos = TopicQos(reliability, durability, depth)
+        is_lossless = is_reliable and durability is Durability.VOLATILE
+        qos = TopicQos(reliability, durability, RELIABLE_DEPTH if is_lossless else LEAST_DEPTH)
         keys = frozenset(each.key for each in group)
         choices.append(ReaderChoice(qos if override is None else override.applied_to(qos), keys))
     return tuple(choices)

@@ -7,6 +7,7 @@
         - {ros1: /scan, ros2: /front/scan, direction: to_ros2, rate: 5, qos: {reliability: best_effort}}
     services:
       to_ros1: {allow: [/reset]}
+      static: [{name: /plan, timeout_s: 60}]
 
 Patterns use shell-style wildcards, which also match slashes. The direction of a service or an
 action is the direction of its requests: `to_ros1` lets ROS 2 nodes call ROS 1 services.
@@ -28,6 +29,7 @@ from pipros.ros2.names import checked_name
 from pipros.ros2.qos_choice import QosOverride
 from pipros.safe.yaml import YamlError, load
 
+_DAY_S = 86_400
 _Choice = TypeVar("_Choice", bound=Enum)
 
 
@@ -83,6 +85,8 @@ class StaticRule:
     qos: QosOverride = field(default_factory=QosOverride)
 
 
+INTERNAL = "an internal name"
+"""Start of the reason why an internal name does not pass."""
 _NEVER = {
     RuleKind.TOPIC: ("/parameter_events", "/rosout", "/rosout_agg", "*/_action/*", "*/_*"),
     RuleKind.SERVICE: (
@@ -106,10 +110,16 @@ _NEVER = {
 
 @dataclass(frozen=True, slots=True)
 class GatewayRules:
-    """The rules of a gateway."""
+    """The rules of a gateway.
+
+    Attributes:
+        static: the static rules for topics.
+        timeouts_s: the timeouts of calls, by the name of the service.
+    """
 
     filters: Mapping[tuple[RuleKind, Direction], RuleFilter] = field(default_factory=dict)
     static: tuple[StaticRule, ...] = ()
+    timeouts_s: Mapping[str, float] = field(default_factory=dict)
 
     def verdict(self, kind: RuleKind, direction: Direction, name: str, *, is_local: bool) -> Verdict:
         """Return whether a topic, service or action passes.
@@ -130,7 +140,7 @@ class GatewayRules:
         if name in chosen.allow:
             return Verdict(True)
         if any(fnmatchcase(name, each) for each in _NEVER[kind]):
-            return Verdict(False, f"an internal name passes only if an allow list ({where}) contains it")
+            return Verdict(False, f"{INTERNAL} passes only if an allow list ({where}) contains it")
         if chosen.allow:
             passes = any(fnmatchcase(name, each) for each in chosen.allow)
             return Verdict(passes, "" if passes else f"the allow list ({where}) does not match it")
@@ -181,18 +191,34 @@ def parse_gateway_rules(text: str, file: str) -> GatewayRules:
     sections = _mapping(document, file, {kind.value for kind in RuleKind})
     filters: dict[tuple[RuleKind, Direction], RuleFilter] = {}
     static: list[StaticRule] = []
+    timeouts_s: dict[str, float] = {}
     for kind in RuleKind:
         where = f"{file}: {kind.value}"
         keys = {direction.value for direction in Direction} | (
-            {"static"} if kind is RuleKind.TOPIC else set()
+            set() if kind is RuleKind.ACTION else {"static"}
         )
         section = _mapping(sections.get(kind.value), where, keys)
         for direction in Direction:
             if direction.value in section:
                 filters[kind, direction] = _filter(section[direction.value], f"{where}: {direction.value}")
         for number, rule in enumerate(_list(section.get("static"), f"{where}: static"), 1):
-            static.append(_static(rule, f"{where}: static rule {number}"))
-    return GatewayRules(filters, tuple(static))
+            if kind is RuleKind.TOPIC:
+                static.append(_static(rule, f"{where}: static rule {number}"))
+            else:
+                timeouts_s |= _timeout(rule, f"{where}: static rule {number}")
+    return GatewayRules(filters, tuple(static), timeouts_s)
+
+
+def _timeout(values: Any, where: str) -> dict[str, float]:
+    rule = _mapping(values, where, {"name", "timeout_s"})
+    name, timeout_s = rule.get("name"), rule.get("timeout_s")
+    if not isinstance(name, str) or not name.startswith("/"):
+        raise InvalidRules(f"{where}: name must be the full name of a service, got {name!r}")
+    if isinstance(timeout_s, bool) or not isinstance(timeout_s, int | float) or not 0 < timeout_s <= _DAY_S:
+        raise InvalidRules(
+            f"{where}: timeout_s must be greater than 0, and at most {_DAY_S}, got {timeout_s!r}"
+        )
+    return {name: float(timeout_s)}
 
 
 def _filter(values: Any, where: str) -> RuleFilter:

@@ -39,7 +39,7 @@ class Kit:
         self.last = {}
         self.number = 0
         self.sending = [
-            node.create_publisher(Int32, "/r2_reliable", RELIABLE),
+            node.create_publisher(Int32, "/r2_reliable", QoSProfile(depth=1000)),
             node.create_publisher(Int32, "/r2_best_effort", qos_profile_sensor_data),
         ]
         self.latched = node.create_publisher(String, "/r2_latched", LATCHED)
@@ -59,7 +59,7 @@ class Kit:
             node.create_subscription(Imu, "/r1_imu", self.on_imu, LATCHED),
         ]
         self.late = []
-        node.create_timer(0.05, self.send)
+        self.timer = node.create_timer(0.05, self.send)
         node.create_service(SetBool, "/r2_switch", self.on_switch, callback_group=self.group)
         self.client = node.create_client(SetBool, "/r1_switch", callback_group=self.group)
         self.server = ActionServer(
@@ -119,6 +119,13 @@ class Kit:
         return Fibonacci.Result(sequence=sequence)
 
     # Commands.
+
+    def burst(self, count):
+        """Send numbers without a pause between them."""
+        self.timer.cancel()
+        for _ in range(int(count)):
+            self.send()
+        self.timer.reset()
 
     def nodes(self):
         say("nodes", *sorted(self.node.get_node_names()))

@@ -32,9 +32,11 @@ def test_subscribers_match_all_publishers() -> None:
     a, b = publisher(b"a", RELIABLE, VOLATILE), publisher(b"b", BEST_EFFORT, VOLATILE)
 
     (only,) = requested_qos([a])
-    assert (only.qos, only.publishers) == (TopicQos(RELIABLE, VOLATILE, 10), {b"a"})
-    (both,) = requested_qos([a, b], depth=3)
-    assert (both.qos, both.publishers) == (TopicQos(BEST_EFFORT, VOLATILE, 3), {b"a", b"b"})
+    assert (only.qos, only.publishers) == (TopicQos(RELIABLE, VOLATILE, 1000), {b"a"})
+    (both,) = requested_qos([a, b])
+    assert (both.qos, both.publishers) == (TopicQos(BEST_EFFORT, VOLATILE, 10), {b"a", b"b"})
+    (latched,) = requested_qos([publisher(b"c", RELIABLE, LATCHED)])
+    assert latched.qos.depth == 10
     assert requested_qos([]) == ()
 
 
@@ -109,6 +111,11 @@ def test_lists_decide(kind: RuleKind, direction: Direction, name: str, reason: s
     assert verdict.reason.startswith(reason)
 
 
+def test_static_rules_set_timeouts_of_services() -> None:
+    rules = parse_gateway_rules("services: {static: [{name: /plan, timeout_s: 60}]}", "rules.yaml")
+    assert rules.timeouts_s == {"/plan": 60.0}
+
+
 def test_static_rules_rename_topics() -> None:
     rules = parse_gateway_rules(RULES, "rules.yaml")
 
@@ -133,7 +140,11 @@ def test_static_rules_rename_topics() -> None:
         ("topic: {}", "unknown key topic; the keys are actions, services, topics"),
         ("topics: {to_ros1: {allow: /a}}", "expected a list, got str"),
         ("topics: {to_ros1: {allow: [a]}}", "must begin with / or"),
-        ("services: {static: []}", "unknown key static"),
+        ("actions: {static: []}", "unknown key static"),
+        ("services: {static: [{name: plan, timeout_s: 1}]}", "name must be the full name of a service"),
+        ("services: {static: [{name: /plan}]}", "timeout_s must be greater than 0"),
+        ("services: {static: [{name: /plan, timeout_s: true}]}", "timeout_s must be greater than 0"),
+        ("services: {static: [{name: /plan, timeout_s: 1.0e+6}]}", "and at most 86400"),
         ("topics: {static: [{}]}", "must be a full topic name"),
         ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a full ROS 2 name"),
         ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, both, got 'up'"),

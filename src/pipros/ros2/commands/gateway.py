@@ -157,6 +157,8 @@ def _statuses() -> dict[str, Mapping[str, Any]]:
 
 
 def _lines(name: str, status: Mapping[str, Any]) -> list[str]:
+    from pipros.ros2.rules import INTERNAL
+
     lines = [f"{listed(name)}:"]
     for row in status["passed"]:
         arrow = "->" if row["direction"] == "to_ros2" else "<-"
@@ -166,7 +168,12 @@ def _lines(name: str, status: Mapping[str, Any]) -> list[str]:
         what = "" if row["kind"] == "topics" else f"{row['kind'].removesuffix('s')} "
         name = listed(row["name"])
         lines.append(f"  ROS 1 {arrow} ROS 2  {what}{name} ({listed(kind)}): {state}{dropped}")
+    internal = [what for what, why in status["left_out"].items() if why.startswith(INTERNAL)]
     lines += [
-        f"  left out: {listed(what)}: {listed(why)}" for what, why in sorted(status["left_out"].items())
+        f"  left out: {listed(what)}: {listed(why)}"
+        for what, why in sorted(status["left_out"].items())
+        if what not in internal
     ]
+    if internal:
+        lines.append(f"  left out: internal names: {len(internal)} (--json lists them)")
     return lines

@@ -35,6 +35,8 @@ _TOKEN_S: Final = 0.5
 _NO_TOKEN_S: Final = 10.0
 """Time during which a subscriber does not wait for tokens, after a publisher turned out to have none."""
 _SERVICE_QOS: Final = TopicQos(depth=10)
+_QUEUED: Final = 100
+"""Maximum number of messages that wait for a callback, because Zenoh's queue has no limit in bytes."""
 
 
 class ZenohConnection(Protocol):
@@ -128,7 +130,7 @@ class ZenohSubscriber:
         self._wait_from_s = 0.0
         # In Lyrical, publishers use the plain key only while there is a subscriber's token.
         key, _, token = connection.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
-        channel = zenoh.handlers.RingChannel(max(1, qos.depth))
+        channel = zenoh.handlers.RingChannel(max(1, min(qos.depth, _QUEUED)))
         if qos.durability is Durability.TRANSIENT_LOCAL:
             self._subscriber = ext.declare_advanced_subscriber(
                 connection.session,
