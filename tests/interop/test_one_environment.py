@@ -120,6 +120,10 @@ class Shared:
             "<launch><node pkg='programs' type='ros1.py' name='ros1' output='screen'/>"
             "<node pkg='programs' type='ros2.py' name='ros2' output='screen'/></launch>"
         )
+        (folder / "ws" / "programs" / "prefix.launch").write_text(
+            "<launch><node pkg='programs' type='other.py' name='other' output='screen' "
+            "launch-prefix='/usr/bin/python3'/></launch>"
+        )
         enable_multicast(network)
         self.core = self.start("roscore")
         self.core.wait_for(r"started core service \[/rosout\]")
@@ -223,6 +227,11 @@ def test_launchers_give_the_public_names_to_ros1_in_scripts_of_rospy(shared: Sha
 def test_nodes_of_other_environments_do_not_inherit_the_libraries(shared: Shared, program: str) -> None:
     ended = shared.run("rosrun", "programs", program, PIPROS_INTERPRETER="script", LD_LIBRARY_PATH="/own/lib")
     assert ended.stdout == ["inherited None /own/lib"]
+
+
+def test_the_python_of_a_launch_prefix_does_not_inherit_the_libraries(shared: Shared) -> None:
+    launch = shared.run("roslaunch", "--no-summary", "programs", "prefix.launch")
+    assert "inherited None None" in launch.output
 
 
 def test_a_node_that_is_half_rospy_and_half_rclpy_passes_200_messages_a_second(shared: Shared) -> None:

@@ -16,6 +16,7 @@ from pipros.basics.words import split_words
 from pipros.launch.model import LaunchNode, Machine, WorkingFolder
 from pipros.launch.nodelet_choice import why_not_loadable
 from pipros.packages.well_known import why_not_here
+from pipros.workspace.client_library import without_libraries
 from pipros.workspace.executables import Executables, find_executables, list_executables, package_of_programs
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, environment_of, program_environment
@@ -137,7 +138,10 @@ class CommandMaker:
             raise CannotLaunch(reason, node)
         prefix = _words(node.launch_prefix, "launch-prefix", node)
         folder = program.parent if node.working_folder is WorkingFolder.NODE else self._ros_home
-        variables = {**environment_of(program, self._environment), **overlay}
+        variables = environment_of(program, self._environment)
+        if prefix:  # it may start another environment's Python
+            variables = without_libraries(variables)
+        variables = {**variables, **overlay}
         if "ROS_NAMESPACE" not in overlay:
             variables.pop("ROS_NAMESPACE", None)
         try:

@@ -25,12 +25,6 @@ def is_ros1_script(program: Path) -> bool:
     return _imports("rospy", text) and not _imports("rclpy", text)
 
 
-def is_ros2_script(program: Path) -> bool:
-    """Return whether a Python script imports rclpy and not rospy."""
-    text = _start(program)
-    return _imports("rclpy", text) and not _imports("rospy", text)
-
-
 def _start(program: Path) -> str:
     try:
         with program.open("rb") as file:

@@ -8,36 +8,34 @@ from pathlib import Path
 
 import pytest
 
-from pipros.workspace.client_library import beside_ros2, is_ros1_script, is_ros2_script, without_libraries
+from pipros.workspace.client_library import beside_ros2, is_ros1_script, without_libraries
 
 GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"
 
 
 @pytest.mark.parametrize(
-    ("text", "is_ros1", "is_ros2"),
+    ("text", "is_ros1"),
     [
-        ("import rospy\n", True, False),
-        ("import os, rospy as ros\n", True, False),
-        ("    from rospy.topics import Publisher\n", True, False),
-        ("import rclpy\nfrom rclpy.node import Node\n", False, True),
-        ("import sys, rclpy.qos\n", False, True),
-        ("import rospy\nimport rclpy\n", False, False),
-        ("import rospy_helpers\n# import rclpy\n", False, False),
-        ("text = 'from rclpy'\n", False, False),
-        ("\udcff\n", False, False),
+        ("import rospy\n", True),
+        ("import os, rospy as ros\n", True),
+        ("    from rospy.topics import Publisher\n", True),
+        ("import rclpy\nfrom rclpy.node import Node\n", False),
+        ("import sys, rclpy.qos\n", False),
+        ("import rospy\nimport rclpy\n", False),
+        ("import rospy_helpers\n# import rclpy\n", False),
+        ("text = 'from rclpy'\n", False),
+        ("\udcff\n", False),
     ],
 )
-def test_a_script_belongs_to_the_client_library_that_it_imports(
-    tmp_path: Path, text: str, is_ros1: bool, is_ros2: bool
-) -> None:
+def test_scripts_of_ros1_import_rospy_and_not_rclpy(tmp_path: Path, text: str, is_ros1: bool) -> None:
     script = tmp_path / "node.py"
     script.write_bytes(text.encode("utf-8", "surrogateescape"))
-    assert (is_ros1_script(script), is_ros2_script(script)) == (is_ros1, is_ros2)
+    assert is_ros1_script(script) is is_ros1
 
 
-def test_a_script_that_cannot_be_read_belongs_to_neither(tmp_path: Path) -> None:
+def test_a_script_that_cannot_be_read_is_not_of_ros1(tmp_path: Path) -> None:
     assert not is_ros1_script(tmp_path)
-    assert not is_ros2_script(tmp_path / "gone")
+    assert not is_ros1_script(tmp_path / "gone")
 
 
 def test_libraries_of_this_environment_are_removed_and_others_stay() -> None:
