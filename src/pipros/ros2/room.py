@@ -23,6 +23,11 @@ ROOM = Room(
             "Connect the system to others",
             "status topics nodes services actions echo hz pub call",
         ),
+        "port": RoomCommand(
+            "pipros.ros2.commands.port:main",
+            "list what becomes what when a rospy node moves to rclpy, and write a draft",
+            "Connect the system to others",
+        ),
     },
     limits="pipros.ros2.limits:Ros2Limits",
     check="pipros.ros2.health:CHECK",

@@ -1,0 +1,1 @@
+"""Porting of rospy nodes to rclpy."""

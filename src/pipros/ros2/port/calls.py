@@ -1,0 +1,252 @@
+"""Text of expressions: calls of rospy, methods of what it returns, and names."""
+
+from __future__ import annotations
+
+import ast
+import re
+from typing import Final
+
+from pipros.ros2.port.rules import CALLS, EXCEPTIONS, LOGGING, METHODS, NODE, UNSURE
+from pipros.ros2.port.values import PortedValues
+
+_LOG: Final = re.compile(r"rospy\.log(debug|info|warn|err|fatal)(_throttle|_once|_throttle_identical)?")
+_TIMES: Final = {"secs": "sec", "nsecs": "nanosec"}
+_OF_ROS1: Final = ("_connection_header", "_type", "_md5sum", "_full_text", "serialize", "deserialize")
+
+
+class PortedCalls(PortedValues):
+    """Text of expressions; see `PortedText`."""
+
+    def _replaced(self, node: ast.expr) -> str | None:
+        if (
+            isinstance(node, ast.UnaryOp)
+            and isinstance(node.op, ast.Not)
+            and self._called(node.operand) == "rospy.is_shutdown"
+        ):
+            self._change(node, "rclpy.ok()")
+            return "rclpy.ok()"
+        if isinstance(node, ast.Call):
+            return self._call(node)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Sub, ast.Add)):
+            sides = [self._as_time(each) for each in (node.left, node.right)]
+            if any(self._kinds.of(each) == "stamp" for each in (node.left, node.right)):
+                return f"{sides[0]} {'-' if isinstance(node.op, ast.Sub) else '+'} {sides[1]}"
+            return None
+        if isinstance(node, ast.Attribute):
+            return self._attribute(node)
+        if isinstance(node, ast.Name):
+            return self._named(node)
+        return None
+
+    def _attribute(self, node: ast.Attribute) -> str | None:
+        name = self._kinds.full_name(node)
+        if name in EXCEPTIONS:
+            return self._named(node)
+        if node.attr in _TIMES and self._kinds.of(node.value) in ("stamp", "span"):
+            self._change(node, _TIMES[node.attr])
+            return f"{self.text(node.value)}.{_TIMES[node.attr]}"
+        if node.attr in _OF_ROS1:
+            self._todo(node, f"messages of ROS 2 have no {node.attr}")
+            return None
+        if node.attr == "seq" and self._is_header(node.value):
+            self._todo(node, "std_msgs/Header has no seq in ROS 2")
+            return None
+        return self._named(node) if name and self._root_is_module(node) else None
+
+    def _named(self, node: ast.expr) -> str | None:
+        """Return the text of an exception, the class of a part of a service, or an unknown name of rospy."""
+        name = self._kinds.full_name(node)
+        if name in EXCEPTIONS:
+            new, need, doubt = EXCEPTIONS[name]
+            self._needs |= {need} - {""}
+            if doubt:
+                self._todo(node, doubt)
+            else:
+                self._change(node, new)
+            return new
+        found = self._kinds.interface(name)
+        if found is not None and found[0][:4] in ("req:", "res:"):
+            return self._part_class(node, found[0])
+        reason = next((text for prefix, text in UNSURE.items() if name.startswith(prefix)), None)
+        if reason is not None and name not in CALLS:
+            self._todo(node, reason)
+        return None
+
+    def _call(self, node: ast.Call) -> str | None:
+        name = self._kinds.full_name(node.func)
+        log = _LOG.fullmatch(name)
+        if log:
+            return self._log(node, LOGGING[log[1]], log[2] or "")
+        if name in ("rospy.get_param", "rospy.set_param", "rospy.has_param"):
+            return self._parameter(node)
+        if name in CALLS:
+            return self._by_rule(node, name)
+        interface = self._kinds.interface(name)
+        if interface is not None and interface[0][:4] in ("msg:", "req:", "res:"):
+            return self._message(node, interface[0])
+        if name in ("rospy.Header", "genpy.Time", "genpy.Duration"):
+            self._todo(node, "import it from std_msgs.msg or builtin_interfaces.msg")
+            return None
+        kind = self._kinds.of(node.func)
+        if kind.startswith("proxy:"):
+            return self._service_call(node, self.text(node.func), kind)
+        return self._method(node)
+
+    def _by_rule(self, node: ast.Call, name: str) -> str:
+        rule = CALLS[name]
+        given = self._kinds.arguments(node)
+        texts = {key: self.text(value) for key, value in given.items()}
+        for key in ("name", "topic", "service"):
+            value = given.get(key)
+            if isinstance(value, ast.Constant) and re.match(r"~[^/]", str(value.value)):
+                texts[key] = repr(f"~/{str(value.value)[1:]}")
+        if name in ("rospy.Publisher", "rospy.Subscriber"):
+            self._topic(given, texts)
+        if name in ("rospy.sleep", "rospy.Timer"):
+            self._period(given, texts, is_timer=name == "rospy.Timer")
+        if name in ("rospy.Time", "rospy.Time.from_sec", "rospy.Duration") and len(given) == 1:
+            rule_text = rule.template.replace(", nanoseconds={nsecs}", "")
+        else:
+            rule_text = rule.template
+        for key in [key for key in texts if key in rule.ignored.split()]:
+            texts.pop(key)
+        used = set(re.findall(r"\{(\w+)\}", rule_text))
+        for key in [key for key in texts if key not in used]:
+            self._todo(node, f"{name}: the argument {key} has no counterpart")
+        missing = used - texts.keys() - rule.defaults.keys()
+        if missing or len(node.args) > len(rule.parameters.split()):
+            self._todo(node, f"{name}: the arguments are not understood")
+            return self._original(node)
+        self._needs |= set(rule.needs.split())
+        new = re.sub(
+            r"\{(\w+)\}", lambda match: texts.get(match[1], rule.defaults.get(match[1], "")), rule_text
+        )
+        self._change(node, new)
+        if rule.reason:
+            self._todo(node, f"{name}: {rule.reason}")
+        return new
+
+    def _topic(self, given: dict[str, ast.expr], texts: dict[str, str]) -> None:
+        latch, size = given.pop("latch", None), given.get("queue_size")
+        texts.pop("latch", None)
+        if isinstance(latch, ast.Constant) and latch.value:
+            self._needs.add("latched")
+            texts["queue_size"] = "QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)"
+        elif latch is not None and not isinstance(latch, ast.Constant):
+            self._todo(latch, "a latched publisher has the QoS durability TRANSIENT_LOCAL")
+        if isinstance(size, ast.Constant) and not size.value and "QoS" not in texts["queue_size"]:
+            texts["queue_size"] = "10"
+        if "callback_args" in texts and "callback" in texts:
+            texts["callback"] = (
+                f"lambda message: ({texts['callback']})(message, {texts.pop('callback_args')})"
+            )
+
+    def _period(self, given: dict[str, ast.expr], texts: dict[str, str], *, is_timer: bool) -> None:
+        key = "period" if is_timer else "duration"
+        value = given.get(key)
+        if value is None:
+            return
+        is_duration = self._kinds.of(value) == "duration"
+        if is_timer:
+            texts[key] = f"{texts[key]}.nanoseconds / 1e9" if is_duration else texts[key]
+        elif not is_duration:
+            self._needs.add("Duration")
+            texts[key] = f"Duration(seconds={texts[key]})"
+
+    def _log(self, node: ast.Call, method: str, suffix: str) -> str:
+        arguments = list(node.args)
+        period = self.text(arguments.pop(0)) if suffix.startswith("_throttle") and arguments else ""
+        words = [self.text(each) for each in arguments]
+        is_text = bool(arguments) and self._kinds.of(arguments[0]) == "str"
+        text = words[0] if is_text else f"str({words[0] if words else repr('')})"
+        if len(words) > 1:
+            text = f"{words[0]} % ({', '.join(words[1:])}{',' if len(words) == 2 else ''})"
+        extra = f", throttle_duration_sec={period}" if period else ", once=True" if suffix == "_once" else ""
+        new = f"{NODE}.get_logger().{method}({text}{extra})"
+        self._change(node, new)
+        return new
+
+    def _parameter(self, node: ast.Call) -> str:
+        name = node.args[0] if node.args else None
+        if (
+            not isinstance(name, ast.Constant)
+            or not isinstance(name.value, str)
+            or (node.keywords and node.keywords[0].arg != "default")
+        ):
+            self._todo(
+                node, "the name of a parameter must be a text here; ROS 2 writes camera.rate for ~camera/rate"
+            )
+            return self._original(node)
+        if not name.value.startswith("~"):
+            self._todo(
+                node, f"[{name.value}] was on the parameter server; in ROS 2, it belongs to this node alone"
+            )
+        key = repr(name.value.lstrip("~/").replace("/", "."))
+        default = node.keywords[0].value if node.keywords else node.args[1] if len(node.args) > 1 else None
+        if isinstance(default, (ast.Dict, ast.List, ast.Tuple)):
+            self._todo(
+                node, "a parameter of ROS 2 is a number, a text, or an array with elements of one type"
+            )
+        rest = [] if default is None else [self.text(default)]
+        called = self._called(node).partition(".")[2]
+        self._needs |= {called} & {"get_param", "set_param"}
+        function = f"{NODE}.has_parameter" if called == "has_param" else called
+        new = f"{function}({', '.join([key, *rest])})"
+        self._change(node, f"{new}, a parameter that the node declares" if called != "has_param" else new)
+        return new
+
+    def _service_call(self, node: ast.Call, client: str, kind: str) -> str:
+        request = f"req:{kind.partition(':')[2]}"
+        only = node.args[0] if len(node.args) == 1 and not node.keywords else None
+        if only is not None and self._kinds.of(only) == request:
+            words = self.text(only)
+        else:
+            words = self._filled(node, request) or self._original(node)
+        new = f"{client}.call({words})"
+        self._change(node, new)
+        return new
+
+    def _method(self, node: ast.Call) -> str | None:
+        if not isinstance(node.func, ast.Attribute):
+            return None
+        owner, method = self._kinds.of(node.func.value), node.func.attr
+        prefix, _, name = owner.partition(":")
+        text = (
+            self.text(node.func.value) if prefix in ("pub", "proxy", *METHODS) or method == "to_sec" else ""
+        )
+        if prefix == "pub" and method == "publish":
+            return self._publish(node, text, name)
+        if prefix == "proxy" and method == "call":
+            return self._service_call(node, text, owner)
+        if method in METHODS.get(prefix, {}):
+            new = f"{text}.{METHODS[prefix][method]}()"
+            self._change(node, new)
+            return new
+        if method in ("to_sec", "to_nsec") and not node.args:
+            known = self._kinds.of(node.func.value)
+            if known not in ("time", "duration", "stamp"):
+                self._todo(node, f"{method} is nanoseconds of rclpy's Time and Duration, but not of messages")
+                return None
+            text = self._as_time(node.func.value)
+            new = f"({text}).nanoseconds" if isinstance(node.func.value, ast.BinOp) else f"{text}.nanoseconds"
+            new = f"({new} / 1e9)" if method == "to_sec" else new
+            self._change(node, new)
+            return new
+        return None
+
+    def _publish(self, node: ast.Call, publisher: str, name: str) -> str:
+        kind = f"msg:{name}"
+        only = node.args[0] if len(node.args) == 1 and not node.keywords else None
+        known = self._kinds.of(only) if only is not None else ""
+        if only is not None and known == kind:
+            return f"{publisher}.publish({self.text(only)})"
+        spec = self._kinds.spec(kind)
+        if only is not None and not known:
+            self._todo(node, f"publish takes a message of {name or 'the type of the publisher'} only")
+            return f"{publisher}.publish({self.text(only)})"
+        if spec is None or not name:
+            self._todo(node, "publish takes a message only, and its type is unknown here")
+            return self._render(node, *self._span(node))
+        new = f"{publisher}.publish({self._filled(node, kind)})"
+        self._change(node, new)
+        return new

@@ -1,0 +1,244 @@
+"""Draft of a rospy node for rclpy: a list of changes, and the text with a TODO where a person must decide."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.ros2.interfaces.catalog import Ros1Definitions
+from pipros.ros2.port.calls import PortedCalls
+from pipros.ros2.port.rules import HELPERS, IMPLIED, IMPORTS, NODE
+from pipros.ros2.port.source import Change
+
+_IMPORTS: Final = "IMPORTS_OF_THE_DRAFT"
+_START: Final = "START_OF_THE_DRAFT"
+
+
+class NotPortable(PiprosError):
+    """A file cannot be read as Python 3."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """The changes of a file, and its text after them. A file without rospy is unchanged."""
+
+    changes: Sequence[Change]
+    text: str
+
+
+def draft_of(source: str, definitions: Ros1Definitions, file: str = "<node>") -> Draft:
+    """Return the draft of a file.
+
+    Raises:
+        NotPortable: the file is not valid Python 3.
+    """
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, "lineno", None) or 0
+        raise NotPortable(f"{file}:{line}: not Python 3: {getattr(error, 'msg', error)}") from None
+    return _Porter(source, tree, definitions).draft()
+
+
+class _Porter(PortedCalls):
+    def __init__(self, source: str, tree: ast.Module, definitions: Ros1Definitions) -> None:
+        super().__init__(source, tree, definitions)
+        names = {each.id for each in ast.walk(tree) if isinstance(each, ast.Name)}
+        names |= {each.arg for each in ast.walk(tree) if isinstance(each, ast.arg)}
+        self._node = next(name for name in ("node", "ros_node", "rclpy_node") if name not in names)
+        self._init, self._first, self._owner = self._find_init()
+        self._has_import = False
+        self._answers = {
+            each: service
+            for function, service in self._kinds.handlers()
+            for each in ast.walk(function)
+            if isinstance(each, ast.Return)
+        }
+
+    def draft(self) -> Draft:
+        text = self._render(self._tree, 0, len(self._source))
+        uses = any(name.split(".")[0] in ("rospy", "roslib") for name in self._kinds.modules.values())
+        if not self._changes and not uses:
+            return Draft((), self._source.decode())
+        needs = set(self._needs)
+        for _ in range(3):
+            needs |= {IMPLIED[each] for each in needs if each in IMPLIED}
+        start = "spinner.start()" if "thread" in needs else ""
+        lines = {"import rclpy", *(line for each in needs for line in IMPORTS.get(each, "").splitlines())}
+        helpers = "".join(
+            f"\n\n{text}" for name, text in HELPERS.items() if name in needs and name != "thread"
+        )
+        if "thread" in needs:
+            helpers = f"\n\n{HELPERS['thread']}{helpers}"
+        helpers = helpers.replace("SPIN", "spinner.join()" if "thread" in needs else f"rclpy.spin({NODE})")
+        text = re.sub(
+            rf"\n[ \t]*{_START}", lambda match: match[0].replace(_START, start) if start else "", text
+        )
+        head, _, tail = text.partition(_IMPORTS)
+        indented = "\n".join(sorted(lines, key=lambda each: (each.startswith("from"), each)))
+        rest, place = self._after_imports(tail)
+        text = head + indented + tail[:place] + helpers + rest if helpers else head + indented + tail
+        text = re.sub(rf"\b{NODE}\b", self._node, text)
+        changes = [
+            Change(each.line, each.old, re.sub(rf"\b{NODE}\b", self._node, each.new), each.reason)
+            for each in self._changes
+        ]
+        return Draft(sorted(changes, key=lambda each: each.line), text)
+
+    @staticmethod
+    def _after_imports(tail: str) -> tuple[str, int]:
+        """Return what follows the imports at the beginning of a text, and where that is."""
+        place = 0
+        for match in re.finditer(r"[^\n]*(\n|$)", tail):
+            line = match[0]
+            if place and line.strip() and not re.match(r"import |from |#", line):
+                break
+            if line.strip() or not place:
+                place = match.end()
+            if match.end() == len(tail):
+                break
+        return tail[place:], place
+
+    def _statement(self, node: ast.stmt) -> str:
+        outer, self._todos = self._todos, []
+        new = self._special_statement(node)
+        text = self._render(node, *self._span(node)) if new is None else new
+        column = (
+            self._span(node)[0]
+            - self._starts[(getattr(node, "decorator_list", None) or [node])[0].lineno - 1]
+        )
+        before = self._lines[node.lineno - 1][: node.col_offset].decode()
+        indent = " " * column
+        rest = self._source[self._span(node)[1] :].partition(b"\n")[0].strip()
+        if before.strip() and not rest:
+            text += "".join(f"  # TODO: {each}" for each in dict.fromkeys(self._todos))
+        elif before.strip():
+            outer += self._todos
+        else:
+            text = "".join(f"# TODO: {each}\n{indent}" for each in dict.fromkeys(self._todos)) + text
+        self._todos = outer
+        if node is self._first:
+            text = self._opening(indent) + (f"\n{indent}{text}" if text else "")
+        return text
+
+    def _special_statement(self, node: ast.stmt) -> str | None:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            return self._import(node)
+        if node is self._init:
+            self._change(node, f"rclpy.init() and create_node, which creates {self._node}")
+            return "" if node is self._first else "pass  # the node was created above"
+        if isinstance(node, ast.Expr) and self._called(node.value).startswith("roslib."):
+            self._change(node, "removed")
+            return "pass"
+        if (
+            isinstance(node, ast.Assign)
+            and len(node.targets) == 1
+            and isinstance(node.targets[0], ast.Attribute)
+        ):
+            target = node.targets[0]
+            if target.attr == "seq" and self._is_header(target.value):
+                self._change(node, "removed: std_msgs/Header has no seq in ROS 2")
+                return "pass"
+            return f"{self.text(target)} = {self._fitting(target, node.value)}"
+        if isinstance(node, ast.Return) and node in self._answers:
+            return self._answer(node, self._answers[node])
+        return None
+
+    def _import(self, node: ast.Import | ast.ImportFrom) -> str | None:
+        column = " " * node.col_offset
+        gone = ("rospy", "roslib")
+        if isinstance(node, ast.ImportFrom):
+            package, _, middle = (node.module or "").partition(".")
+            if package in gone:
+                return self._rclpy_import(node, "")
+            if middle != "srv":
+                return None
+            names = []
+            for each in node.names:
+                found = self._kinds.interface(f"{node.module}.{each.name}")
+                names.append(
+                    found[0].partition("/")[2] if found and found[0][:4] in ("req:", "res:") else each.name
+                )
+            new = f"from {node.module} import {', '.join(dict.fromkeys(names))}"
+            if len(set(names)) != len(node.names):
+                self._change(node, new)
+            return new if [each.name for each in node.names] != names else None
+        others = [each for each in node.names if each.name.partition(".")[0] not in gone]
+        if len(others) == len(node.names):
+            return None
+        kept = ", ".join(f"{each.name} as {each.asname}" if each.asname else each.name for each in others)
+        return self._rclpy_import(node, f"import {kept}\n{column}" if kept else "")
+
+    def _rclpy_import(self, node: ast.stmt, before: str) -> str:
+        self._change(node, "import rclpy")
+        if self._has_import or node.col_offset:
+            return f"{before}import rclpy"
+        self._has_import = True
+        return f"{before}{_IMPORTS}"
+
+    def _find_init(self) -> tuple[ast.stmt | None, ast.stmt | None, ast.FunctionDef | None]:
+        """Return the statement with init_node, the first statement of its block, and its function."""
+
+        def search(
+            body: Sequence[ast.stmt], owner: ast.FunctionDef | None, block: Sequence[ast.stmt]
+        ) -> object:
+            for each in body:
+                if isinstance(each, ast.Expr) and self._called(each.value) == "rospy.init_node":
+                    return each, next(item for item in block if not _is_docstring(item)), owner
+                inner = getattr(each, "body", None)
+                if isinstance(inner, list):
+                    is_block = isinstance(each, (ast.FunctionDef, ast.If)) and (
+                        owner is None or isinstance(each, ast.FunctionDef)
+                    )
+                    function = each if isinstance(each, ast.FunctionDef) else owner
+                    found = search(inner, function, inner if is_block else block)
+                    if found:
+                        return found
+            return None
+
+        body = self._tree.body
+        start = next(
+            (
+                number
+                for number, each in enumerate(body)
+                if not isinstance(each, (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.ClassDef))
+                and not _is_docstring(each)
+            ),
+            0,
+        )
+        found = search(body, None, body[start:])
+        return found if found else (None, None, None)  # type: ignore[return-value]
+
+    def _opening(self, indent: str) -> str:
+        call = getattr(self._init, "value", None)
+        if not isinstance(call, ast.Call):
+            return ""
+        name = next(
+            (each.value for each in call.keywords if each.arg == "name"), call.args[0] if call.args else None
+        )
+        lines = [f"global {NODE}"] if self._owner is not None else []
+        lines += [
+            "rclpy.init()",
+            f"{NODE} = rclpy.create_node({self.text(name) if name is not None else repr('node')})",
+        ]
+        for keyword in call.keywords:
+            if keyword.arg in ("log_level", "disable_signals", "argv"):
+                lines.insert(0, f"# TODO: init_node: the argument {keyword.arg} has no counterpart")
+                self._changes.append(
+                    Change(
+                        call.lineno, self._original(call), "", f"init_node: {keyword.arg} has no counterpart"
+                    )
+                )
+        return f"\n{indent}".join(lines) + f"\n{indent}{_START}"
+
+
+def _is_docstring(node: ast.stmt) -> bool:
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )

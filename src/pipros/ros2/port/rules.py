@@ -1,0 +1,254 @@
+"""What becomes what: calls of rospy that have a counterpart in rclpy, and how they are written there.
+
+A template names the arguments of the call. `NODE` stands for the variable with the node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+NODE: Final = "NODE"
+NOW: Final = f"{NODE}.get_clock().now()"
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A function of ROS 1 and the expression that replaces a call.
+
+    Attributes:
+        parameters: the names of its parameters, in order.
+        template: the expression; empty if there is none.
+        kind: what the expression yields; see `pipros.ros2.port.kinds`.
+        needs: modules and helpers of the draft that it uses, separated by spaces.
+        defaults: texts for arguments that are not given.
+        ignored: parameters without a counterpart that make no difference to most programs.
+        reason: why a person must look at the result; empty if it is sure.
+    """
+
+    parameters: str
+    template: str
+    kind: str = ""
+    needs: str = ""
+    defaults: Mapping[str, str] = field(default_factory=dict)
+    ignored: str = ""
+    reason: str = ""
+
+
+_NO_SERVER: Final = "ROS 2 has no parameter server: the value belongs to this node alone"
+_SHUTDOWN: Final = "in ROS 2, nothing can be published while the callback runs"
+_GONE: Final = "ROS 2 has no such function"
+
+CALLS: Final[Mapping[str, Rule]] = {
+    "rospy.Publisher": Rule(
+        "name data_class subscriber_listener tcp_nodelay latch headers queue_size",
+        f"{NODE}.create_publisher({{data_class}}, {{name}}, {{queue_size}})",
+        defaults={"queue_size": "10"},
+        ignored="tcp_nodelay",
+    ),
+    "rospy.Subscriber": Rule(
+        "name data_class callback callback_args queue_size buff_size tcp_nodelay",
+        f"{NODE}.create_subscription({{data_class}}, {{name}}, {{callback}}, {{queue_size}})",
+        defaults={"queue_size": "10", "callback": "lambda _message: None"},
+        ignored="buff_size tcp_nodelay",
+    ),
+    "rospy.Service": Rule(
+        "name service_class handler buff_size error_handler",
+        f"{NODE}.create_service({{service_class}}, {{name}}, lambda request, _: ({{handler}})(request))",
+        ignored="buff_size",
+    ),
+    "rospy.ServiceProxy": Rule(
+        "name service_class persistent headers",
+        "client({service_class}, {name})",
+        needs="client",
+        ignored="persistent",
+    ),
+    "rospy.wait_for_service": Rule(
+        "service timeout",
+        "wait_for_service({service}, {timeout})",
+        needs="wait_for_service",
+        defaults={"timeout": "None"},
+    ),
+    "rospy.wait_for_message": Rule(
+        "topic topic_type timeout",
+        "wait_for_message({topic}, {topic_type}, {timeout})",
+        needs="wait_for_message",
+        defaults={"timeout": "None"},
+    ),
+    "rospy.Rate": Rule("hz reset", f"{NODE}.create_rate({{hz}})", needs="thread", ignored="reset"),
+    "rospy.sleep": Rule("duration", f"{NODE}.get_clock().sleep_for({{duration}})", needs="thread"),
+    "rospy.Timer": Rule(
+        "period callback oneshot reset",
+        f"{NODE}.create_timer({{period}}, lambda: ({{callback}})(None))",
+        ignored="reset",
+    ),
+    "rospy.Time.now": Rule("", NOW, "time"),
+    "rospy.get_rostime": Rule("", NOW, "time"),
+    "rospy.get_time": Rule("", f"({NOW}.nanoseconds / 1e9)", "float"),
+    "rospy.Time": Rule(
+        "secs nsecs",
+        "Time(seconds={secs}, nanoseconds={nsecs}, clock_type=ClockType.ROS_TIME)",
+        "time",
+        "Time",
+        {"secs": "0", "nsecs": "0"},
+    ),
+    "rospy.Time.from_sec": Rule(
+        "secs", "Time(seconds={secs}, clock_type=ClockType.ROS_TIME)", "time", "Time"
+    ),
+    "rospy.Duration": Rule(
+        "secs nsecs",
+        "Duration(seconds={secs}, nanoseconds={nsecs})",
+        "duration",
+        "Duration",
+        {"secs": "0", "nsecs": "0"},
+    ),
+    "rospy.Duration.from_sec": Rule("secs", "Duration(seconds={secs})", "duration", "Duration"),
+    "rospy.is_shutdown": Rule("", "(not rclpy.ok())", "bool"),
+    "rospy.signal_shutdown": Rule("reason", "rclpy.try_shutdown()", ignored="reason"),
+    "rospy.on_shutdown": Rule("h", f"{NODE}.context.on_shutdown({{h}})", reason=_SHUTDOWN),
+    "rospy.spin": Rule("", "spin()", needs="spin"),
+    "rospy.get_name": Rule("", f"{NODE}.get_fully_qualified_name()", "str"),
+    "rospy.get_caller_id": Rule("", f"{NODE}.get_fully_qualified_name()", "str"),
+    "rospy.get_namespace": Rule("", f"{NODE}.get_namespace()", "str"),
+    "rospy.resolve_name": Rule("name", f"{NODE}.resolve_topic_name({{name}})", "str"),
+    "rospy.myargv": Rule(
+        "argv", "remove_ros_args({argv})", needs="remove_ros_args", defaults={"argv": "None"}
+    ),
+    "rospy.get_param": Rule(
+        "param_name default",
+        "get_param({param_name}, {default})",
+        needs="get_param",
+        defaults={"default": "None"},
+    ),
+    "rospy.set_param": Rule(
+        "param_name param_value", "set_param({param_name}, {param_value})", needs="set_param"
+    ),
+    "rospy.has_param": Rule("param_name", f"{NODE}.has_parameter({{param_name}})", "bool"),
+    "tf2_ros.TransformListener": Rule("buffer queue_size", f"tf2_ros.TransformListener({{buffer}}, {NODE})"),
+    "tf2_ros.TransformBroadcaster": Rule("", f"tf2_ros.TransformBroadcaster({NODE})"),
+    "tf2_ros.StaticTransformBroadcaster": Rule("", f"tf2_ros.StaticTransformBroadcaster({NODE})"),
+    "message_filters.Subscriber": Rule(
+        "topic cls", f"message_filters.Subscriber({NODE}, {{cls}}, {{topic}})"
+    ),
+}
+"""Functions by their full names."""
+
+LOGGING: Final = {"debug": "debug", "info": "info", "warn": "warning", "err": "error", "fatal": "fatal"}
+"""The log functions: `rospy.logwarn` becomes `get_logger().warning`."""
+
+METHODS: Final[Mapping[str, Mapping[str, str]]] = {
+    "pub": {"get_num_connections": "get_subscription_count", "unregister": "destroy"},
+    "sub": {"unregister": "destroy"},
+    "timer": {"shutdown": "cancel"},
+    "service": {"shutdown": "destroy"},
+}
+"""Methods with another name, by the kind of their object."""
+
+EXCEPTIONS: Final = {
+    "rospy.ROSInterruptException": (
+        "(KeyboardInterrupt, ExternalShutdownException, ROSInterruptException)",
+        "interrupts",
+        "",
+    ),
+    "rospy.ServiceException": ("Exception", "", "a service of ROS 2 reports no errors"),
+    "rospy.ROSException": ("Exception", "", "rclpy raises other exceptions than rospy"),
+}
+"""Exceptions: their counterparts, what they need, and why a person must look at them."""
+
+UNSURE: Final = {
+    "actionlib.": "goals are futures in rclpy.action: send_goal_async, then the result of its handle",
+    "tf.": "tf has become tf2_ros, with lookup_transform; PyPI has no tf2_ros for ROS 2",
+    "dynamic_reconfigure.": "parameters of a node can be set at run time: add_on_set_parameters_callback",
+    "rospkg.": "ament_index_python.packages.get_package_share_directory finds packages",
+    "cv_bridge.": "cv_bridge exists in ROS 2, but not on PyPI",
+    "rospy.": _GONE,
+    "roslib.": _GONE,
+}
+"""Reasons for names without a rule, by prefix."""
+
+IMPORTS: Final = {
+    "Time": "from rclpy.clock import ClockType\nfrom rclpy.time import Time",
+    "Duration": "from rclpy.duration import Duration",
+    "latched": "from rclpy.qos import DurabilityPolicy, QoSProfile",
+    "interrupts": "from rclpy.exceptions import ROSInterruptException\n"
+    "from rclpy.executors import ExternalShutdownException",
+    "spin": "import contextlib\nfrom rclpy.executors import ExternalShutdownException",
+    "thread": "import atexit\nimport contextlib\nimport threading\n"
+    "from rclpy.executors import ExternalShutdownException\n"
+    "from rclpy.executors import MultiThreadedExecutor",
+    "remove_ros_args": "from rclpy.utilities import remove_ros_args",
+    "get_param": "from rcl_interfaces.msg import ParameterDescriptor",
+    "set_param": "from rclpy.parameter import Parameter",
+    "client": "from rclpy.callback_groups import ReentrantCallbackGroup",
+    "wait_for_service": "import time",
+    "wait_for_message": "import queue",
+}
+"""What each need imports."""
+
+IMPLIED: Final = {
+    "client": "thread",
+    "wait_for_service": "thread",
+    "wait_for_message": "thread",
+    "set_param": "get_param",
+}
+"""Needs of needs. Code that waits needs a thread that runs the callbacks, as rospy has."""
+
+HELPERS: Final = {
+    "spin": '''def spin():
+    """Run callbacks until Ctrl-C."""
+    with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
+        SPIN
+''',
+    "thread": """def run_callbacks():
+    with contextlib.suppress(ExternalShutdownException):
+        rclpy.spin(NODE, MultiThreadedExecutor())
+
+
+def end():
+    rclpy.try_shutdown()
+    if spinner.is_alive():
+        spinner.join()
+
+
+spinner = threading.Thread(target=run_callbacks, daemon=True)
+atexit.register(end)
+""",
+    "get_param": '''def get_param(name, default=None):
+    """Return a parameter of the node, which is declared when it is read first."""
+    if not NODE.has_parameter(name):
+        NODE.declare_parameter(name, default, ParameterDescriptor(dynamic_typing=True))
+    value = NODE.get_parameter(name).value
+    if value is None and default is None:
+        raise KeyError(name)
+    return value
+''',
+    "set_param": '''def set_param(name, value):
+    """Set a parameter of the node."""
+    if not NODE.has_parameter(name):
+        NODE.declare_parameter(name, value, ParameterDescriptor(dynamic_typing=True))
+    NODE.set_parameters([Parameter(name, value=value)])
+''',
+    "client": '''def client(kind, name):
+    """Return a client whose calls may be made in callbacks."""
+    return NODE.create_client(kind, name, callback_group=ReentrantCallbackGroup())
+''',
+    "wait_for_service": '''def wait_for_service(name, timeout=None):
+    """Wait until a node offers a service."""
+    end = None if timeout is None else time.monotonic() + timeout
+    while NODE.resolve_service_name(name) not in dict(NODE.get_service_names_and_types()):
+        if not rclpy.ok() or (end is not None and time.monotonic() > end):
+            raise RuntimeError(f"service {name} is not available")
+        time.sleep(0.05)
+''',
+    "wait_for_message": '''def wait_for_message(topic, kind, timeout=None):
+    """Return the next message of a topic."""
+    messages = queue.Queue()
+    subscription = NODE.create_subscription(kind, topic, messages.put, 1)
+    try:
+        return messages.get(timeout=timeout)
+    finally:
+        NODE.destroy_subscription(subscription)
+''',
+}
+"""Functions that a draft contains if it needs them."""

@@ -1,0 +1,112 @@
+"""Values as rclpy requires them: named fields, no integers for floats, messages for times."""
+
+from __future__ import annotations
+
+import ast
+import re
+
+from pipros.msg.language.spec import FLOATS
+from pipros.ros2.port.source import PortedText
+
+
+class PortedValues(PortedText):
+    """Text of values; see `PortedText`."""
+
+    def _message(self, node: ast.Call, kind: str) -> str | None:
+        """Return a constructor with names for all arguments, and with numbers of the right type."""
+        spec = self._kinds.spec(kind)
+        name = self.text(node.func)
+        if spec is None:
+            if node.args:
+                self._todo(node, f"{kind[4:]} is not installed: name the fields of the arguments")
+            return None
+        if len(node.args) > len(spec.fields) or any(isinstance(each, ast.Starred) for each in node.args):
+            self._todo(node, f"the arguments of {kind[4:]} need names")
+            return None
+        pairs = [*zip((each.name for each in spec.fields), node.args, strict=False)]
+        pairs += [(each.arg, each.value) for each in node.keywords if each.arg]
+        types = {each.name: each.type for each in spec.fields}
+        words = [f"{key}={self._coerced(types.get(key), value)}" for key, value in pairs if key != "seq"]
+        new = f"{name}({', '.join(words)})"
+        if node.args or new != self._original(node):
+            self._change(node, new)
+        return new
+
+    def _filled(self, node: ast.Call, kind: str) -> str | None:
+        """Return a message that is made of the arguments of a call, or None after a TODO."""
+        spec = self._kinds.spec(kind)
+        if spec is None:
+            self._todo(node, f"{kind.partition(':')[2]} is not installed: create the message here")
+            return None
+        name = self._class_text(kind)
+        types = {each.name: each.type for each in spec.fields}
+        pairs = [
+            *zip(types, node.args, strict=False),
+            *((each.arg or "", each.value) for each in node.keywords),
+        ]
+        return f"{name}({', '.join(f'{key}={self._coerced(types.get(key), value)}' for key, value in pairs)})"
+
+    def _class_text(self, kind: str) -> str:
+        prefix, _, name = kind.partition(":")
+        package, _, base = name.partition("/")
+        middle = "msg" if prefix == "msg" else "srv"
+        full = f"{package}.{middle}.{base}"
+        known = next((alias for alias, target in self._kinds.modules.items() if target == full), None)
+        suffix = {"req": ".Request", "res": ".Response"}.get(prefix, "")
+        return f"{known or (base if package not in self._kinds.modules else full)}{suffix}"
+
+    def _part_class(self, node: ast.expr, kind: str) -> str:
+        suffix = "Request" if kind.startswith("req") else "Response"
+        return f"{self._original(node).removesuffix(suffix)}.{suffix}"
+
+    def _as_time(self, node: ast.expr) -> str:
+        text = self.text(node)
+        if self._kinds.of(node) == "stamp":
+            self._needs.add("Time")
+            return f"Time.from_msg({text})"
+        return text
+
+    def _fitting(self, target: ast.Attribute, value: ast.expr) -> str:
+        return self._coerced(self._kinds.field(target), value, is_stamp=target.attr == "stamp")
+
+    def _coerced(self, kind: object, value: ast.expr, *, is_stamp: bool = False) -> str:
+        """Return a value as rclpy requires it."""
+        text, known = self.text(value), self._kinds.of(value)
+        base, is_array = getattr(kind, "base", ""), getattr(kind, "is_array", False)
+        if base in ("time", "duration") or (is_stamp and not base):
+            if known in ("time", "duration"):
+                return f"({text}).to_msg()" if isinstance(value, ast.BinOp) else f"{text}.to_msg()"
+            if known not in ("stamp", "span"):
+                self._todo(value, "a time in a message is a builtin_interfaces.msg.Time: to_msg() returns it")
+        elif base in FLOATS and not is_array and known != "float":
+            return f"{text}.0" if re.fullmatch(r"-?\d+", text) else f"float({text})"
+        elif base in FLOATS and is_array and not _has_floats(value):
+            return f"[float(each) for each in {text}]"
+        return text
+
+    def _answer(self, node: ast.Return, service: str) -> str | None:
+        """Return the statement of a handler, which rclpy requires to return a response."""
+        kind, value = f"res:{service}", node.value
+        spec = self._kinds.spec(kind)
+        if value is not None and self._kinds.of(value) == kind:
+            return None
+        values: list[ast.expr] = (
+            [] if value is None else value.elts if isinstance(value, (ast.List, ast.Tuple)) else [value]
+        )
+        if spec is None or isinstance(value, ast.Dict) or len(values) not in (0, len(spec.fields)):
+            self._todo(node, "rclpy requires a response here")
+            return None
+        words = [
+            f"{each.name}={self._coerced(each.type, item)}"
+            for each, item in zip(spec.fields, values, strict=False)
+        ]
+        new = f"return {self._class_text(kind)}({', '.join(words)})"
+        self._change(node, new)
+        return new
+
+
+def _has_floats(value: ast.expr) -> bool:
+    items = value.elts if isinstance(value, (ast.List, ast.Tuple)) else None
+    return items is not None and all(
+        isinstance(each, ast.Constant) and isinstance(each.value, float) for each in items
+    )
