@@ -21,7 +21,8 @@ from pipros.msg.language.spec import DefinitionError
 from tests.support.random_messages import fill_at_random, serialized, shipped_types
 from tests.unit.data.cells import cell, nested, plain, read_by_rosbags, same, seeded
 
-TYPES = shipped_types()
+NOT_IN_ROSBAGS = "kobuki_msgs/ButtonEvent"  # its constants have small letters
+TYPES = [each for each in shipped_types() if each != NOT_IN_ROSBAGS]
 PACKAGES = sorted({name.partition("/")[0] for name in TYPES})
 
 

@@ -60,7 +60,7 @@ def test_text_from_the_system_is_never_markup(file: object) -> None:
 
 def test_every_tab_has_a_file() -> None:
     app = (PAGE / "app.js").read_text()
-    tabs = re.findall(r'^  \["(\w+)", "[\w ]+"\],$', app, re.MULTILINE)
+    tabs = re.findall(r'^  \["(\w+)", "[\w ]+", "\w+"\],$', app, re.MULTILINE)
     sections = (PAGE / "sections.js").read_text()
     parts = re.findall(r'\["(\w+)", "\w+"\]', sections)
     assert {file.stem for file in (PAGE / "tabs").iterdir()} == {*tabs, *parts}
