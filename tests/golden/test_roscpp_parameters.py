@@ -16,9 +16,14 @@ from typing import Any
 import pytest
 
 from pipros.libraries.laser.filters.base import FilterHost, ScanFilter
+from pipros.libraries.nodes.params import (
+    InvalidParameter,
+    PrivateParameters,
+    converted,
+    converted_list,
+    private,
+)
 from pipros.libraries.reconfiguring.server import Setting
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters
-from pipros.node.private_params import converted, converted_list, private
 
 ROWS: list[dict[str, Any]] = json.loads(
     (Path(__file__).parent / "roscpp_parameters.json").read_text(), parse_int=int

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from pipros.libraries.nodes.params import InvalidParameter, read_parameters
 from pipros.master.master import Master
 from pipros.navigation.costmap.layers import INFLATION, STATIC, _listed_layers
-from pipros.navigation.parameters import InvalidParameter, read_parameters
 from tests.support.nodes import MakeNode, listening_log
 
 GOOD = [{"name": "walls", "type": STATIC}, {"name": "inflation", "type": INFLATION}]

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
+from pipros.libraries.nodes.wiring import subscribe
 from pipros.navigation import world as navigation_world
 from pipros.navigation.move_base import plugins
-from pipros.navigation.wiring import subscribe
 from pipros.navigation.world import NavigationWorld
 from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.ros import RosSystem

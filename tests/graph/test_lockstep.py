@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from pipros.basics.env import Environment
+from pipros.libraries.nodes.schedule import Schedule
 from pipros.msg import load_message_class
-from pipros.navigation.schedule import Schedule
 from pipros.node import Node
 from tests.support.processes import Process
 from tests.support.ros import RosSystem

@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
+from pipros.libraries.nodes.frames import Frames
 from pipros.navigation.amcl import amcl_node
 from pipros.navigation.amcl.amcl_node import AmclNode
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import LETHAL
 from pipros.navigation.filter.filter_node import FilterNode
-from pipros.navigation.frames import Frames
 from pipros.navigation.mapping import gmapping_node
 from pipros.navigation.mapping.gmapping_node import GmappingNode
 from pipros.navigation.move_base.move_base_node import MoveBase

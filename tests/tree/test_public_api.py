@@ -71,7 +71,8 @@ def test_importing_pipros_imports_nothing_else() -> None:
 
 DOCUMENTED = (
     *("pipros", "pipros.bag", "pipros.data", "pipros.ros2"),
-    *("pipros.navigation.costmap.layered", "pipros.navigation.parameters"),  # for own costmap layers
+    "pipros.navigation.costmap.layered",  # for own costmap layers
+    *(f"pipros.libraries.nodes.{module}" for module in ("params", "program", "wiring")),
 )
 
 

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import sys
-from collections.abc import Callable
 from importlib import import_module
 
-from pipros.basics.errors import Interrupted, MissingExtra
+from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
-from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.navigation.parameters import InvalidParameter
-from pipros.navigation.schedule import Schedule
-from pipros.node import Node
-from pipros.node.roscpp_program import roscpp_program
 
 
 def run_program(module: str, *arguments: str) -> int:
@@ -49,20 +42,3 @@ def missing_extra(error: ImportError) -> MissingExtra:
         else f"a library that cannot be imported: {error}"
     )
     return MissingExtra(f"this node needs {what}. Try: {install_command('navigation')}", name=error.name)
-
-
-@exits_after_ctrl_c()
-def run_node(name: str, package: str, make: Callable[[Node, logging.Logger, Schedule], object]) -> int:
-    """Run a node, which `make` sets up, until it is shut down. Return 1 if a parameter is invalid."""
-    with roscpp_program(name, package) as (node, log):
-        schedule = Schedule(node)
-        try:
-            make(node, log, schedule)
-        except InvalidParameter as error:
-            log.critical("%s", error)
-            return 1
-        except Interrupted:
-            return 0
-        schedule.start()
-        node.wait_for_shutdown()
-    return 0

@@ -22,15 +22,15 @@ import numpy as np
 from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted
 from pipros.libraries.maps.map_file import Grid, read_map
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import advertise, serve, subscribe
 from pipros.libraries.transforms.errors import TransformException
 from pipros.msg import load_message_class, load_service_class
 from pipros.navigation import plane
 from pipros.navigation.amcl.amcl_node import AmclNode
-from pipros.navigation.frames import Frames
 from pipros.navigation.move_base.move_base_node import MoveBase
 from pipros.navigation.plane import Triple
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, serve, subscribe
 from pipros.navigation.world_parameters import PARAMETERS, merged
 from pipros.node import Node
 from pipros.simulation.robots.drive import Pose

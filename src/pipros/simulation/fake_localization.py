@@ -10,7 +10,8 @@ import threading
 from collections.abc import Sequence
 from typing import Any, Final
 
-from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.nodes.params import number, private
+from pipros.libraries.nodes.program import run_node
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.messages import in_ns, pose_of
@@ -18,8 +19,6 @@ from pipros.libraries.transforms.pose import Pose, composed, from_roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.node.private_params import number, private
-from pipros.node.roscpp_program import roscpp_program
 
 _NS_PER_S: Final = 1_000_000_000
 
@@ -110,10 +109,6 @@ def _fill(position: Any, orientation: Any, pose: Pose) -> None:
     orientation.x, orientation.y, orientation.z, orientation.w = pose[3:]
 
 
-@exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the node until it is shut down."""
-    with roscpp_program("fake_localization", "fake_localization", argv) as (node, _):
-        FakeLocalization(node)
-        node.wait_for_shutdown()
-    return 0
+    return run_node("fake_localization", "fake_localization", lambda node, *_: FakeLocalization(node), argv)

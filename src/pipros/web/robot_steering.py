@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.nodes.params import number, raw
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import number, raw
 from pipros.node.roscpp_program import roscpp_program
 from pipros.server.node_page import served_page
 from pipros.server.sliders.slider_page import Slider, SliderPage

@@ -1,5 +1,5 @@
-"""Client-side and server-side state machines of action goals. They use neither sockets nor a clock.
+"""Action goals: the state machines of clients and servers, and `goal_server`, a simple action server.
 
-`client_goal` and `server_goal` each contain one transition table. The facade `actionlib` adds topics and
-callbacks. Source: http://wiki.ros.org/actionlib/DetailedDescription.
+`client_goal` and `server_goal` each contain one transition table, and use neither sockets nor a clock. The
+facade `actionlib` adds topics and callbacks. Source: http://wiki.ros.org/actionlib/DetailedDescription.
 """

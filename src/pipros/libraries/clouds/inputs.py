@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from pipros.libraries.images.ports import ImageInput, synchronized
+from pipros.libraries.nodes.inputs import SyncInput, synchronized
+from pipros.libraries.nodes.params import private
 from pipros.libraries.topic_tools.lazy import LazyInputs
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import private
 
 _CLOUD: Final = "sensor_msgs/PointCloud2"
 
@@ -52,7 +52,7 @@ class CloudInputs:
         if self._has_indices:
             return synchronized(
                 self._node,
-                [ImageInput("~input", _CLOUD), ImageInput("~indices", "pcl_msgs/PointIndices")],
+                [SyncInput("~input", _CLOUD), SyncInput("~indices", "pcl_msgs/PointIndices")],
                 lambda cloud, indices: self._receive(cloud, indices.indices),
                 self.queue_size,
                 is_exact=not self._is_approximate,

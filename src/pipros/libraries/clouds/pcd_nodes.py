@@ -11,6 +11,8 @@ from pipros.basics.input_file import read_file
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.clouds.pcd import InvalidPcd, formatted, parse
 from pipros.libraries.clouds.points import InvalidCloud
+from pipros.libraries.nodes.params import private
+from pipros.libraries.nodes.program import run_node
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.messages import in_ns
@@ -18,7 +20,6 @@ from pipros.libraries.transforms.pose import IDENTITY
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
-from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 
 FAILED: Final = 255
@@ -101,10 +102,8 @@ class CloudWriter:
         self._log.info("wrote %d points to %s", cloud.width * cloud.height, name)
 
 
-@exits_after_ctrl_c()
 def pointcloud_to_pcd(argv: Sequence[str] | None = None) -> int:
     """Run `pointcloud_to_pcd` until the node is shut down."""
-    with roscpp_program("pointcloud_to_pcd", "pcl_ros", argv, anonymous=True) as (node, log):
-        CloudWriter(node, log)
-        node.wait_for_shutdown()
-    return 0
+    return run_node(
+        "pointcloud_to_pcd", "pcl_ros", lambda node, log, _: CloudWriter(node, log), argv, anonymous=True
+    )

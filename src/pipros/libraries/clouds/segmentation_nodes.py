@@ -11,13 +11,13 @@ from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.inputs import CloudInputs
 from pipros.libraries.clouds.points import InvalidCloud, cloud_of, indices_of, positions, rows_of
 from pipros.libraries.clouds.segmentation import clusters, plane
+from pipros.libraries.nodes.params import private, raw
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyNode
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
-from pipros.node.private_params import private, raw
 
 _PLANE: Final = 0
 _MOST: Final = 2**31 - 1

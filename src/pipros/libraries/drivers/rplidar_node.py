@@ -12,15 +12,15 @@ from typing import Any, Final
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.drivers.retrying import Driver
 from pipros.libraries.drivers.rplidar.lidar import Lidar, Mode
 from pipros.libraries.drivers.rplidar.samples import Point
 from pipros.libraries.drivers.rplidar.turns import TurnCollector, cells_per_degree, sweep_of
-from pipros.libraries.drivers.streams import DeviceError, Port, Stream, network_port, serial_port
+from pipros.libraries.drivers.streams import Stream, network_port, serial_port
+from pipros.libraries.nodes.params import private
+from pipros.libraries.nodes.retrying import DeviceError, Driver, Port
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
-from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 
 SILENCE_S: Final = 5.0
@@ -140,7 +140,7 @@ class RplidarNode:
         self._publisher.publish(scan)
 
 
-def _port(node: Node, log: logging.Logger) -> Port:
+def _port(node: Node, log: logging.Logger) -> Port[Stream]:
     """Return the port specified by the parameters."""
     kind = private(node, "channel_type", "serial")
     if kind == "tcp":

@@ -10,23 +10,18 @@ import os
 import select
 import socket
 import time
-from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.basics.errors import MissingExtra, PiprosError
+from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
+from pipros.libraries.nodes.retrying import DeviceError, Port
 
 POLL_S: Final = 0.1
 CONNECT_S: Final = 3.0
 COLLECT_S: Final = 0.005
 """How long to collect bytes from a serial port after the first, so that not every byte wakes the driver."""
 CHUNK_BYTES: Final = 1 << 16
-
-
-class DeviceError(PiprosError):
-    """A device does not work. The text names the device."""
 
 
 class StreamLost(DeviceError):
@@ -84,15 +79,7 @@ class Stream:
             self._handle.close()
 
 
-@dataclass(frozen=True, slots=True)
-class Port:
-    """A device's port: its name, and a function that opens it or raises StreamLost."""
-
-    name: str
-    open: Callable[[], Stream]
-
-
-def serial_port(path: str, baud: int) -> Port:
+def serial_port(path: str, baud: int) -> Port[Stream]:
     """Return a serial port.
 
     Raises:
@@ -117,7 +104,7 @@ def serial_port(path: str, baud: int) -> Port:
     return Port(path, opened)
 
 
-def network_port(host: str, number: int, kind: socket.SocketKind = socket.SOCK_STREAM) -> Port:
+def network_port(host: str, number: int, kind: socket.SocketKind = socket.SOCK_STREAM) -> Port[Stream]:
     """Return a TCP port or, if `kind` is SOCK_DGRAM, a UDP port."""
     name = f"{host}:{number}"
 

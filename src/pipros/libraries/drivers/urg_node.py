@@ -12,17 +12,17 @@ from typing import Any, Final
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.drivers.retrying import Driver
-from pipros.libraries.drivers.streams import DeviceError, Port, Stream, network_port, serial_port
+from pipros.libraries.drivers.streams import Stream, network_port, serial_port
 from pipros.libraries.drivers.urg.clock import DeviceClock
 from pipros.libraries.drivers.urg.health import LidarHealth
 from pipros.libraries.drivers.urg.scip import ScipReply, clock_ms, echoes_of, scan_of
 from pipros.libraries.drivers.urg.sensor import ScanRequest, UrgSensor
+from pipros.libraries.nodes.params import private
+from pipros.libraries.nodes.retrying import DeviceError, Driver, Port
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
-from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 
 SILENCE_S: Final = 2.0
@@ -202,7 +202,7 @@ _CHOICES: Final[dict[str, Callable[[Sequence[tuple[int, int]]], tuple[float, int
 """Functions that select the echo of a step, by output. The output `echoes` has all echoes."""
 
 
-def _port(node: Node) -> tuple[dict[str, str], Port]:
+def _port(node: Node) -> tuple[dict[str, str], Port[Stream]]:
     """Return the diagnostic values for the port specified by the parameters, and the port."""
     host, number = private(node, "ip_address", ""), private(node, "ip_port", 10940)
     if host:

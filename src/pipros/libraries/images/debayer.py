@@ -9,7 +9,8 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import array_of, image_message
 from pipros.libraries.images.bayer import BILINEAR, EDGE_AWARE, EDGE_AWARE_WEIGHTED, VNG, colors, gray
-from pipros.libraries.images.ports import ERRORS_S, ImageOutput, enum, subscribe_image
+from pipros.libraries.images.ports import ERRORS_S, ImageOutput, subscribe_image
+from pipros.libraries.reconfiguring.declared import enum
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.node import Node

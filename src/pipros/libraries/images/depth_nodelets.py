@@ -13,15 +13,9 @@ from pipros.libraries.images.clouds import cloud_message, empty_points, set_colo
 from pipros.libraries.images.depths import converted_metric, registered, set_points
 from pipros.libraries.images.disparity import CAMERA_INFO
 from pipros.libraries.images.pinhole import Pinhole, binning, check_size
-from pipros.libraries.images.ports import (
-    ERRORS_S,
-    ImageInput,
-    ImageOutput,
-    camera,
-    inside,
-    subscribe_image,
-    synchronized,
-)
+from pipros.libraries.images.ports import ERRORS_S, ImageOutput, camera, image_input, subscribe_image
+from pipros.libraries.nodes.inputs import SyncInput, inside, synchronized
+from pipros.libraries.nodes.params import private
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.matrices.quaternions import quaternion_matrix
@@ -29,7 +23,6 @@ from pipros.libraries.vision.conversions import ImageConversionError, convert
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import private
 
 
 class ConvertMetric(LazyNode):
@@ -87,9 +80,9 @@ class PointCloudXyzrgb(LazyNode):
         queue_size, is_exact = private(node, "queue_size", 5), private(node, "exact_sync", False)
         transport = private(node, "depth_image_transport", "raw")
         inputs = [
-            ImageInput(inside(node, depth, "image_rect"), transport=transport),
-            ImageInput(inside(node, rgb, "image_rect_color")),
-            ImageInput(inside(node, rgb, "camera_info"), CAMERA_INFO),
+            image_input(inside(node, depth, "image_rect"), transport),
+            image_input(inside(node, rgb, "image_rect_color")),
+            SyncInput(inside(node, rgb, "camera_info"), CAMERA_INFO),
         ]
         self._inputs = LazyInputs(
             [self._output],
@@ -157,9 +150,9 @@ class Register:
         )
         queue_size = private(node, "queue_size", 5)
         inputs = [
-            ImageInput(inside(node, "depth", "image_rect")),
-            ImageInput(inside(node, "depth", "camera_info"), CAMERA_INFO),
-            ImageInput(inside(node, "rgb", "camera_info"), CAMERA_INFO),
+            image_input(inside(node, "depth", "image_rect")),
+            SyncInput(inside(node, "depth", "camera_info"), CAMERA_INFO),
+            SyncInput(inside(node, "rgb", "camera_info"), CAMERA_INFO),
         ]
         self._inputs = LazyInputs(
             [*self._output.publishers, self._info],

@@ -19,13 +19,15 @@ from pipros.libraries.images.matching import (
     corrected,
 )
 from pipros.libraries.images.pinhole import Pinhole
-from pipros.libraries.images.ports import ERRORS_S, ImageInput, enum, inside, synchronized
+from pipros.libraries.images.ports import ERRORS_S, image_input
+from pipros.libraries.nodes.inputs import SyncInput, inside, synchronized
+from pipros.libraries.nodes.params import private
+from pipros.libraries.reconfiguring.declared import enum
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import private
 
 _ALGORITHM = Setting(
     "stereo_algorithm",
@@ -55,10 +57,10 @@ class Disparity(LazyNode):
             not private(node, "approximate_sync", False),
         )
         inputs = [
-            ImageInput(inside(node, "left", "image_rect")),
-            ImageInput(inside(node, "left", "camera_info"), CAMERA_INFO),
-            ImageInput(inside(node, "right", "image_rect")),
-            ImageInput(inside(node, "right", "camera_info"), CAMERA_INFO),
+            image_input(inside(node, "left", "image_rect")),
+            SyncInput(inside(node, "left", "camera_info"), CAMERA_INFO),
+            image_input(inside(node, "right", "image_rect")),
+            SyncInput(inside(node, "right", "camera_info"), CAMERA_INFO),
         ]
         self._inputs = LazyInputs(
             [self._output],

@@ -10,10 +10,10 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import BadImage, array_of
+from pipros.libraries.nodes.params import private
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
-from pipros.node.private_params import private
 from pipros.node.roscpp_program import roscpp_program
 from pipros.server.windows.install import show_windows_on_page
 

@@ -1,17 +1,18 @@
-"""Image topics of nodelets: inputs with any transport, synchronized inputs, and compressed outputs."""
+"""Image topics of nodelets: inputs with any transport, and compressed outputs."""
 
 from __future__ import annotations
 
 import contextlib
-import threading
-from collections.abc import Callable, Sequence
-from typing import Any, Final, NamedTuple
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
-from pipros.libraries.filters.synchronizer import ApproximateSynchronizer, ExactSynchronizer
 from pipros.libraries.images.arrays import BadImage, array_of, image_message
+from pipros.libraries.nodes.inputs import SyncInput
+from pipros.libraries.nodes.params import private
 from pipros.libraries.vision.compressed_images import (
     CompressionError,
     compressed_by,
@@ -19,16 +20,11 @@ from pipros.libraries.vision.compressed_images import (
     read_settings,
 )
 from pipros.msg import load_message_class
-from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.private_params import private
 from pipros.pictures.codecs import codec
 
 ERRORS_S: Final = 10.0
 """Minimum interval between log messages about the same error."""
-
-APPROXIMATE_S: Final = 0.1
-"""Maximum difference between the timestamps of matching messages, if they need not be equal."""
 
 
 class ImageOutput:
@@ -99,73 +95,12 @@ def subscribe_image(
     )
 
 
-class ImageInput(NamedTuple):
-    """A synchronized input. `transport` defaults to the parameter `~image_transport`."""
-
-    topic: str
-    type: str = "sensor_msgs/Image"
-    transport: str | None = None
+def image_input(topic: str, transport: str | None = None) -> SyncInput:
+    """Return a synchronized input for an image topic. See `subscribe_image` for `transport`."""
+    return SyncInput(topic, "sensor_msgs/Image", partial(subscribe_image, transport=transport))
 
 
-def camera(node: Node, topic: str) -> tuple[ImageInput, ImageInput]:
+def camera(node: Node, topic: str) -> tuple[SyncInput, SyncInput]:
     """Return the inputs for an image topic and the `camera_info` in the same namespace."""
     info = names.namespace(node.resolve(topic)) + "camera_info"
-    return ImageInput(topic), ImageInput(info, "sensor_msgs/CameraInfo")
-
-
-def synchronized(
-    node: Node,
-    inputs: Sequence[ImageInput],
-    callback: Callable[..., object],
-    queue_size: int,
-    *,
-    is_exact: bool = True,
-    topic_queue_size: int | None = None,
-) -> list[Any]:
-    """Subscribe, and call `callback` with matching messages, one from each input. Return the subscriptions.
-
-    Args:
-        queue_size: maximum number of messages per input that wait for matching messages.
-        is_exact: whether matching timestamps must be equal; otherwise, they must differ by less than
-            `APPROXIMATE_S`.
-        topic_queue_size: the queue size of the subscriptions; defaults to `queue_size`.
-    """
-    size = max(queue_size, 1)
-    matcher: ExactSynchronizer = ExactSynchronizer(len(inputs), size)
-    if not is_exact:
-        matcher = ApproximateSynchronizer(len(inputs), size, round(APPROXIMATE_S * NS_PER_S))
-    lock = threading.Lock()
-
-    def receive(index: int, message: Any) -> None:
-        stamp = message.header.stamp
-        with lock:
-            queue = matcher.queues[index]
-            for complete in matcher.add(message, stamp.to_nsec(), queue, index, None):
-                callback(*complete)
-
-    subscriptions = []
-    for index, each in enumerate(inputs):
-
-        def on_message(message: Any, index: int = index) -> None:
-            receive(index, message)
-
-        limit = topic_queue_size or size
-        if each.type == "sensor_msgs/Image":
-            subscriptions.append(subscribe_image(node, each.topic, on_message, limit, each.transport))
-        else:
-            kind = load_message_class(each.type)
-            subscriptions.append(
-                node.subscribe(each.topic, kind, on_message, queue_size=limit, zero_copy=True)
-            )
-    return subscriptions
-
-
-def enum(**constants: int) -> str:
-    """Return the edit method of a setting whose value must be one of the constants."""
-    listed = [{"name": name, "value": value, "type": "int"} for name, value in constants.items()]
-    return repr({"enum": listed, "enum_description": ""})
-
-
-def inside(node: Node, namespace: str, name: str) -> str:
-    """Resolve a topic name in a namespace. The namespace and the result can be remapped."""
-    return node.resolve(f"{node.resolve(namespace)}/{name}")
+    return image_input(topic), SyncInput(info, "sensor_msgs/CameraInfo")

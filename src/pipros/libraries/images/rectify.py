@@ -9,12 +9,14 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
 from pipros.libraries.images.arrays import array_of, image_message
 from pipros.libraries.images.pinhole import Rectifier, key_of
-from pipros.libraries.images.ports import ImageOutput, camera, enum, synchronized
+from pipros.libraries.images.ports import ImageOutput, camera
+from pipros.libraries.nodes.inputs import synchronized
+from pipros.libraries.nodes.params import private
+from pipros.libraries.reconfiguring.declared import enum
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.opencv import opencv
 from pipros.node import Node
-from pipros.node.private_params import private
 
 INTERPOLATIONS = enum(NN=0, Linear=1, Cubic=2, Lanczos4=4)
 """OpenCV's interpolation constants."""

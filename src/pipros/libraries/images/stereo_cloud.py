@@ -11,13 +11,14 @@ from pipros.libraries.images.arrays import BadImage, array_of
 from pipros.libraries.images.clouds import cloud_message, empty_points, set_colors
 from pipros.libraries.images.disparity import CAMERA_INFO
 from pipros.libraries.images.pinhole import Pinhole
-from pipros.libraries.images.ports import ERRORS_S, ImageInput, inside, synchronized
+from pipros.libraries.images.ports import ERRORS_S, image_input
+from pipros.libraries.nodes.inputs import SyncInput, inside, synchronized
+from pipros.libraries.nodes.params import private
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import private
 
 _COLORS = ("mono8", "rgb8", "rgba8", "bgr8", "bgra8")
 _MISSING_Z = 10000.0
@@ -33,10 +34,10 @@ class StereoCloud(LazyNode):
         queue_size = private(node, "queue_size", 5)
         is_exact = not private(node, "approximate_sync", False)
         inputs = [
-            ImageInput(inside(node, "left", "image_rect_color")),
-            ImageInput(inside(node, "left", "camera_info"), CAMERA_INFO),
-            ImageInput(inside(node, "right", "camera_info"), CAMERA_INFO),
-            ImageInput("disparity", "stereo_msgs/DisparityImage"),
+            image_input(inside(node, "left", "image_rect_color")),
+            SyncInput(inside(node, "left", "camera_info"), CAMERA_INFO),
+            SyncInput(inside(node, "right", "camera_info"), CAMERA_INFO),
+            SyncInput("disparity", "stereo_msgs/DisparityImage"),
         ]
         self._inputs = LazyInputs(
             [self._output],

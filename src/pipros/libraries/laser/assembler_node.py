@@ -6,7 +6,6 @@ import threading
 from collections.abc import Sequence
 from typing import Any, Final
 
-from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.extras import numpy as np
 from pipros.libraries.clouds.points import cloud_of
@@ -15,14 +14,14 @@ from pipros.libraries.laser.chain_node import ScanChain
 from pipros.libraries.laser.filters.base import FilterFailed
 from pipros.libraries.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
 from pipros.libraries.laser.scan import Scan
+from pipros.libraries.nodes.params import private
+from pipros.libraries.nodes.program import run_node
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformGate, TransformListener
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
-from pipros.node.private_params import private
-from pipros.node.roscpp_program import roscpp_program
 
 QUEUE_SIZE: Final = 10
 SCANS: Final = 400
@@ -113,10 +112,8 @@ class LaserScanAssembler:
         return cloud_of(header, {name: each.astype(np.float32) for name, each in columns.items()})
 
 
-@exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `laser_scan_assembler` until the node is shut down."""
-    with roscpp_program("laser_scan_assembler", "laser_assembler", argv) as (node, _):
-        LaserScanAssembler(node)
-        node.wait_for_shutdown()
-    return 0
+    return run_node(
+        "laser_scan_assembler", "laser_assembler", lambda node, *_: LaserScanAssembler(node), argv
+    )

@@ -14,6 +14,7 @@ from pipros.libraries.laser.filters.chain import FilterChain, chain_of
 from pipros.libraries.laser.filters.shapes import PolygonFilter
 from pipros.libraries.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
 from pipros.libraries.laser.scan import Scan
+from pipros.libraries.nodes.params import private, raw
 from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformGate, TransformListener
@@ -21,7 +22,6 @@ from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.node.clock import stamp
-from pipros.node.private_params import private, raw
 
 QUEUE_SIZE: Final = 50
 

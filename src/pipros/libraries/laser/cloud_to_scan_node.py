@@ -10,13 +10,13 @@ from typing import Any
 from pipros.basics.throttle import Throttle
 from pipros.libraries.clouds.points import InvalidCloud, matrix_of, moved, positions, rows_of
 from pipros.libraries.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
+from pipros.libraries.nodes.params import private
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.listener import TransformGate, TransformListener
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import private
 
 
 class CloudToScanNode(LazyNode):

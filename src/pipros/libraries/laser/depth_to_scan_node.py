@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from pipros.basics.throttle import Throttle
-from pipros.libraries.images.ports import camera, synchronized
+from pipros.libraries.images.ports import camera
 from pipros.libraries.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
+from pipros.libraries.nodes.inputs import synchronized
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.topic_tools.lazy import LazyInputs, LazyNode
 from pipros.msg import load_message_class

@@ -6,26 +6,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from pipros.basics.errors import PiprosError
+from pipros.libraries.nodes.params import InvalidParameter
 
 LINEAR = ("x", "y", "z")
 ANGULAR = ("yaw", "pitch", "roll")
-
-
-class InvalidAxes(PiprosError, ValueError):
-    """A parameter is neither a number nor a mapping of directions to numbers."""
 
 
 def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dict[str, float]:
     """Convert a parameter to a mapping of directions to numbers. A single number applies to `first`.
 
     Raises:
-        InvalidAxes: the value is neither a number nor a mapping of directions in `known` to numbers.
+        InvalidParameter: the value is neither a number nor a mapping of directions in `known` to numbers.
     """
     given = value if isinstance(value, Mapping) else {first: value}
     for direction, number in given.items():
         if direction not in known or isinstance(number, bool) or not isinstance(number, int | float):
-            raise InvalidAxes(
+            raise InvalidParameter(
                 f"{name} must be a number or map directions ({', '.join(known)}) to numbers, got {value!r}"
             )
     return {direction: float(number) for direction, number in given.items()}

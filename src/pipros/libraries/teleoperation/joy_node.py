@@ -13,11 +13,11 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.posix import READ
+from pipros.libraries.nodes.params import number, raw
 from pipros.libraries.teleoperation.joystick import EVENT, Joystick, StickChange
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
-from pipros.node.private_params import number, raw
 from pipros.node.roscpp_program import roscpp_program
 
 RETRY_S: Final = 1.0

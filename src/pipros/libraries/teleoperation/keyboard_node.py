@@ -9,12 +9,12 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.terminals import single_keys
+from pipros.libraries.nodes.params import number, raw
 from pipros.libraries.teleoperation.key_bindings import STOP, KeyedMotion
 from pipros.libraries.teleoperation.pressed_keys import pressed_keys
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.clock import stamp
-from pipros.node.private_params import number, raw
 from pipros.node.roscpp_program import roscpp_program
 
 TEXT: Final = f"""\

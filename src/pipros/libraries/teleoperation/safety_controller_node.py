@@ -8,11 +8,11 @@ from collections.abc import Collection
 from functools import partial
 from typing import Any, Final
 
+from pipros.libraries.nodes.params import number
 from pipros.libraries.teleoperation.velocity_smoother import STOPPED, Velocity
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.private_params import number
 from pipros.node.rate import Timer
 
 PERIOD_NS: Final = NS_PER_S // 10

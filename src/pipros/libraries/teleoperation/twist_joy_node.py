@@ -2,61 +2,57 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.basics.interrupts import exits_after_ctrl_c
+from pipros.libraries.nodes.params import number, raw
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.wiring import advertise, subscribe
 from pipros.libraries.teleoperation.joy_commands import (
     ANGULAR,
     LINEAR,
     AxisMap,
-    InvalidAxes,
     JoyCommands,
     by_direction,
 )
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import number, raw
-from pipros.node.roscpp_program import roscpp_program
 
 
-@exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `teleop_node` until the node is shut down. Return the exit code: 1 if a parameter is invalid."""
+    return run_node("teleop_twist_joy", "TeleopTwistJoy", lambda node, log, _: _steer(node, log), argv)
+
+
+def _steer(node: Node, log: logging.Logger) -> None:
+    """Publish the commands of `joy` on `cmd_vel`."""
     twist_class: Any = load_message_class("geometry_msgs/Twist")
-    joy_class: Any = load_message_class("sensor_msgs/Joy")
-    with roscpp_program("teleop_twist_joy", "TeleopTwistJoy", argv) as (node, log):
-        try:
-            commands = JoyCommands(
-                _axis_map(node, "linear", 1, LINEAR, (0.5, 1.0)),
-                _axis_map(node, "angular", 0, ANGULAR, (0.5, None)),
-                int(number(node, "enable_button", 0)),
-                int(number(node, "enable_turbo_button", -1)),
-            )
-        except InvalidAxes as error:
-            log.critical("%s", error)
-            return 1
-        topic = node.advertise("cmd_vel", twist_class, queue_size=1)
+    commands = JoyCommands(
+        _axis_map(node, "linear", 1, LINEAR, (0.5, 1.0)),
+        _axis_map(node, "angular", 0, ANGULAR, (0.5, None)),
+        int(number(node, "enable_button", 0)),
+        int(number(node, "enable_turbo_button", -1)),
+    )
+    topic = advertise(node, "cmd_vel", "geometry_msgs/Twist")
 
-        def steer(joy: Any) -> None:
-            command = commands.command(joy.axes, joy.buttons)
-            if command is None:
-                return
-            twist = twist_class()
-            linear, angular = command
-            twist.linear.x, twist.linear.y, twist.linear.z = (linear[name] for name in LINEAR)
-            twist.angular.z, twist.angular.y, twist.angular.x = (angular[name] for name in ANGULAR)
-            topic.publish(twist)
+    def steer(joy: Any) -> None:
+        command = commands.command(joy.axes, joy.buttons)
+        if command is None:
+            return
+        twist = twist_class()
+        linear, angular = command
+        twist.linear.x, twist.linear.y, twist.linear.z = (linear[name] for name in LINEAR)
+        twist.angular.z, twist.angular.y, twist.angular.x = (angular[name] for name in ANGULAR)
+        topic.publish(twist)
 
-        node.subscribe("joy", joy_class, steer, queue_size=1)
-        log.info("Teleop enable button %i.", commands.enable_button)
-        if commands.turbo_button >= 0:
-            log.info("Turbo on button %i.", commands.turbo_button)
-        for kind, axis_map in (("Linear", commands.linear), ("Angular", commands.angular)):
-            for name, axis in axis_map.axes.items():
-                log.info("%s axis %s on %i at scale %f.", kind, name, axis, axis_map.scales.get(name, 0.0))
-        node.wait_for_shutdown()
-    return 0
+    subscribe(node, "joy", "sensor_msgs/Joy", steer)
+    log.info("Teleop enable button %i.", commands.enable_button)
+    if commands.turbo_button >= 0:
+        log.info("Turbo on button %i.", commands.turbo_button)
+    for kind, axis_map in (("Linear", commands.linear), ("Angular", commands.angular)):
+        for name, axis in axis_map.axes.items():
+            log.info("%s axis %s on %i at scale %f.", kind, name, axis, axis_map.scales.get(name, 0.0))
 
 
 def _axis_map(

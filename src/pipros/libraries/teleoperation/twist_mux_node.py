@@ -10,11 +10,11 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros.libraries.nodes.params import raw
 from pipros.libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource, sources
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.private_params import raw
 from pipros.node.rate import Timer
 from pipros.node.roscpp_program import roscpp_program
 

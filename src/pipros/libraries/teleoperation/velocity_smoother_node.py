@@ -6,12 +6,12 @@ import threading
 from collections.abc import Mapping
 from typing import Any, Final
 
+from pipros.libraries.nodes.params import number, raw
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.teleoperation.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
-from pipros.node.private_params import number, raw
 from pipros.node.rate import Timer, surviving
 
 _LIMITS: Final = VelocityLimits()

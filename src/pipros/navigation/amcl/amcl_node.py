@@ -14,6 +14,12 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.errors import Interrupted
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import read_parameters
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import serve, subscribe
+from pipros.libraries.reconfiguring.declared import settings_of
 from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.messages import in_ns, pose_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, from_roll_pitch_yaw, roll_pitch_yaw
@@ -32,12 +38,7 @@ from pipros.navigation.amcl.settings import (
     read_belief,
     read_settings,
 )
-from pipros.navigation.frames import Frames
-from pipros.navigation.parameters import read_parameters, settings_of
 from pipros.navigation.plane import MOST, flat, is_measured
-from pipros.navigation.programs import run_node
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import serve, subscribe
 from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
 

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
+from pipros.libraries.nodes.wiring import advertise, stamped
 from pipros.libraries.transforms.pose import Pose, composed, inverted
 from pipros.msg.time import NS_PER_S
 from pipros.navigation import plane
 from pipros.navigation.amcl.localizer import Estimate
 from pipros.navigation.amcl.settings import AmclSettings, Belief
 from pipros.navigation.plane import Poses
-from pipros.navigation.wiring import advertise, stamped
 from pipros.node import Node
 
 _DIAGNOSTICS_S = 1.0

@@ -6,7 +6,8 @@ from dataclasses import dataclass, fields, replace
 from math import isfinite, pi
 from typing import Final
 
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters, tunable
+from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
+from pipros.libraries.reconfiguring.declared import tunable
 
 LASER_MODELS: Final = ("beam", "likelihood_field", "likelihood_field_prob")
 ODOMETRY_MODELS: Final = ("diff", "omni", "diff-corrected", "omni-corrected")

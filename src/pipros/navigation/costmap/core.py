@@ -10,10 +10,10 @@ from typing import Any, Final
 
 from pipros.basics.errors import Interrupted
 from pipros.basics.throttle import Throttle
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import InvalidParameter, read_parameters
 from pipros.navigation.costmap.grid import CostGrid, Points
 from pipros.navigation.costmap.layered import LayeredCostmap
-from pipros.navigation.frames import Frames
-from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.node import Node
 
 _WAIT_S: Final = 0.1

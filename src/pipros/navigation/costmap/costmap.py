@@ -6,6 +6,11 @@ import logging
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, search_upwards
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import subscribe
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
 from pipros.libraries.transforms.errors import TransformException
 from pipros.navigation.costmap import footprint
@@ -14,13 +19,8 @@ from pipros.navigation.costmap.grid import Points
 from pipros.navigation.costmap.layered import Pose2D
 from pipros.navigation.costmap.layers import add_layers
 from pipros.navigation.costmap.output import CostmapOutput
-from pipros.navigation.frames import Frames
 from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters, search_upwards
 from pipros.navigation.plane import flat
-from pipros.navigation.programs import run_node
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import subscribe
 from pipros.node import Node
 
 _MOST_AGE_S: Final = 2.0

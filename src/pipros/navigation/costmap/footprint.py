@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from pipros.libraries.nodes.params import InvalidParameter, is_number
 from pipros.navigation.costmap.grid import Points
-from pipros.navigation.parameters import InvalidParameter, is_number
 
 _CORNERS_OF_CIRCLE = 16
 _MOST_CORNERS = 1000

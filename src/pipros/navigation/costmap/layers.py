@@ -7,6 +7,8 @@ from functools import partial
 from importlib.metadata import entry_points
 from typing import Any, Final
 
+from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters, search_upwards
+from pipros.libraries.nodes.wiring import advertise, stamped, subscribe
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.pose import Pose
@@ -19,8 +21,6 @@ from pipros.navigation.costmap.sensor_input import DATA_TYPES, SensorInput
 from pipros.navigation.costmap.static_layer import StaticLayer, StaticSettings
 from pipros.navigation.costmap.voxel_layer import VoxelLayer
 from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters, read_parameters, search_upwards
-from pipros.navigation.wiring import advertise, stamped, subscribe
 from pipros.node.clock import stamp
 
 ENTRY_POINTS: Final = "pipros.costmap_layers"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from pipros.libraries.nodes.params import search_upwards
+from pipros.libraries.nodes.wiring import advertise, stamped
 from pipros.msg import load_message_class
 from pipros.navigation.costmap.core import CostmapCore
 from pipros.navigation.costmap.grid import Points
 from pipros.navigation.costmap.layered import CellRectangle
-from pipros.navigation.parameters import search_upwards
-from pipros.navigation.wiring import advertise, stamped
 from pipros.node.clock import stamp
 
 _NOTHING = CellRectangle(0, 0, 0, 0)

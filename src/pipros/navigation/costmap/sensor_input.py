@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, Final, NamedTuple
 
+from pipros.libraries.nodes.wiring import subscribe
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.messages import in_ns
 from pipros.navigation.costmap.core import CostmapCore
@@ -18,7 +19,6 @@ from pipros.navigation.costmap.observations import (
     scan_points,
 )
 from pipros.navigation.limits import NavigationLimits
-from pipros.navigation.wiring import subscribe
 
 _WAITING: Final = 50
 _SCAN_TOLERANCE_NS: Final = 50_000_000

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters, search_upwards
+from pipros.libraries.nodes.wiring import advertise, subscribe
 from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.errors import TransformException
 from pipros.navigation import plane
@@ -16,9 +18,7 @@ from pipros.navigation.costmap.grid import INSCRIBED
 from pipros.navigation.dwa.goal_rotation import STILL, GoalRotation
 from pipros.navigation.dwa.planner import Choice, DwaPlanner
 from pipros.navigation.dwa.settings import SETTINGS, DwaSettings
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters, read_parameters, search_upwards
 from pipros.navigation.plane import Poses, Triple
-from pipros.navigation.wiring import advertise, subscribe
 from pipros.node import Node
 from pipros.node.clock import stamp
 

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pipros.navigation.parameters import InvalidParameter, settings_of, tunable
+from pipros.libraries.nodes.params import InvalidParameter
+from pipros.libraries.reconfiguring.declared import settings_of, tunable
 
 MAX_POSES: Final = 2_000_000
 """Maximum number of poses of all trajectories in a cycle: about 200 MB."""

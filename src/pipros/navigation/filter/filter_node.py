@@ -12,6 +12,11 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import read_parameters
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import serve, subscribe
 from pipros.libraries.transforms.listener import AHEAD_NS
 from pipros.libraries.transforms.messages import in_ns, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose
@@ -31,12 +36,7 @@ from pipros.navigation.filter.state import (
     UnusableMeasurement,
     VelocityCommand,
 )
-from pipros.navigation.frames import Frames
-from pipros.navigation.parameters import read_parameters
 from pipros.navigation.plane import MOST
-from pipros.navigation.programs import run_node
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import serve, subscribe
 from pipros.node import Node
 
 _TYPES: Final = (

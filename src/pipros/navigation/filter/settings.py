@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
 from pipros.navigation.filter.kalman import (
     DEFAULT_COVARIANCE,
     DEFAULT_PROCESS_NOISE,
@@ -20,7 +21,6 @@ from pipros.navigation.filter.measurements import InputSettings
 from pipros.navigation.filter.state import ACCELERATION, ANGLES, POSE, RATES, SIZE, TWIST, Array
 from pipros.navigation.filter.timeline import Timeline
 from pipros.navigation.filter.unscented import UnscentedKalmanFilter
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 
 KINDS: Final = ("odom", "pose", "twist", "imu")
 INPUTS: Final = 100

@@ -10,21 +10,21 @@ from typing import Any, Final
 
 import numpy as np
 
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import read_parameters
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import advertise, serve, stamped, subscribe
 from pipros.libraries.transforms.messages import in_ns
 from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, from_roll_pitch_yaw, inverted, rotate
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.navigation import plane
-from pipros.navigation.frames import Frames
 from pipros.navigation.limits import NavigationLimits
 from pipros.navigation.mapping.hit_maps import Array
 from pipros.navigation.mapping.settings import read_settings
 from pipros.navigation.mapping.slam import GridSlam
 from pipros.navigation.mapping.survey import Survey
-from pipros.navigation.parameters import read_parameters
-from pipros.navigation.programs import run_node
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, serve, stamped, subscribe
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed

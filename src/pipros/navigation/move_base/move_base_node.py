@@ -10,7 +10,13 @@ from dataclasses import asdict, replace
 from typing import Any, TypeVar
 
 from pipros.basics.throttle import Throttle
+from pipros.libraries.actions.goal_server import GoalServer
 from pipros.libraries.actions.server_goal import GoalEvent
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import InvalidParameter, read_parameters
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import advertise, subscribe
 from pipros.libraries.reconfiguring.server import Reconfigurable
 from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.messages import in_ns, pose_of
@@ -19,19 +25,13 @@ from pipros.msg import load_message_class
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.frames import Frames
 from pipros.navigation.move_base import plugins
-from pipros.navigation.move_base.goals import GoalServer
 from pipros.navigation.move_base.machine import STILL, DrivingState, End, GoalMachine, Trigger
 from pipros.navigation.move_base.recovery import Tools
 from pipros.navigation.move_base.services import PlanService
 from pipros.navigation.move_base.settings import INITIAL_PATIENCE, SETTINGS, MoveBaseSettings
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
-from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.navigation.plane import Poses, Triple
-from pipros.navigation.programs import run_node
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, subscribe
 from pipros.node import Node
 from pipros.node.clock import stamp
 

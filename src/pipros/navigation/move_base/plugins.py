@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final
 
+from pipros.libraries.nodes.params import InvalidParameter, read_parameters
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros.navigation.move_base.recovery import Behaviour, ClearCostmap, Rotate, Tools
@@ -15,7 +16,6 @@ from pipros.navigation.move_base.replaced_planners import (
     note_written,
     take_over,
 )
-from pipros.navigation.parameters import InvalidParameter, read_parameters
 from pipros.navigation.trajectory.trajectory_node import TrajectoryLocalPlanner
 from pipros.node import Node
 

@@ -13,9 +13,9 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
+from pipros.libraries.nodes.params import PrivateParameters, read_parameters
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.dwa.grid_costs import outline_costs
-from pipros.navigation.parameters import PrivateParameters, read_parameters
 from pipros.navigation.plane import Triple
 from pipros.node import Node
 

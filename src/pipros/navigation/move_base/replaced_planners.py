@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from pipros.navigation.parameters import is_number, read_parameters
+from pipros.libraries.nodes.params import is_number, read_parameters
 from pipros.node import Node
 
 DWA: Final = "~DWAPlannerROS"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pipros.libraries.nodes.wiring import serve
 from pipros.msg import load_message_class
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
@@ -16,7 +17,6 @@ from pipros.navigation.costmap.layered import Pose2D
 from pipros.navigation.move_base.settings import MoveBaseSettings
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.plane import Triple
-from pipros.navigation.wiring import serve
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import read_parameters
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import advertise, serve, subscribe
 from pipros.navigation import plane
 from pipros.navigation.costmap.costmap import Costmap
 from pipros.navigation.costmap.grid import FREE, CostGrid
 from pipros.navigation.costmap.layered import Pose2D
-from pipros.navigation.frames import Frames
 from pipros.navigation.navfn.plan import PotentialField, find_field
 from pipros.navigation.navfn.potential import UNREACHED, Cell
-from pipros.navigation.parameters import read_parameters
 from pipros.navigation.plane import Poses
-from pipros.navigation.programs import run_node
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, serve, subscribe
 from pipros.node import Node
 from pipros.node.clock import stamp
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from pipros.libraries.nodes.wiring import stamped
 from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector, rotation_matrix
 from pipros.navigation import plane
 from pipros.navigation.plane import Poses
-from pipros.navigation.wiring import stamped
 
 
 def position(frame: str, stamp_ns: int, place: Vector, covariance: Poses) -> Any:

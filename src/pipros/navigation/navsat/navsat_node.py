@@ -14,18 +14,18 @@ from typing import Any, Final
 import numpy as np
 
 from pipros.basics.throttle import Throttle
+from pipros.libraries.nodes.frames import Frames
+from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters, read_parameters
+from pipros.libraries.nodes.program import run_node
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import advertise, serve, subscribe
 from pipros.libraries.transforms.messages import in_ns, pose_of, vector_of
 from pipros.libraries.transforms.pose import IDENTITY, Pose, Vector, inverted, rotate
 from pipros.msg import load_message_class
 from pipros.navigation import plane
-from pipros.navigation.frames import Frames
 from pipros.navigation.navsat.alignment import Alignment
 from pipros.navigation.navsat.geodesy import OutOfRange, zone_of_name
 from pipros.navigation.navsat.messages import filtered_fix, position, turned
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters, read_parameters
-from pipros.navigation.programs import run_node
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, serve, subscribe
 from pipros.node import Node
 from pipros.node.clock import stamp
 from pipros.node.service_server import CallFailed

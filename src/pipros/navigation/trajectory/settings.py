@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from pipros.libraries.nodes.params import InvalidParameter
+from pipros.libraries.reconfiguring.declared import settings_of, tunable
 from pipros.navigation.dwa.settings import DwaSettings
-from pipros.navigation.parameters import InvalidParameter, settings_of, tunable
 
 STOPPED: Final = 0.01
 """Speed in m/s and rad/s up to which the robot counts as stopped."""

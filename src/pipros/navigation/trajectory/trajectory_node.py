@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from pipros.libraries.nodes.params import PrivateParameters, is_number
 from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros.navigation.dwa.goal_rotation import GoalRotation
-from pipros.navigation.parameters import PrivateParameters, is_number
 from pipros.navigation.trajectory.planner import TrajectoryPlanner
 from pipros.navigation.trajectory.settings import SETTINGS, TrajectorySettings
 

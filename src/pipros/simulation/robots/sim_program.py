@@ -13,8 +13,8 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.libraries.maps.map_file import read_map
+from pipros.libraries.nodes.params import raw
 from pipros.node import Node
-from pipros.node.private_params import raw
 from pipros.node.roscpp_program import roscpp_program
 from pipros.node.start_params import is_on
 from pipros.simulation.limits import SimulationLimits

@@ -8,10 +8,10 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.terminals import single_keys
+from pipros.libraries.nodes.params import read
 from pipros.libraries.teleoperation.pressed_keys import pressed_keys
 from pipros.msg import load_message_class
 from pipros.node import Node
-from pipros.node.private_params import read
 from pipros.node.roscpp_program import roscpp_program
 
 TEXT: Final = f"""\

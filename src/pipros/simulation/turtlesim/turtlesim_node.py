@@ -12,9 +12,9 @@ from typing import Any, Final
 
 from pipros.basics import names
 from pipros.basics.limits import limit_text
+from pipros.libraries.nodes.params import private
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.node.private_params import private
 from pipros.node.service_server import CallFailed
 from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.turtlesim.picture import TurtleColor

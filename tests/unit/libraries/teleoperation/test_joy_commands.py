@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.teleoperation.joy_commands import AxisMap, InvalidAxes, JoyCommands, by_direction
+from pipros.libraries.nodes.params import InvalidParameter
+from pipros.libraries.teleoperation.joy_commands import AxisMap, JoyCommands, by_direction
 
 LINEAR = AxisMap({"x": 1.0}, {"x": 0.5}, {"x": 2.0})
 ANGULAR = AxisMap({"yaw": 0.0}, {"yaw": 0.4}, {"yaw": 0.4})
@@ -35,5 +36,5 @@ def test_parameters_are_a_number_or_numbers_by_direction() -> None:
     assert by_direction({"x": 1, "y": 0.5}, "~scale_linear", "x", "xyz") == {"x": 1.0, "y": 0.5}
     for wrong in ("1", True, {"u": 1}, {"x": None}, [1]):
         value: Any = wrong
-        with pytest.raises(InvalidAxes, match=r"~axis_linear must be a number or map directions \(x"):
+        with pytest.raises(InvalidParameter, match=r"~axis_linear must be a number or map directions \(x"):
             by_direction(value, "~axis_linear", "x", "xyz")

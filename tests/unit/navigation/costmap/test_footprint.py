@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipros.libraries.nodes.params import InvalidParameter
 from pipros.navigation.costmap.footprint import (
     as_text,
     circle,
@@ -16,7 +17,6 @@ from pipros.navigation.costmap.footprint import (
     padded,
     placed,
 )
-from pipros.navigation.parameters import InvalidParameter
 
 BURGER = [(-0.105, -0.105), (-0.105, 0.105), (0.041, 0.105), (0.041, -0.105)]
 

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from pipros.basics.errors import NotFound
+from pipros.libraries.nodes.params import PrivateParameters
 from pipros.navigation.costmap import layers
 from pipros.navigation.costmap.layered import LayeredCostmap, Pose2D
-from pipros.navigation.parameters import PrivateParameters
 from tests.support.environments import REPOSITORY
 
 KIND = "my_robot::KeepOut"

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipros.libraries.nodes.params import InvalidParameter
 from pipros.navigation.costmap.grid import CostGrid
 from pipros.navigation.dwa.planner import DwaPlanner
 from pipros.navigation.dwa.settings import DwaSettings
 from pipros.navigation.dwa.trajectories import sampled, simulated, window
-from pipros.navigation.parameters import InvalidParameter
 
 FOOTPRINT = [(-0.2, -0.15), (-0.2, 0.15), (0.08, 0.15), (0.08, -0.15)]
 SETTINGS = DwaSettings(

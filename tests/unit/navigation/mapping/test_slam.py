@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipros.libraries.nodes.params import InvalidParameter, PrivateParameters
 from pipros.navigation.mapping.hit_maps import HitMaps
 from pipros.navigation.mapping.matching import ScanMatcher
 from pipros.navigation.mapping.settings import MappingSettings, read_settings
 from pipros.navigation.mapping.slam import GridSlam
 from pipros.navigation.mapping.survey import Survey, TrajectoryStep
-from pipros.navigation.parameters import InvalidParameter, PrivateParameters
 from pipros.simulation.robots.drive import Pose
 from tests.support.drives import agreement, drive
 

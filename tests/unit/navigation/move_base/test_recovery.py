@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pipros.libraries.nodes.params import InvalidParameter
 from pipros.navigation.costmap.grid import FREE, LETHAL, UNKNOWN, CostGrid
 from pipros.navigation.costmap.layered import CellLayer, LayeredCostmap, Pose2D
 from pipros.navigation.move_base import plugins
 from pipros.navigation.move_base.recovery import ClearCostmap, Rotate, Tools
 from pipros.navigation.move_base.settings import SETTINGS
-from pipros.navigation.parameters import InvalidParameter
 from pipros.navigation.plane import Triple
 
 LOG = logging.getLogger("test")

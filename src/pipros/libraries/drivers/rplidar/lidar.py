@@ -14,7 +14,8 @@ from operator import xor
 from typing import Any, Final, NamedTuple
 
 from pipros.libraries.drivers.rplidar.samples import Decoder, decoder_of
-from pipros.libraries.drivers.streams import DeviceError, Stream
+from pipros.libraries.drivers.streams import Stream
+from pipros.libraries.nodes.retrying import DeviceError
 
 ANSWER_S: Final = 1.0
 STOP_S: Final = 0.1

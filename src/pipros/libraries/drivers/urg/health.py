@@ -9,8 +9,8 @@ from typing import Final
 from pipros.libraries.diagnostics.frequency import EventWindow, judged
 from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkLevel, LinkStatus
 from pipros.libraries.drivers.urg.sensor import ScanRequest, UrgSensor
+from pipros.libraries.nodes.params import private
 from pipros.node import Node
-from pipros.node.private_params import private
 
 PERIOD_S: Final = 1.0
 _GOOD_STATES: Final = ("Sensor works well.", "Stable 000 no error.", "sensor is working normally")

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Final
 
-from pipros.libraries.drivers.streams import DeviceError, Stream
+from pipros.libraries.drivers.streams import Stream
 from pipros.libraries.drivers.urg.scip import CLOCK_MS, Replies, ScipReply, clock_ms, texts
+from pipros.libraries.nodes.retrying import DeviceError
 
 ANSWER_S: Final = 1.0
 CALIBRATION_SCANS: Final = 10

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 from pipros.basics.errors import PiprosError
 from pipros.libraries.laser.scan import Scan
+from pipros.libraries.nodes.params import converted, read
 from pipros.libraries.reconfiguring.server import Setting
 from pipros.libraries.transforms.listener import TransformListener
-from pipros.node.private_params import converted, read
 
 
 class InvalidFilter(PiprosError, ValueError):

@@ -6,9 +6,10 @@ import logging
 import threading
 import time
 from collections.abc import Callable
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, Generic, Protocol, TypeVar
 
-from pipros.libraries.drivers.streams import DeviceError, Port, Stream
+from pipros.basics.errors import PiprosError
 from pipros.node import Node
 
 PAUSES_S: Final = (0.5, 4.0)
@@ -17,7 +18,28 @@ END_S: Final = 0.3
 """Maximum time for which node shutdown waits for the driver, which may have to stop a motor."""
 
 
-class Driver:
+class DeviceError(PiprosError):
+    """A device does not work. The text names the device."""
+
+
+class Connection(Protocol):
+    """An open connection to a device."""
+
+    def close(self) -> None: ...
+
+
+Stream = TypeVar("Stream", bound=Connection)
+
+
+@dataclass(frozen=True, slots=True)
+class Port(Generic[Stream]):
+    """A device's port: its name, and a function that opens a connection or raises DeviceError."""
+
+    name: str
+    open: Callable[[], Stream]
+
+
+class Driver(Generic[Stream]):
     """Runs sessions with a device in a thread, until the node is shut down.
 
     If the device fails, the session is restarted after a pause. In each outage, an error is logged once per
@@ -28,7 +50,7 @@ class Driver:
         self,
         node: Node,
         log: logging.Logger,
-        port: Port,
+        port: Port[Stream],
         session: Callable[[Stream], None],
         pauses_s: tuple[float, float] = PAUSES_S,
     ) -> None:

@@ -9,6 +9,8 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.node import Node
 
+__all__ = ["advertise", "serve", "stamped", "subscribe", "time_of"]
+
 
 def advertise(node: Node, topic: str, kind: str, queue_size: int | None = 1, *, latch: bool = False) -> Any:
     """Advertise a topic with the type named `kind`."""

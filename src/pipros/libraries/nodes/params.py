@@ -1,30 +1,95 @@
-"""Read a node's parameters from a dictionary, with the rules of roscpp."""
+"""Read a node's parameters by the rules of roscpp.
+
+Defaults replace parameters that are unset or have another type, also if the master does not answer.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field, fields
+from dataclasses import fields
 from itertools import takewhile
 from typing import Any, TypeGuard, TypeVar
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.libraries.reconfiguring.server import Setting
 from pipros.node import Node
-from pipros.node.private_params import converted_list, read
 
-__all__ = ["read_parameters"]  # for costmap layers of other distributions
+__all__ = ["InvalidParameter", "PrivateParameters", "read_parameters"]
 
-_Kind = TypeVar("_Kind")
+_INT = 2**31
+
+Value = TypeVar("Value")
 
 
 class InvalidParameter(PiprosError, ValueError):
     """A parameter has an invalid value. The text names the parameter and the value."""
 
 
+def raw(node: Node, name: str, default: Any = None) -> Any:
+    """Return a private parameter of any type, or `default` if it is not set."""
+    try:
+        return node.params.get(f"~{name}")
+    except (LookupError, PiprosError):
+        return default
+
+
+def private(node: Node, name: str, default: Value) -> Value:
+    """Return a private parameter in the type of `default`; see `read`."""
+    return read(raw(node, name), default)
+
+
+def number(node: Node, name: str, default: float) -> float:
+    """Return a private parameter if it is a finite number, otherwise `default`."""
+    value = private(node, name, float(default))
+    return value if math.isfinite(value) else default
+
+
+def read(value: Any, default: Value) -> Value:
+    """Return a parameter in the type of `default`, or `default` if roscpp does not convert it."""
+    found: Any = converted(value, type(default))
+    return default if found is None else found
+
+
+def converted(value: Any, kind: type) -> Any:
+    """Convert a parameter as roscpp's `param` does. Return None if it has another type.
+
+    Only numbers are converted: an integer to a float, and a float to the next integer if its fraction is at
+    least a half, otherwise (also if it is negative) to the integer below. If that is not an integer of 32
+    bits, the result is None; in roscpp, it is the smallest one.
+    """
+    if kind is bool or kind is str:
+        return value if isinstance(value, kind) else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    if kind is float:
+        return kind(value)
+    if not math.isfinite(value):
+        return None
+    whole = math.floor(value + 0.5 if value > 0 else value)
+    return kind(whole) if -_INT <= whole < _INT else None
+
+
+def converted_list(value: Any, kind: type) -> list[Any] | None:
+    """Convert a list as roscpp's `param` does. Return None if the value is not a list, or an element differs.
+
+    Numbers and bools are converted into each other; the fraction of a number is dropped.
+    """
+    if not isinstance(value, list):
+        return None
+    if kind is str:
+        return value if all(isinstance(each, str) for each in value) else None
+    if not all(isinstance(each, int | float) for each in value):
+        return None
+    try:
+        return [kind(each) for each in value]
+    except (ValueError, OverflowError):  # an infinite float is not an integer
+        return None
+
+
 class PrivateParameters:
     """The private parameters of a node, or those in a namespace below `~`.
 
-    Values are converted as in roscpp (`pipros.node.private_params`); if that is not possible, defaults apply.
+    Values are converted as by `read`.
 
     Attributes:
         problems: mistakes that the node reports, although it runs.
@@ -51,7 +116,7 @@ class PrivateParameters:
     def integer(self, name: str, default: int) -> int:
         return read(self.values.get(name), default)
 
-    def read(self, kind: type[_Kind], **known: Any) -> _Kind:
+    def read(self, kind: type[Value], **known: Any) -> Value:
         """Create an instance of a dataclass. Fields that are not in `known`, and have a default of type bool,
         int, float or str, are read from parameters of the same names.
         """
@@ -89,28 +154,6 @@ class PrivateParameters:
                 f"{self._name}{name} must be a list of {length} booleans, got {value!r}; the others are false"
             )
         return (*found, *[False] * (length - len(found)))
-
-
-def tunable(
-    default: Any,
-    text: str,
-    low: float | None = None,
-    high: float | None = None,
-    *,
-    edit_method: str = "",
-    offered: Any = None,
-) -> Any:
-    """Declare a field of a dataclass as a parameter that clients of dynamic_reconfigure can change.
-
-    See `Setting`. `offered` is the default that clients receive, if it differs from `default`.
-    """
-    declared = default if offered is None else offered, low, high, text, 0, edit_method
-    return field(default=default, metadata={"setting": declared})
-
-
-def settings_of(kind: type) -> list[Setting]:
-    """Return the declared settings of a dataclass."""
-    return [Setting(each.name, *each.metadata["setting"]) for each in fields(kind) if each.metadata]
 
 
 def is_number(value: Any) -> TypeGuard[int | float]:

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from pipros.basics.limits import Limits
+from pipros.libraries.actions.goal_server import REPLACED, GoalServer
 from pipros.libraries.actions.server_goal import GoalEvent
 from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.navigation.move_base.goals import REPLACED, GoalServer
 
 GOAL: Any = load_message_class("move_base_msgs/MoveBaseActionGoal")
 CANCEL: Any = load_message_class("actionlib_msgs/GoalID")

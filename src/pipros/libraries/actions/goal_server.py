@@ -15,10 +15,10 @@ from typing import Any, Final
 from pipros.libraries.actions.goal_table import GoalTable
 from pipros.libraries.actions.server_goal import GoalEvent, after
 from pipros.libraries.actions.status import TERMINAL, Status
+from pipros.libraries.nodes.schedule import Schedule
+from pipros.libraries.nodes.wiring import advertise, stamped, subscribe
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
-from pipros.navigation.schedule import Schedule
-from pipros.navigation.wiring import advertise, stamped, subscribe
 from pipros.node import Node
 from pipros.node.clock import stamp
 
