@@ -217,7 +217,8 @@ class DwaLocalPlanner:
         x, y = grid.cell_to_world(column, row)
         to_path, to_goal = path[row, column], goal[row, column]
         total = settings.path_distance_bias * to_path + settings.goal_distance_bias * to_goal
-        total = grid.resolution * total + settings.occdist_scale * costs
+        per_cell, per_cost = self._planner.scales()
+        total = per_cell * total + per_cost * settings.occdist_scale * costs
         values = np.column_stack((x, y, np.zeros(len(x)), to_path, to_goal, costs, total))
         names = ("x", "y", "z", "path_cost", "goal_cost", "occ_cost", "total_cost")
         return plane.cloud(names, values, self._costmap.global_frame, stamp(self._node.clock))

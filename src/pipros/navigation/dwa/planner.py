@@ -128,7 +128,7 @@ class DwaPlanner:
 
     def scores(self, tried: Trajectories) -> Array:
         """Return the scores of trajectories. The lowest is best; a negative score means discarded."""
-        settings, scale = self.settings, self._grid.resolution
+        settings, (scale, _) = self.settings, self.scales()
         scores = np.where(self._oscillation.forbids(tried.commands), FORBIDDEN, 0.0)
         path, goal, nose = self.distances
         for bias, distance, ahead in (
@@ -148,6 +148,10 @@ class DwaPlanner:
             found[left] = self._obstacle_scores(tried, left)
             add_scores(scores, found, settings.occdist_scale)
         return scores
+
+    def scales(self) -> tuple[float, float]:
+        """Return the factors of distances in cells and of costs, in addition to their weights."""
+        return self._grid.resolution, 1.0
 
     def _distance_scores(self, tried: Trajectories, distance: NDArray[np.int64], ahead: float) -> Array:
         """Return the distance at the end of each trajectory, or at a point `ahead` metres ahead of the end.

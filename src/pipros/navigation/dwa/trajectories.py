@@ -61,6 +61,14 @@ def sampled(low: float, high: float, count: int) -> list[float]:
     return [*values, high]
 
 
+def within_reach(now: float, low: float, high: float, change: float) -> tuple[float, float]:
+    """Return the least and the greatest velocity within reach; never beyond the limits.
+
+    A measured velocity may be beyond them.
+    """
+    return min(high, max(low, now - change)), max(low, min(high, now + change))
+
+
 def window(settings: DwaSettings, pose: Triple, velocity: Triple, goal: tuple[float, float]) -> Array:
     """Return velocities that the robot can reach, shape (n, 3): all combinations of the samples per axis.
 
@@ -75,7 +83,7 @@ def window(settings: DwaSettings, pose: Triple, velocity: Triple, goal: tuple[fl
         for axis in (0, 1):
             highest[axis] = max(min(highest[axis], farthest), lowest[axis])
     values = [
-        sampled(max(low, now - gain * time_s), min(high, now + gain * time_s), count)
+        sampled(*within_reach(now, low, high, gain * time_s), count)
         for low, high, now, gain, count in zip(
             lowest, highest, velocity, settings.accelerations, settings.samples, strict=True
         )

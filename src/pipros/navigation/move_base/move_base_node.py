@@ -83,7 +83,7 @@ class MoveBase:
         )  # fmt: skip
         listed = given.values.get("recovery_behaviors")
         values = {**asdict(self._machine.settings), "circumscribed_radius": radius}
-        tools = Tools(node, log, *self._maps, self.drive)
+        tools = Tools(node, log, *self._maps, self.drive, lambda: self._controller.greatest()[2])
         self._behaviours = plugins.behaviours(listed, values, tools, is_strict=self._is_strict)
         self._rest(is_resting=True)
         self._goals = GoalServer(node, "move_base", "move_base_msgs/MoveBase", schedule, self._on_goal)

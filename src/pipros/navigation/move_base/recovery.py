@@ -25,13 +25,18 @@ _MOST_STEPS: Final = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Tools:
-    """Resources for behaviours: the node, its log, both costmaps, and a function that sends velocities."""
+    """Resources for behaviours: the node, its log, both costmaps, and a function that sends velocities.
+
+    Attributes:
+        fastest_turn: returns the greatest rate of turning of the local planner in rad/s.
+    """
 
     node: Node
     log: logging.Logger
     global_map: Costmap
     local_map: Costmap
     drive: Callable[[Triple], None]
+    fastest_turn: Callable[[], float] = lambda: math.inf
 
 
 class Behaviour(Protocol):
@@ -118,7 +123,8 @@ class Rotate:
         if not self._is_free(pose, left):
             tools.log.error("the robot cannot turn in place: there may be a collision")
             return True
-        speed = min(max(math.sqrt(2 * self._gain * left), self._slowest), self._fastest)
+        fastest = min(self._fastest, tools.fastest_turn())
+        speed = min(max(math.sqrt(2 * self._gain * left), self._slowest), fastest)
         tools.drive((0.0, 0.0, speed))
         return False
 

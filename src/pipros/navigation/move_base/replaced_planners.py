@@ -30,6 +30,9 @@ _NAMES: Final[Mapping[str, Mapping[str, str]]] = {
     },
 }  # fmt: skip
 """Names below the namespace of each planner, with the names for DWA that have the same meaning."""
+_WEIGHTS: Final = {"path_distance_bias": 32.0, "goal_distance_bias": 20.0, "occdist_scale": 0.02}
+"""Set unless the user sets one of them: with defaults of DWA, costs outweigh the way, and robots stand."""
+_GAINS: Final = (("x", 2.5), ("theta", 3.2))
 _LIMITS: Final = ("max_vel_x", "max_vel_trans", "max_vel_theta")
 
 
@@ -51,14 +54,23 @@ def take_over(node: Node, planner: str) -> tuple[dict[str, str], list[str]]:
             value = -abs(value)
         found[new] = value
         taken[old] = f"{new} = {value}"
-    found |= _derived({**before, **found}, before, found)
+    frequency = read_parameters(node, "~").number("controller_frequency", 20.0)
+    period_s = 1.0 / frequency if frequency > 0 else 0.05
+    found |= _derived({**before, **found}, before, found, period_s)
+    if not _WEIGHTS.keys() & before.keys():
+        found |= _WEIGHTS
     for name, value in found.items():
         node.params.set(f"{DWA}/{name}", value)
     return taken, [name for name in given if name not in taken]
 
 
-def _derived(known: Mapping[str, Any], before: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values that follow from the limits, so that none of DWA's defaults exceeds them."""
+def _derived(
+    known: Mapping[str, Any], before: Mapping[str, Any], found: Mapping[str, Any], period_s: float
+) -> dict[str, Any]:
+    """Return values that follow from the limits, so that none of DWA's defaults exceeds them.
+
+    The least velocities can be reached from standstill in a period; otherwise, the robot would never start.
+    """
     limits = {name: value for name, value in known.items() if is_number(value)}
     made: dict[str, Any] = {}
     if not found:
@@ -70,8 +82,9 @@ def _derived(known: Mapping[str, Any], before: Mapping[str, Any], found: Mapping
     made["max_vel_trans"] = fastest
     if fastest < limits.get("max_vel_x", 0.55):
         made["max_vel_x"] = fastest
-    made["min_vel_trans"] = min(0.1, fastest / 4)
-    made["min_vel_theta"] = min(0.4, limits.get("max_vel_theta", 1.0) / 2)
+    speed_up, turn_up = (limits.get(f"acc_lim_{axis}", usual) * period_s for axis, usual in _GAINS)
+    made["min_vel_trans"] = min(0.1, fastest / 4, 0.9 * speed_up)
+    made["min_vel_theta"] = min(0.4, limits.get("max_vel_theta", 1.0) / 2, 0.9 * turn_up)
     return {name: value for name, value in made.items() if name not in before and known.get(name) != value}
 
 

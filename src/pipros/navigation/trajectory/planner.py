@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pipros.navigation.dwa.grid_costs import outline_costs
 from pipros.navigation.dwa.planner import FORBIDDEN, HITS, Choice, DwaPlanner, add_scores
-from pipros.navigation.dwa.trajectories import Array, Trajectories, sampled, simulated
+from pipros.navigation.dwa.trajectories import Array, Trajectories, sampled, simulated, within_reach
 from pipros.navigation.plane import Triple
 from pipros.navigation.trajectory.settings import TrajectorySettings
 
@@ -58,7 +58,7 @@ class TrajectoryPlanner(DwaPlanner):
     def _reach(self, now: float, low: float, high: float, gain: float) -> tuple[float, float]:
         """Return the least and the greatest velocity within reach; never above the limits."""
         time_s = self.own.sim_period if self.own.dwa else self.own.sim_time
-        return min(high, max(low, now - gain * time_s)), max(low, min(high, now + gain * time_s))
+        return within_reach(now, low, high, gain * time_s)
 
     def _rates(self, velocity: Triple) -> list[float]:
         own = self.own
@@ -106,7 +106,7 @@ class TrajectoryPlanner(DwaPlanner):
         """Return the scores of trajectories. The lowest is best; a negative score means discarded."""
         own = self.own
         scores = np.where(self._oscillation.forbids(tried.goals), FORBIDDEN, 0.0)
-        scale = self._grid.resolution if own.meter_scoring else 1.0
+        scale, _ = self.scales()
         last = np.arange(len(tried)), tried.counts - 1
         path, goal = (self._distance_scores(tried, each, 0.0) for each in self.distances[:2])
         if own.simple_attractor:
@@ -119,8 +119,13 @@ class TrajectoryPlanner(DwaPlanner):
         left = np.flatnonzero(scores >= 0)
         found = np.full(len(tried), HITS)
         found[left] = self._obstacle_scores(tried, left)
-        add_scores(scores, found, own.occdist_scale)
+        add_scores(scores, found, own.occdist_scale * scale)
         return scores
+
+    def scales(self) -> tuple[float, float]:
+        """Return the factors of distances in cells and of costs: `meter_scoring` keeps their relation."""
+        scale = self._grid.resolution if self.own.meter_scoring else 1.0
+        return scale, scale
 
     def _heading_scores(self, tried: Trajectories) -> Array:
         """Return the angles to the end of the local plan, `heading_scoring_timestep` after the start."""

@@ -24,7 +24,7 @@ class TrajectorySettings:
         sim_period: period of the controller in seconds.
         xy_goal_tolerance, yaw_goal_tolerance: tolerances at the goal, in metres and radians.
         prune_plan: whether the part of the plan behind the robot is dropped.
-        meter_scoring: whether distances count in metres; otherwise, they count in cells.
+        meter_scoring: whether all three weights are multiplied by the resolution of the costmap.
     """
 
     acc_lim_x: float = tunable(2.5, "Acceleration forwards, m/s2", 0.0, 20.0)

@@ -171,6 +171,14 @@ def test_the_choice_and_all_scores_equal_those_of_a_plain_loop(seed: int) -> Non
         assert choice.command is None
 
 
+@pytest.mark.parametrize("measured", [(0.9, 0.0, 3.0), (-0.9, 0.0, -3.0)])
+def test_no_velocity_exceeds_the_limits_even_if_a_measured_one_does(measured: Any) -> None:
+    x, _, turn = window(SETTINGS, (0.0, 0.0, 0.0), measured, (1.0, 0.0)).T
+    assert x.min() >= SETTINGS.min_vel_x
+    assert x.max() <= SETTINGS.max_vel_x
+    assert np.abs(turn).max() <= SETTINGS.max_vel_theta
+
+
 def test_without_the_window_the_robot_accelerates_towards_each_velocity() -> None:
     settings = replace(SETTINGS, use_dwa=False, sim_time=1.0, acc_lim_x=0.5, sim_granularity=0.05)
     still = (0.0, 0.0, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -115,6 +116,15 @@ def test_the_robot_turns_once_around_to_the_left_and_slows_down_at_the_end() -> 
     assert turned == pytest.approx(math.tau, abs=0.11)
     assert max(driven)[2] == 1.0
     assert min(driven)[2] < 1.0
+
+
+def test_a_turn_is_no_faster_than_those_of_the_local_planner() -> None:
+    driven: list[Triple] = []
+    given, _, _ = tools(driven)
+    rotate = Rotate(replace(given, fastest_turn=lambda: 0.3), "rotate_recovery")
+    rotate.begin()
+    rotate.recover()
+    assert driven == [(0.0, 0.0, 0.3)]
 
 
 def test_a_robot_beside_an_obstacle_does_not_turn() -> None:
