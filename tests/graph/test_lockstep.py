@@ -7,10 +7,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+import pytest
+
 from pipros.basics.env import Environment
 from pipros.libraries.nodes.schedule import Schedule
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.simulation.robots import robots_node
+from pipros.simulation.robots.settings import RobotSettings
+from pipros.simulation.robots.simulation import Simulation
+from pipros.simulation.robots.world import World
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -104,6 +111,30 @@ def test_the_lockstep_begins_when_its_topics_are_connected(ros: RosSystem) -> No
 
         node.master.unregister_subscriber("/odom", node.uri)
         wait_until(lambda: any(x for x, _ in driver.trace), what="a robot that drives")
+
+
+def test_a_member_works_although_another_one_needs_its_work_to_start(
+    ros: RosSystem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """move_base waits for the transforms of a filter that is a member, too."""
+    monkeypatch.setattr(robots_node, "SLOW_S", 0.0)
+    ros.serve_master()
+    environment = Environment(master_uri=ros.master_uri)
+    with Node("filter", environment=environment) as node, Node("sim", environment=environment) as sim:
+        node.params.set("/use_sim_time", True)
+        node.params.set("/lockstep", ["filter", "late"])
+        has_worked = threading.Event()
+        schedule = Schedule(node)
+        schedule.every(0.1, has_worked.set)
+        schedule.start()
+        robots = robots_node.RobotsNode(
+            sim, Simulation(World.from_cells(np.zeros((9, 9), bool), 1.0), [RobotSettings()])
+        )
+        thread = threading.Thread(target=robots.run)
+        thread.start()
+        assert has_worked.wait(60)
+    thread.join(60)
+    assert not thread.is_alive()
 
 
 def test_the_time_stands_still_while_a_member_holds_it_and_goes_on_without_a_dead_one(ros: RosSystem) -> None:

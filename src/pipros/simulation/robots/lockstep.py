@@ -64,6 +64,7 @@ class Lockstep:
         }
         self._sent: dict[tuple[str, str, str], Sent] = {}
         self._due_ns = dict.fromkeys(self._clients, 0)
+        self._ready: list[str] = []
         self._began_s = time.monotonic()
         self._simulated_s = 0.0
 
@@ -73,10 +74,11 @@ class Lockstep:
 
     def missing(self) -> list[str]:
         """Return the members that do not offer their service yet or, if all do, the missing connections."""
-        missing = []
+        missing, self._ready = [], []
         for name, client in self._clients.items():
             try:
                 client.probe(1.0)
+                self._ready.append(name)
             except PiprosError:
                 missing.append(name)
         if not missing:
@@ -108,9 +110,10 @@ class Lockstep:
     def settle(self, now: Time, *, has_scans: bool) -> bool:
         """Call the members that may have work to do, and wait until their messages have been handled.
 
-        Return whether one of the members requires the time to stop.
+        Members that were not ready when `missing` was last called are left out. Return whether one of the
+        members requires the time to stop.
         """
-        due = [name for name in self._clients if has_scans or self._due_ns[name] <= in_ns(now)]
+        due = [name for name in self._ready if has_scans or self._due_ns[name] <= in_ns(now)]
         if not due:
             return False
         self._add(sent_by(self._node))
@@ -130,6 +133,7 @@ class Lockstep:
                 if not self._node.is_ending:
                     self._log.error("the lockstep continues without [%s]: %s", name, error)
                 del self._clients[name]
+                self._ready.remove(name)
                 self._sent = {key: each for key, each in self._sent.items() if name not in key}
                 continue
             holds = holds or answer.hold

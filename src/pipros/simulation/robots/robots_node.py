@@ -132,7 +132,8 @@ class RobotsNode:
 
         Time must advance, because starting nodes wait for transforms. The lockstep begins at a multiple of
         `START_STEPS`, so that timestamps are repeatable: at the first multiple unless a member starts very
-        slowly.
+        slowly. After the first multiple, the members that are ready do their work, because the others may
+        wait for their transforms, such as those of a filter.
         """
         missing = [""]
         while missing or self.simulation.steps % START_STEPS:
@@ -148,6 +149,8 @@ class RobotsNode:
                 self.simulation.step()
                 self.simulation.reset()
             self._publish()
+            if missing and self.simulation.steps > START_STEPS and self.simulation.steps % SCAN_STEPS == 0:
+                self._lockstep.settle(self.stamp(), has_scans=True)
         return True
 
     def step(self) -> None:
