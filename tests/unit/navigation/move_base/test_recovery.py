@@ -118,7 +118,7 @@ def test_the_robot_turns_once_around_to_the_left_and_slows_down_at_the_end() -> 
     assert min(driven)[2] < 1.0
 
 
-def test_a_turn_is_no_faster_than_those_of_the_local_planner() -> None:
+def test_a_rotation_never_exceeds_the_limit_of_the_local_planner() -> None:
     driven: list[Triple] = []
     given, _, _ = tools(driven)
     rotate = Rotate(replace(given, fastest_turn=lambda: 0.3), "rotate_recovery")
