@@ -13,11 +13,13 @@ from typing import Literal
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, expect, sync_playwright
 from playwright.sync_api import Page as Tab
+from playwright.sync_api import TimeoutError as Waited
 
 from tests.support.browser import find_chromium
 from tests.support.network import steady_interfaces
 from tests.support.page import Page
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 expect.set_options(timeout=60_000)
 
@@ -91,15 +93,39 @@ def open_tab(chromium: Browser) -> Iterator[OpenTab]:
 
 def go_to(tab: Tab, title: str) -> None:
     """Click the tab of a view. The pointer opens its group if that has no room for its tabs."""
-    group = tab.locator(".group.closed").filter(has=tab.locator(f"a:text-is('{title}')"))
-    if group.count():
-        group.locator(".name").hover()
-    tab.get_by_role("tab", name=title, exact=True).click()
+    link = tab.locator("#tabs a").get_by_text(title, exact=True)
+    group = tab.locator("#tabs .group").filter(has=tab.locator(f"a:text-is('{title}')"))
+
+    def is_clicked() -> bool:
+        if not link.is_visible():
+            group.locator(".name").hover()
+        with contextlib.suppress(Waited):
+            link.click(timeout=3000)
+            return True
+        return False
+
+    wait_until(is_clicked, 60, f"a click on the tab {title}")
 
 
 def show_all_controls(tab: Tab) -> None:
     """Open the rows of controls after the first one."""
     tab.get_by_role("button", name="More controls").click()
+
+
+def press(tab: Tab, name: str) -> None:
+    """Click a button of a toolbar, for which "…" may have to open further rows."""
+    button = tab.get_by_role("button", name=name, exact=True)
+
+    def is_pressed() -> bool:
+        more = tab.get_by_role("button", name="More controls")
+        if not button.is_visible() and more.count() and more.get_attribute("aria-expanded") == "false":
+            more.click()
+        with contextlib.suppress(Waited):
+            button.click(timeout=3000)
+            return True
+        return False
+
+    wait_until(is_pressed, 60, f"a click on {name}")
 
 
 def keep_screenshots(tab: Tab, name: str) -> None:

@@ -14,7 +14,7 @@ from playwright.sync_api import WebSocketRoute, expect
 from pipros.bag import BagReader, BagWriter
 from pipros.bag.connection import Connection
 from pipros.msg import load_message_class
-from tests.browser.conftest import OpenTab, go_to, keep_screenshots
+from tests.browser.conftest import OpenTab, go_to, keep_screenshots, show_all_controls
 from tests.browser.test_plot_tab import COLUMNS, FIRST
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -169,6 +169,7 @@ def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Pat
     tab.get_by_role("button", name="Play the bag").click()
     expect(tab.locator(".legend")).to_contain_text(re.compile(r"data: (4\.\d|[5-9]|1\d)"))
     tab.get_by_role("button", name="Pause the bag").click()
+    show_all_controls(tab)
     tab.get_by_label("Whole bag").check()
     expect(tab.locator(".legend")).to_contain_text("/number/data: 20")
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.9, 30, "the curve of 20 s")

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, keep_screenshots, press, show_all_controls
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -47,7 +47,7 @@ def test_a_goal_is_reached(ros: RosSystem, open_tab: OpenTab, kind: str) -> None
         what=lambda: str(state_of(tab)),
     )
     begin = state_of(tab)["robot"]
-    tab.get_by_role("button", name="2D Nav Goal").click()
+    press(tab, "2D Nav Goal")
     box = tab.locator(".scene-canvas").bounding_box()
     assert box is not None
     x, y = box["x"] + box["width"] / 2 + 60, box["y"] + box["height"] / 2  # 1 m to the right of the robot
@@ -67,5 +67,6 @@ def test_a_goal_is_reached(ros: RosSystem, open_tab: OpenTab, kind: str) -> None
 def test_without_control_no_goal_can_be_set(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_master()
     tab = open_tab(Page(ros, "-d", EXAMPLE / "navigation.rviz", command="rviz"), "scene", SIZES["phone"])
+    show_all_controls(tab)
     expect(tab.get_by_role("button", name="2D Nav Goal")).to_be_disabled()
     keep_screenshots(tab, "navigation-read-only")

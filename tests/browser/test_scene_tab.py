@@ -17,7 +17,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.conftest import OpenTab, keep_screenshots, press, show_all_controls
 from tests.browser.test_copying import NOTE_COPIED, wait_for_note
 from tests.support.browser import find_chromium
 from tests.support.page import Page
@@ -135,7 +135,7 @@ def test_displays_are_switched_added_and_saved(system: RosSystem, open_tab: Open
     tab.get_by_role("button", name="Displays").click()
     wait_for_colours(tab, {(2, 2): GREY, (-3.5, 2.5): (193, 193, 193)}, tolerance=1)
     keep_screenshots(tab, "scene")
-    tab.get_by_role("button", name="Save", exact=True).click()
+    press(tab, "Save")
     expect(tab.locator(".scene-status")).to_contain_text("saved as")
     saved = (tmp_path / "scene.rviz").read_text()
     assert "Force: 007" in saved
@@ -183,6 +183,7 @@ def test_a_goal_is_published_with_control(system: RosSystem, open_tab: OpenTab, 
 
 def test_without_control_nothing_is_published(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     tab = scene_of(system, open_tab, tmp_path, "", size=(390, 700))
+    show_all_controls(tab)
     for name in ("2D Nav Goal", "2D Pose Estimate", "Publish Point", "Save"):
         expect(tab.get_by_role("button", name=name, exact=True)).to_be_disabled()
     tools = tab.locator(".scene-tools button")
@@ -622,7 +623,7 @@ def test_a_link_shows_the_same_displays_and_view(
     wait_until(lambda: tab.evaluate("location.hash").startswith("#scene/"), 30.0, "the address")
     tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
     tab.evaluate(NOTE_COPIED)
-    tab.get_by_role("button", name="Link").click()
+    press(tab, "Link")
     wait_for_note(tab, "Copy as Link: copied")
     link = str(tab.evaluate("navigator.clipboard.readText()"))
     wait_until(lambda: link == tab.evaluate("location.href"), 30.0, "the address")
