@@ -18,7 +18,6 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import Final, Generic, TypeVar
 
-from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import get_within_slice
 from pipros.basics.limits import Limits, process_limits
 from pipros.ros2.limits import Ros2Limits
@@ -32,7 +31,7 @@ from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.sockets import RtpsSockets, SocketBacklog
-from pipros.ros2.rtps.topics import RtpsTopicWriter, TopicReader
+from pipros.ros2.rtps.topics import ParticipantClosed, RtpsTopicWriter, TopicReader
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")
@@ -155,7 +154,7 @@ class Participant:
 
     def _open_core(self) -> ParticipantCore:
         if self._is_closing:
-            raise PiprosError("the ROS 2 participant is closed")
+            raise ParticipantClosed("the ROS 2 participant is closed")
         return self._core
 
     def write(
@@ -314,5 +313,7 @@ class _Report(Generic[_Reported]):
     def __call__(self) -> None:
         try:
             self._callback(self._reported)
+        except ParticipantClosed:
+            return
         except Exception:
             _LOG.exception("a callback for ROS 2 failed")

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Final, Protocol, TypeVar
 
+from pipros.basics.errors import PiprosError
 from pipros.ros2.rtps.incomplete import inline_bytes
 from pipros.ros2.rtps.parameters import SampleIdentity
 from pipros.ros2.rtps.participant_core import ParticipantCore
@@ -21,6 +22,10 @@ SAMPLE_OVERHEAD_BYTES: Final = 500
 def cost_bytes(sample: RtpsSample) -> int:
     """Return the memory that a queued sample takes."""
     return len(sample.payload) + inline_bytes(sample.inline) + SAMPLE_OVERHEAD_BYTES
+
+
+class ParticipantClosed(PiprosError):
+    """The participant is closed. Callbacks that run while it closes may raise this."""
 
 
 class RunningEngine(Protocol):
@@ -160,6 +165,8 @@ class TopicReader:
                 self._bytes -= cost_bytes(sample)
             try:
                 self._callback(sample)
+            except ParticipantClosed:
+                return
             except Exception:
                 _LOG.exception("a callback for ROS 2 failed")
 

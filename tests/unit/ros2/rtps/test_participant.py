@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from queue import SimpleQueue
 
@@ -269,6 +270,28 @@ def test_nothing_is_published_in_a_domain_with_both_sizes(pair: tuple[Participan
 
     wait_until(lambda: careful.knowledge is Knowledge.MIXED)
     wait_until(lambda: info_writers(pair[1]) == [])
+
+
+def test_a_callback_that_meets_the_end_of_its_participant_is_not_reported(
+    discovery: Discovery, caplog: pytest.LogCaptureFixture
+) -> None:
+    running, ended = threading.Event(), threading.Event()
+
+    def use(_sample: RtpsSample) -> None:
+        running.set()
+        receiver.wait_for(lambda core: False, LIMIT_S)  # until the participant closes
+        ended.set()
+        receiver.add_writer("rt/late", TYPE, QOS)
+
+    with Participant(discovery) as sender, Participant(discovery) as receiver:
+        receiver.add_reader("rt/chatter", TYPE, QOS, use)
+        writer = sender.add_writer("rt/chatter", TYPE, QOS)
+        assert writer.wait_for_readers(1, timeout_s=LIMIT_S)
+        writer.write(b"\0\1\0\0")
+        assert running.wait(LIMIT_S)
+
+    assert ended.is_set()
+    assert "a callback for ROS 2 failed" not in caplog.text
 
 
 def test_lists_of_nodes_beyond_the_limit_are_ignored(pair: tuple[Participant, Participant]) -> None:
