@@ -34,9 +34,10 @@ def evaluate(tab: Tab, script: str) -> Any:
 
 def test_thousands_of_markers_are_a_few_objects(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     tab = scene_of(system, open_tab, tmp_path, MARKERS)
-    # Markers 0 to 2 are a cube, a sphere and a cylinder; only the large cube has the finest detail.
+    # Markers 0 to 2 are a cube, a sphere and a cylinder; only the large cube has the finest detail. The height of
+    # the canvas moves the centres of spheres by half a pixel, so that their shade varies.
     places = {(-4, -5): GREEN, (-3.8, -5): GREEN, (-3.6, -5): GREEN, (-3.9, -5): GREY, (-6.4, 0.4): RED}
-    wait_for_colours(tab, places, tolerance=8)
+    wait_for_colours(tab, places, tolerance=16)
     calls = evaluate(tab, "scene.draw(); return scene.renderer.info.render.calls;")
     assert calls <= 9, calls  # the levels of detail of three types
     keep_screenshots(tab, "many-markers")
@@ -49,7 +50,7 @@ def test_thousands_of_markers_are_a_few_objects(system: RosSystem, open_tab: Ope
     expect(panel).to_contain_text("Markers: Marker cubes/1998")
     expect(panel).to_contain_text("Position-6; 0; 0")
     evaluate(tab, "scene.displays[0].switchPart('spheres', false);")
-    wait_for_colours(tab, {**places, (-3.8, -5): GREY}, tolerance=8)
+    wait_for_colours(tab, {**places, (-3.8, -5): GREY}, tolerance=16)
     # In one call, because the markers are published again and again.
     clear = "const [one] = scene.displays; one.take({ action: 3, ns: '', id: 0 });"
     assert evaluate(tab, f"{clear} return [one.shown.size, one.root.children.length];") == [0, 0]
