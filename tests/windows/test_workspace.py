@@ -66,3 +66,12 @@ def test_an_interrupt_from_a_thread_ends_a_sleep(environment: None) -> None:
         "except KeyboardInterrupt: print('interrupted')\n"
     )
     assert "interrupted" in lines_of(["python", "-c", code], DRIVE)
+
+
+def test_setup_bat_sets_up_a_workspace(folder: Path) -> None:
+    lines_of(["catkin_make"], folder)
+    (folder / "show.bat").write_bytes(
+        b"@call devel\\setup.bat\r\n@rospack find found_scripts\r\n@echo %CMAKE_PREFIX_PATH%\r\n"
+    )
+    lines = lines_of(["cmd", "/c", "show.bat"], folder)
+    assert lines[-2:] == [r"C:\temp\my space\src\found_scripts", r"C:\temp\my space\devel"]

@@ -11,6 +11,7 @@ from sensor_msgs.srv import SetCameraInfo, SetCameraInfoRequest, SetCameraInfoRe
 import rospy
 from camera_calibration_parsers import calibration as calibration_of
 from camera_calibration_parsers import camera_info as camera_info_of
+from pipros.basics.windows import path_of_url
 from pipros.libraries.vision.calibration import CalibrationError
 from pipros.libraries.vision.calibration_files import FILE, PACKAGE, load, resolved, save
 
@@ -202,7 +203,7 @@ def _path(url: str, cname: str) -> str | None:
     if kind == URL_empty:
         return _path(default_camera_info_url, cname)
     if kind == URL_file:
-        return found[len(FILE) :]
+        return path_of_url(found)
     path = getPackageFileName(found) if kind == URL_package else ""
     if not path:
         rospy.logerr(f"invalid URL: {found} (ignored)")

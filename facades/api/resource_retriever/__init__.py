@@ -6,6 +6,8 @@ import os
 from urllib.parse import urlsplit
 from urllib.request import url2pathname, urlopen
 
+from pipros.basics.windows import file_url
+
 PACKAGE_PREFIX = "package://"
 
 HTTP_VARIABLE = "PIPROS_RESOURCES_BY_HTTP"
@@ -31,7 +33,7 @@ def get_filename(url: str, use_protocol: bool = True) -> str:
     import rospkg
 
     folder = rospkg.RosPack().get_path(package)
-    return f"{'file://' if use_protocol else ''}{folder}/{path}"
+    return f"{file_url(folder) if use_protocol else folder}/{path}"
 
 
 def get(url: str) -> bytes:

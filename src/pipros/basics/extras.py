@@ -31,12 +31,13 @@ def missing(what: str, extra: str, error: ImportError) -> MissingExtra:
 
 def _pip() -> str:
     """Return `pip` if it runs this environment's pip; otherwise a command that does."""
-    import shlex
     import shutil
+
+    from pipros.basics.words import quoted
 
     folder = Path(sys.executable).parent
     found = shutil.which("pip")
-    return "pip" if found and Path(found).parent == folder else f"{shlex.quote(sys.executable)} -m pip"
+    return "pip" if found and Path(found).parent == folder else f"{quoted(sys.executable)} -m pip"
 
 
 def _origin() -> dict[str, Any]:
@@ -55,18 +56,20 @@ def _origin() -> dict[str, Any]:
 
 
 def _requirement(extras: str, origin: dict[str, Any]) -> str:
-    import shlex
     from urllib.parse import unquote, urlsplit
+
+    from pipros.basics.windows import path_of_url
+    from pipros.basics.words import quoted
 
     name, url = f"pipros[{extras}]", origin.get("url", "")
     if "vcs_info" in origin:
         noted = origin["vcs_info"]
-        return shlex.quote(f"{name} @ {noted.get('vcs')}+{url}@{noted.get('commit_id')}")
+        return quoted(f"{name} @ {noted.get('vcs')}+{url}@{noted.get('commit_id')}")
     if not url.startswith("file:"):
-        return shlex.quote(f"{name} @ {url}" if url else name)
-    place = unquote(urlsplit(url).path)
+        return quoted(f"{name} @ {url}" if url else name)
+    place = path_of_url(f"file://{unquote(urlsplit(url).path)}")
     if not Path(place).exists():
-        return shlex.quote(name)
+        return quoted(name)
     if origin.get("dir_info", {}).get("editable"):
-        return f"--editable {shlex.quote(f'{place}[{extras}]')}"
-    return shlex.quote(f"{name} @ {url}")
+        return f"--editable {quoted(f'{place}[{extras}]')}"
+    return quoted(f"{name} @ {url}")

@@ -5,6 +5,7 @@ On other systems, the functions do what needs no special way there.
 
 from __future__ import annotations
 
+import codecs
 import os
 import time
 
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
 
 ON_WINDOWS = os.name == "nt"
 
+CONSOLE_ENCODING = "oem" if hasattr(codecs, "oem_encode") else "utf-8"
+"""The encoding of batch files, and of what `for /f` reads from a program."""
+
 _OPEN_ELSEWHERE_S = 2.0
 """Virus scanners and indexers open new files for a moment."""
 _AGAIN_S = 0.05
@@ -22,6 +26,17 @@ _AGAIN_S = 0.05
 def with_slashes(path: str) -> str:
     """Return a path with forward slashes, as in CMake and URLs. Elsewhere, a backslash is part of a name."""
     return path.replace("\\", "/") if ON_WINDOWS else path
+
+
+def file_url(path: str) -> str:
+    """Return a path as `file:///C:/folder`; elsewhere, `file:///folder`. Nothing is escaped."""
+    return f"file://{'/' if ON_WINDOWS else ''}{with_slashes(path)}"
+
+
+def path_of_url(url: str) -> str:
+    """Return the path that a `file://` URL names, as it is written there."""
+    path = url[len("file://") :]
+    return path[1:] if ON_WINDOWS and path[2:3] == ":" else path
 
 
 def replace_file(

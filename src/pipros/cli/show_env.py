@@ -8,10 +8,11 @@ from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.basics.windows import ON_WINDOWS
 from pipros.cli.entry_point import command
 from pipros.cli.runner import CommandError, run
 
-SHELLS = ("sh", "fish", "powershell")
+SHELLS = ("sh", "fish", "powershell", "cmd")
 
 
 @command
@@ -21,19 +22,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         description="Print what a workspace's setup.bash would set, as shell commands: "
         'eval "$(pipros env ~/catkin_ws)" has the effect of sourcing the file. Without a workspace, '
         'eval "$(pipros env)" stands in for sourcing /opt/ros/noetic/setup.bash. In bash, zsh and fish, '
-        "the commands also define roscd, rosls, rosed, roscp and completion.",
+        "the commands also define roscd, rosls, rosed, roscp and completion. In PowerShell, the command is: "
+        "pipros env | Out-String | Invoke-Expression. In cmd, it is: "
+        """for /f "delims=" %%i in ('pipros env --shell cmd') do @set "%%i\"""",
     )
     parser.add_argument(
         "workspace", nargs="?", help="a workspace, or its devel or install folder (default: none)"
     )
-    parser.add_argument("--shell", choices=SHELLS, default="sh", help="the shell (default: %(default)s)")
+    parser.add_argument("--shell", choices=SHELLS, default=_shell(), help="the shell (default: %(default)s)")
     parser.add_argument("--extend", action="store_true", help="keep the active workspaces as underlays")
     parser.add_argument("--json", action="store_true", help="print the changed variables as one JSON object")
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
 
     def body() -> int:
         space = None if options.workspace is None else built_space(Path(options.workspace))
-        from pipros.workspace.environment import environment_changes, setup_code
+        from pipros.workspace.environment import environment_changes, print_code, setup_code
         from pipros.workspace.setup_files import functions_code
 
         if options.json:
@@ -42,10 +45,15 @@ def main(argv: Sequence[str] | None = None) -> int:
             print(json.dumps(environment_changes(space, os.environ, extend=options.extend), indent=2))
         else:
             code = setup_code(space, os.environ, options.shell, extend=options.extend)
-            print(code + functions_code(options.shell), end="")
+            print_code(code + functions_code(options.shell), options.shell)
         return 0
 
     return run(body)
+
+
+def _shell() -> str:
+    """Return `powershell` on Windows, unless a shell such as Git Bash has set `SHELL`."""
+    return "powershell" if ON_WINDOWS and "SHELL" not in os.environ else "sh"
 
 
 def built_space(folder: Path) -> Path:

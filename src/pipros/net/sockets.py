@@ -301,6 +301,8 @@ def abort(sock: socket.socket) -> None:
     """End a connection and wake threads that are blocked on it. May be called repeatedly."""
     with contextlib.suppress(OSError):  # the socket is no longer connected
         sock.shutdown(socket.SHUT_RDWR)
+    if sys.platform == "win32":
+        sock.close()  # there, a thread that is blocked ignores the shutdown
 
 
 def local_port(sock: socket.socket) -> int:

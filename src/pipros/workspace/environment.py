@@ -10,12 +10,16 @@ import os
 import re
 import sys
 from collections.abc import Mapping, Sequence
+from io import TextIOWrapper
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS
 from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces
+
+_SEPARATORS = "/\\" if ON_WINDOWS else "/"
 
 # The subfolder of a workspace that is added to each path variable.
 _LISTS = {
@@ -53,10 +57,10 @@ def workspace_environment(
         if name == "CMAKE_PREFIX_PATH":
             entries = [entry for entry in entries if os.path.isdir(entry)]
         if not extend:
-            taken_out = {os.path.join(folder, below).rstrip("/") for folder in known}
-            entries = [entry for entry in entries if entry.rstrip("/") not in taken_out]
-        added = [os.path.join(folder, below).rstrip("/") for folder in chain]
-        present = {entry.rstrip("/") for entry in entries}
+            taken_out = {str(Path(folder, below)) for folder in known}
+            entries = [entry for entry in entries if entry.rstrip(_SEPARATORS) not in taken_out]
+        added = [str(Path(folder, below)) for folder in chain]
+        present = {entry.rstrip(_SEPARATORS) for entry in entries}
         added = [folder for folder in added if os.path.isdir(folder) and folder not in present]
         entries = [*added, *entries]
         if name == "PATH" and own_programs is not None and str(own_programs) not in entries:
@@ -81,14 +85,20 @@ def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]
 
 
 def shell_code(changes: Mapping[str, str], shell: str) -> str:
-    """Return commands that set the variables, for `sh` (also bash and zsh), `fish` or `powershell`."""
-    write = {"fish": _fish, "powershell": _powershell}.get(shell, _posix)
+    """Return commands that set the variables, for `sh` (also bash and zsh), `fish`, `powershell` or `cmd`.
+
+    The lines for `cmd` are arguments of its command `set`.
+    """
+    write = {"fish": _fish, "powershell": _powershell, "cmd": "{}={}\n".format}.get(shell, _posix)
     return "".join(write(name, value) for name, value in changes.items())
 
 
 def hook_code(hooks: Sequence[FoundHook], shell: str) -> str:
-    """Return commands that source hooks, with `CATKIN_ENV_HOOK_WORKSPACE` set to each hook's workspace."""
-    return "".join(_hook(hook, shell) for hook in hooks)
+    """Return commands that source hooks, with `CATKIN_ENV_HOOK_WORKSPACE` set to each hook's workspace.
+
+    Hooks for `cmd` are not supported.
+    """
+    return "" if shell == "cmd" else "".join(_hook(hook, shell) for hook in hooks)
 
 
 def _hook(hook: FoundHook, shell: str) -> str:
@@ -123,12 +133,22 @@ def _powershell(name: str, value: str) -> str:
 
 
 def quoted_for_powershell(text: str) -> str:
-    """Return a PowerShell string literal; PowerShell also treats typographic quotes as quotes.
+    """Return an expression with the value `text`, in ASCII: Windows PowerShell 5 reads other code pages.
 
     >>> print(quoted_for_powershell("it's"))
     'it''s'
+    >>> print(quoted_for_powershell("B\u00e4r"))
+    ('B'+[char]228+'r')
     """
-    return "'" + re.sub("(['\u2018\u2019\u201a\u201b])", r"\1\1", text) + "'"
+    literal = "'" + text.replace("'", "''") + "'"
+    if text.isascii():
+        return literal
+    return "(" + re.sub(r"[^\x00-\x7f]+", lambda match: f"'+{_characters(match[0])}+'", literal) + ")"
+
+
+def _characters(text: str) -> str:
+    units = memoryview(text.encode("utf-16-le", "surrogatepass")).cast("H")
+    return "+".join(f"[char]{unit}" for unit in units)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -138,6 +158,16 @@ def main(argv: Sequence[str] | None = None) -> None:
     code = setup_code(
         prefix, os.environ, shell, extend="--extend" in options, with_underlays="--local" not in options
     )
+    print_code(code, shell)
+
+
+def print_code(code: str, shell: str) -> None:
+    """Print shell code with the line ends and the encoding that the shell reads from a pipe."""
+    if isinstance(sys.stdout, TextIOWrapper) and not sys.stdout.isatty():
+        if shell == "cmd":
+            sys.stdout.reconfigure(encoding=CONSOLE_ENCODING)
+        elif ON_WINDOWS:
+            sys.stdout.reconfigure(newline="\n")
     print(code, end="")
 
 

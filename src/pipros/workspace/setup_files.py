@@ -1,7 +1,8 @@
-"""Write the `setup.*` files in a devel or install space, for bash, zsh, sh, fish and PowerShell."""
+"""Write the `setup.*` files in a devel or install space, for bash, zsh, sh, fish, PowerShell and cmd."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shlex
 import sys
@@ -9,6 +10,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipros.basics.windows import CONSOLE_ENCODING, ON_WINDOWS
 from pipros.workspace.environment import (
     UNDERLAYS_FILE,
     quoted_for_fish,
@@ -85,6 +87,11 @@ if ($piprosCode) {{ Invoke-Expression $piprosCode }}
 Remove-Variable 'piprosPython', 'piprosExtend', 'piprosCode'
 """
 
+_CMD = """\
+@rem Sets up the environment of this workspace for cmd. Created by pipros's catkin_make.\r
+@for /f "usebackq delims=" %%i in (`call "{cmd_python}" -I -c "{compute}" cmd "%~dp0." %*`) do @set "%%i"\r
+"""
+
 _LOCAL = """\
 # Sets up this workspace, and keeps those that are already set up. Created by pipros's catkin_make.
 CATKIN_SETUP_UTIL_ARGS="--extend --local ${{CATKIN_SETUP_UTIL_ARGS:-}}"
@@ -114,8 +121,8 @@ exec "$@"
 def functions_code(shell: str) -> str:
     """Return shell code that defines `roscd`, completion and the other shell functions.
 
-    `shell` is `sh`, `fish` or `powershell`. The code for `sh` defines the functions in bash and zsh only; for
-    `powershell`, there is no code.
+    `shell` is `sh`, `fish`, `powershell` or `cmd`. The code for `sh` defines the functions in bash and zsh
+    only; for the last two, there is no code.
     """
     if shell == "fish":
         return f"source {quoted_for_fish(str(SHELL_FOLDER / 'ros.fish'))}\n"
@@ -141,6 +148,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
     values = {
         "prefix": shlex.quote(str(prefix)),
         "python": shlex.quote(sys.executable),
+        "cmd_python": sys.executable.replace("%", "%%"),
         "powershell_python": quoted_for_powershell(sys.executable),
         "compute": _COMPUTE,
         "functions": shlex.quote(str(SHELL_FOLDER)),
@@ -153,6 +161,8 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
         "setup.ps1": _POWERSHELL,
         "env.sh": _ENV_SH,
     }
+    if ON_WINDOWS:
+        files["setup.bat"] = _CMD
     prefix.mkdir(parents=True, exist_ok=True)
     write_if_changed(prefix / MARKER, ";".join(str(source) for source in sources))
     write_if_changed(prefix / UNDERLAYS_FILE, "".join(f"{folder}\0" for folder in underlays))
@@ -177,6 +187,8 @@ def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
         own = f"_CATKIN_SETUP_DIR={shlex.quote(str(prefix))}\n" if shell == "sh" else ""
         _write(folder / f"setup.{shell}", f"{_RELAYING}{own}. {file}\n")
     _write(folder / "setup.fish", f"{_RELAYING}source {shlex.quote(str(prefix / 'setup.fish'))} $argv\n")
+    if ON_WINDOWS:
+        _write(folder / "setup.bat", f'@call "{prefix / "setup.bat"}" %*\r\n')
     script = quoted_for_powershell(str(prefix / "setup.ps1"))
     _write(folder / "setup.ps1", f"{_RELAYING}. {script} @args\n")
     _write(
@@ -198,11 +210,10 @@ def _write(file: Path, content: str) -> None:
 
 def write_if_changed(file: Path, content: str) -> bool:
     """Write a file unless it already has the given content. Return True if it was written."""
-    try:
-        if file.read_text("utf-8") == content:
+    data = content.encode(CONSOLE_ENCODING if file.suffix == ".bat" else "utf-8")
+    with contextlib.suppress(OSError):
+        if file.read_bytes() == data:
             return False
-    except (OSError, UnicodeDecodeError):
-        pass
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(content, "utf-8")
+    file.write_bytes(data)
     return True

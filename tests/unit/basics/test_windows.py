@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.basics.windows import replace_file, with_slashes
+from pipros.basics.windows import file_url, path_of_url, replace_file, with_slashes
 from pipros.basics.windows_job import Job
 
 
@@ -16,6 +16,18 @@ def test_only_paths_of_windows_get_slashes(monkeypatch: pytest.MonkeyPatch) -> N
     assert with_slashes(r"/a\b") == r"/a\b"
     monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", True)
     assert with_slashes(r"C:\ws\src") == "C:/ws/src"
+
+
+@pytest.mark.parametrize(
+    ("is_windows", "path", "url", "named"),
+    [(True, "C:\\my ws", "file:///C:/my ws", "C:/my ws"), (False, "/a\\b", "file:///a\\b", "/a\\b")],
+)
+def test_a_url_names_a_file(
+    monkeypatch: pytest.MonkeyPatch, is_windows: bool, path: str, url: str, named: str
+) -> None:
+    monkeypatch.setattr("pipros.basics.windows.ON_WINDOWS", is_windows)
+    assert file_url(path) == url
+    assert path_of_url(url) == named
 
 
 def test_a_file_is_replaced_once_other_programs_have_closed_it(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.basics.words import split_words
+from pipros.basics.words import quoted, split_words
 
 
 @pytest.mark.parametrize(
@@ -33,3 +33,9 @@ def test_backslashes_stay_in_paths_of_windows(
     assert split_words(text) == windows
     with pytest.raises(ValueError, match="No closing quotation"):
         split_words("'open")
+
+
+def test_words_are_quoted_for_the_shells_of_windows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.basics.words.ON_WINDOWS", True)
+    assert quoted("C:\\Python311\\python.exe") == "C:\\Python311\\python.exe"
+    assert quoted("pipros[course]") == '"pipros[course]"'

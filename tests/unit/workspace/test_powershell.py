@@ -32,9 +32,23 @@ def texts(root: Node, kind: str) -> list[str]:
     return [(node.text or b"").decode() for node in below(root) if node.type == kind]
 
 
-def value_of(literal: str) -> str:
-    """Parse a single-quoted string like PowerShell: a doubled quote, of any kind, is one quote."""
-    return re.sub(r"(['‘’‚‛])['‘’‚‛]", r"\1", literal[1:-1])  # noqa: RUF001
+def values_of(root: Node) -> list[str]:
+    """Return the values of all literals, after joining literals and characters that `+` joins."""
+    assert (root.text or b"").isascii(), "Windows PowerShell 5 reads code pages"
+    values, is_joined = [], False
+    for node in below(root):
+        text = (node.text or b"").decode()
+        if node.type == "+":
+            is_joined = True
+        if node.type == "verbatim_string_characters":
+            part = text[1:-1].replace("''", "'")
+        elif node.type == "cast_expression" and (number := re.fullmatch(r"\[char\](\d+)", text)):
+            part = chr(int(number[1]))
+        else:
+            continue
+        values.append(values.pop() + part if is_joined else part)
+        is_joined = False
+    return values
 
 
 @pytest.mark.parametrize("python", ["/usr/bin/python3", "C:\\Users\\o'neil\\it’s [mine]\\python.exe"])  # noqa: RUF001
@@ -49,7 +63,7 @@ def test_the_setup_file_is_powershell(tmp_path: Path, monkeypatch: pytest.Monkey
         "Invoke-Expression",
         "Remove-Variable",
     ]
-    assert python in [value_of(literal) for literal in texts(root, "verbatim_string_characters")]
+    assert python in values_of(root)
     for literal in texts(root, "verbatim_string_characters"):
         assert '"' not in literal, "PowerShell before 7.3 loses such quotes on the way to a program"
 
@@ -61,8 +75,7 @@ def test_the_setup_file_is_powershell(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_arbitrary_values_survive_as_one_string(value: str) -> None:
     root = read(shell_code({"ROS_PACKAGE_PATH": value, "ROS_DISTRO": "noetic"}, "powershell"))
     assert texts(root, "variable") == ["$env:ROS_PACKAGE_PATH", "$env:ROS_DISTRO"]
-    literals = texts(root, "verbatim_string_characters")
-    assert [value_of(literal) for literal in literals] == [value, "noetic"]
+    assert values_of(root) == [value, "noetic"]
     assert not texts(root, "command")
 
 

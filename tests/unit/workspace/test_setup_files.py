@@ -101,3 +101,13 @@ def test_files_are_written_only_when_they_change(tmp_path: Path) -> None:
     file.write_bytes(b"\xff")
     assert write_if_changed(file, "ä")
     assert file.read_text("utf-8") == "ä"
+
+
+def test_a_batch_file_is_written_on_windows_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for is_windows in (False, True):
+        monkeypatch.setattr("pipros.workspace.setup_files.ON_WINDOWS", is_windows)
+        write_setup_files(tmp_path / "devel", [tmp_path / "src"], [])
+        write_relaying_setup_files(tmp_path / "all", tmp_path / "devel")
+        for folder in ("devel", "all"):
+            assert (tmp_path / folder / "setup.bat").exists() == is_windows
+    assert str(tmp_path / "devel") in (tmp_path / "all" / "setup.bat").read_text()

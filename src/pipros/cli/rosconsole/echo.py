@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable, Sequence
-from datetime import datetime
+from datetime import datetime, timezone
 from typing import Any
 
 from pipros.basics.names import parse_arguments
@@ -138,7 +138,7 @@ class LogPrinter:
 def _details(message: Any) -> str:
     seconds = message.header.stamp.to_sec()
     try:
-        when = str(datetime.fromtimestamp(seconds).astimezone())
+        when = str(datetime.fromtimestamp(seconds, timezone.utc).astimezone())
     except (OverflowError, OSError, ValueError):
         when = "-"
     place = f"{listed(message.function)}]: {listed(message.file)}:{message.line}"

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from pipros.basics.posix import NEW_GROUP
+from pipros.basics.windows import ON_WINDOWS
 
 PATTERN_CHARACTERS = 1_000
 """Maximum length of a pattern."""
@@ -35,8 +36,10 @@ SLOW_LIMIT = 20
 CACHED = 10_000
 """Maximum number of cached results."""
 
-_DEADLINE_S = 30.0
-"""Maximum time to wait for a response, in case the machine is too busy to run the child."""
+_DEADLINE_S = 3.0 if ON_WINDOWS else 30.0
+"""Maximum time to wait for a response, in case the machine is too busy to run the child; on Windows, also the
+limit for a pattern.
+"""
 
 _PROGRAM = Path(__file__).with_name("match_names.py")
 

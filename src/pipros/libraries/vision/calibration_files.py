@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 
 from pipros.basics.input_file import read_text
-from pipros.basics.windows import replace_file
+from pipros.basics.windows import file_url, replace_file
 from pipros.libraries.vision.calibration import Calibration, CalibrationError, formatted, parse
 
 FILE, PACKAGE = "file://", "package://"
@@ -59,7 +59,8 @@ def resolved(url: str, camera_name: str, environment: Mapping[str, str]) -> tupl
         if match[1] == "NAME":
             return camera_name
         if match[1] == "ROS_HOME":
-            return environment.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
+            home = environment.get("ROS_HOME") or os.path.join(os.path.expanduser("~"), ".ros")
+            return file_url(home)[len(FILE) :]
         unknown.append(match[1])
         return match[0]
 

@@ -21,6 +21,7 @@ from pipros.basics import names
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
+from pipros.basics.windows import path_of_url
 from pipros.graph import params
 from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.libraries.robot_model.urdf import UrdfError
@@ -339,8 +340,8 @@ def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes
         RequestRefused: no robot description names a file in this folder, or the file has another type or is
             unreadable.
     """
-    path = Path(unquote(uri.removeprefix(FILE)))
-    folders = {os.path.dirname(unquote(each.removeprefix(FILE))) for each in named if each.startswith(FILE)}
+    path = Path(path_of_url(unquote(uri)))
+    folders = {str(Path(path_of_url(unquote(each))).parent) for each in named if each.startswith(FILE)}
     try:
         real = path.resolve(strict=True)
         if str(path.parent) not in folders or not all(NAMES.fullmatch(each.name) for each in (path, real)):
