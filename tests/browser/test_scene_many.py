@@ -34,8 +34,8 @@ def evaluate(tab: Tab, script: str) -> Any:
 
 def test_thousands_of_markers_are_a_few_objects(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     tab = scene_of(system, open_tab, tmp_path, MARKERS)
-    # Markers 0 to 2 are a cube, a sphere and a cylinder; only the large cube has the finest detail. The height of
-    # the canvas moves the centres of spheres by half a pixel, so that their shade varies.
+    # Markers 0 to 2 are a cube, a sphere and a cylinder; only the large cube has the finest detail.
+    # The shade of a sphere varies, because the height of the canvas moves its centre by half a pixel.
     places = {(-4, -5): GREEN, (-3.8, -5): GREEN, (-3.6, -5): GREEN, (-3.9, -5): GREY, (-6.4, 0.4): RED}
     wait_for_colours(tab, places, tolerance=16)
     calls = evaluate(tab, "scene.draw(); return scene.renderer.info.render.calls;")
