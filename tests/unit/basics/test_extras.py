@@ -23,6 +23,7 @@ def come_from(monkeypatch: pytest.MonkeyPatch) -> Any:
             "importlib.metadata.distribution", lambda _: SimpleNamespace(read_text=lambda _: text)
         )
 
+    monkeypatch.setattr("pipros.basics.words.ON_WINDOWS", False)  # the quotes of sh
     monkeypatch.setattr("shutil.which", lambda name: str(Path(sys.executable).parent / name))
     return note
 

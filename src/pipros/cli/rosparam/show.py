@@ -46,14 +46,20 @@ def list_parameters(argv: Sequence[str]) -> int:
 def dump_parameters(argv: Sequence[str]) -> int:
     parser = option_parser("rosparam", "dump [options] file [namespace]")
     add_verbose_option(parser)
-    parser.add_option("--ros2", metavar="NODE", help="write a parameter file for the node NODE of ROS 2")
-    options, arguments = parser.parse_args(list(argv))
-    if len(arguments) > (1 if options.ros2 else 2):
+    words, node = list(argv), ""
+    if "--ros2" in words:  # no option of the parser, whose help is that of genuine rosparam
+        at = words.index("--ros2")
+        node = next(iter(words[at + 1 : at + 2]), "")
+        if not node:
+            parser.error("--ros2 option requires 1 argument")
+        del words[at : at + 2]
+    _, arguments = parser.parse_args(words)
+    if len(arguments) > (1 if node else 2):
         parser.error("too many arguments")
     with GraphClient("rosparam") as graph:
-        ns = graph.resolve(options.ros2 or (arguments[1] if len(arguments) > 1 else "/"))
+        ns = graph.resolve(node or (arguments[1] if len(arguments) > 1 else "/"))
         tree = read(graph.master, ns)
-    if options.ros2:
+    if node:
         tree, left_out = node_parameters(ns, tree)
         for name, reason in left_out.items():
             print(f"WARNING: {printable_lines(name)} is left out: {reason}", file=sys.stderr)
