@@ -53,7 +53,7 @@ def dump_parameters(argv: Sequence[str]) -> int:
         if not node:
             parser.error("--ros2 option requires 1 argument")
         del words[at : at + 2]
-    _, arguments = parser.parse_args(words)
+    options, arguments = parser.parse_args(words)
     if len(arguments) > (1 if node else 2):
         parser.error("too many arguments")
     with GraphClient("rosparam") as graph:
