@@ -34,6 +34,7 @@ def test_it_passes_while_the_talker_runs(ros: RosSystem, core: Terminal) -> None
         r"<system-err>&lt;!\[CDATA\[\n\n\]\]&gt;</system-err></testsuite>",
         _read(ros),
     )
+    _end(talker)
 
 
 def test_it_fails_with_a_clear_report_when_no_talker_runs(ros: RosSystem, core: Terminal) -> None:
@@ -65,6 +66,13 @@ def test_text_gives_the_report_of_unittest_and_no_file(ros: RosSystem, core: Ter
     assert "Ran 1 test in" in output
     assert " * RESULT: SUCCESS" in output
     assert not (ros.home / ".ros/test_results").exists()
+    _end(talker)
+
+
+def _end(talker: Terminal) -> None:
+    """Press Ctrl-C: where Windows is simulated, a closed terminal does not end rosrun with its program."""
+    talker.press_ctrl_c()
+    talker.wait_for_prompt()
 
 
 def _result_file(ros: RosSystem) -> str:
