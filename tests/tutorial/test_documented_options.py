@@ -21,6 +21,7 @@ DEPTHS = {"fleet": 3}
 # Options that no help lists, with the reason.
 UNLISTED = {
     ("roslaunch", "--child"): "for the launcher on another machine",
+    ("rosparam", "--ros2"): "the help is that of the genuine program",
 }
 
 

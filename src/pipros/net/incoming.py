@@ -183,7 +183,7 @@ class IncomingLink:
 
     def close(self) -> None:
         """Close the link now. A running delivery is not interrupted. May be called repeatedly."""
-        sockets.abort(self._sock)
+        sockets.abort_blocked(self._sock)
 
     def join(self, timeout_s: float) -> None:
         """Wait for the thread to end, unless the caller is that thread."""

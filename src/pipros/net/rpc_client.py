@@ -273,7 +273,7 @@ class _ClientConnection:
         """Wake the thread that is waiting on this connection; its exchange fails."""
         self._connector.interrupt()
         if self._is_open:
-            sockets.abort(self._socket)
+            sockets.abort_blocked(self._socket)
 
     def is_fresh(self) -> bool:
         """Return False if the server has closed the idle connection, or sent unexpected bytes."""

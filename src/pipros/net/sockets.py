@@ -298,9 +298,17 @@ def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Seque
 
 
 def abort(sock: socket.socket) -> None:
-    """End a connection and wake threads that are blocked on it. May be called repeatedly."""
+    """End a connection, whose owner closes the socket. May be called repeatedly."""
     with contextlib.suppress(OSError):  # the socket is no longer connected
         sock.shutdown(socket.SHUT_RDWR)
+
+
+def abort_blocked(sock: socket.socket) -> None:
+    """End a connection, and wake the thread that is blocked on it. May be called repeatedly.
+
+    An event loop must not know the socket: on Windows, it is closed.
+    """
+    abort(sock)
     if sys.platform == "win32":
         sock.close()  # there, a thread that is blocked ignores the shutdown
 

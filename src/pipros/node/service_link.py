@@ -225,7 +225,7 @@ class ServiceLink:
         """Interrupt a call that is running in another thread, in any phase."""
         self._connector.interrupt()
         if self._is_connected:
-            sockets.abort(self.sock)
+            sockets.abort_blocked(self.sock)
 
     def interrupt_present(self) -> None:
         """Interrupt a running call. An idle link, which is kept for the next call, stays open."""
@@ -244,7 +244,7 @@ class ServiceLink:
     def close(self) -> None:
         self._calls.remove(self)
         if self._is_connected:
-            sockets.abort(self.sock)
+            sockets.abort_blocked(self.sock)
             self.sock.close()
 
 
