@@ -37,8 +37,8 @@ class Rooms(NamedTuple):
             path
             for room in self.left_out
             for path in (
-                f"src/pipros/{room.name}",
-                *(f"src/pipros/share/{name}" for name in room.share),
+                f"packages/pipros/src/pipros/{room.name}",
+                *(f"packages/pipros/src/pipros/share/{name}" for name in room.share),
                 *(f"facades/{name}" for name in room.facades),
             )
         ]

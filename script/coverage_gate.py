@@ -146,7 +146,7 @@ GATES = {
     "web/messages/picture.py": 98,
     "web/bags/open_bags.py": 98,
 }
-_ROOT = Path("src/pipros")
+_ROOT = Path("packages/pipros/src/pipros")
 
 
 def main(report: str) -> int:

@@ -30,7 +30,7 @@ class StubsHook(BuildHookInterface[Any]):
         self._folder = tempfile.TemporaryDirectory()
         excluded = rooms.excluded()
         packages = sorted(
-            folder.name for folder in share.iterdir() if f"src/pipros/share/{folder.name}" not in excluded
+            folder.name for folder in share.iterdir() if f"packages/pipros/src/pipros/share/{folder.name}" not in excluded
         )
         definitions = Definitions(DefinitionFiles(lambda name: share / name if name in packages else None))
         if version == "editable":

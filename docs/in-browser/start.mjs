@@ -1,4 +1,4 @@
-// Starts Python with pipros from the folder of `script/pyodide_files.py`. Used by the worker and by tests/pyodide.
+// Starts Python with pipros from the folder of `script/pyodide_files.py`. Used by the worker and by packages/pipros/tests/pyodide.
 
 /**
  * @param {(options: object) => Promise<any>} loadPyodide
