@@ -32,14 +32,14 @@ class Rooms(NamedTuple):
     left_out: list[Room]
 
     def excluded(self) -> list[str]:
-        """Return the paths in the source tree that are left out."""
+        """Return the paths that are left out, relative to the folders on `sys.path`."""
         return [
             path
             for room in self.left_out
             for path in (
-                f"packages/pipros/src/pipros/{room.name}",
-                *(f"packages/pipros/src/pipros/share/{name}" for name in room.share),
-                *(f"facades/{name}" for name in room.facades),
+                f"pipros/{room.name}",
+                *(f"pipros/share/{name}" for name in room.share),
+                *room.facades,
             )
         ]
 
@@ -71,7 +71,7 @@ def rooms_of(root: Path, chosen: str | None = None) -> Rooms:
     Raises:
         BadRooms: a name is unknown, or a chosen room needs one that is not chosen.
     """
-    source = str(root / "src")
+    source = str(root / "build" / "src")
     if source not in sys.path:
         sys.path.insert(0, source)
     from pipros.basics.rooms import own_rooms
@@ -102,7 +102,10 @@ def import_from_source(root: Path) -> None:
     If pip upgrades pipros in a virtual environment, the `pipros.pth` of the installed version has already
     imported its modules, and added its finders, before pip isolates the build.
     """
-    source = root.resolve() / "src"
+    from merge_packages import merge
+
+    merge(root.resolve())
+    source = root.resolve() / "build" / "src"
     sys.path[:] = [str(source), *(entry for entry in sys.path if entry != str(source))]
     imported = sys.modules.get("pipros")
     if imported is None or source / "pipros" in [Path(folder).resolve() for folder in imported.__path__]:

@@ -26,7 +26,7 @@ from tests.support.page import Page
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 
-PROGRAMS = REPOSITORY / "tests" / "browser" / "programs"
+PROGRAMS = REPOSITORY / "build" / "tests" / "browser" / "programs"
 SIZE = {"width": 1000, "height": 560}
 RELAYS = {
     "estimator": ("/imu", "/odometry/imu"),

@@ -17,7 +17,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 class StubsHook(BuildHookInterface[Any]):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        source = Path(self.root) / "src"
+        source = Path(self.root) / "build" / "src"
         sys.path[:0] = [str(source), str(Path(self.root) / "script")]
         from build_rooms import rooms_of_build
 
@@ -30,7 +30,7 @@ class StubsHook(BuildHookInterface[Any]):
         self._folder = tempfile.TemporaryDirectory()
         excluded = rooms.excluded()
         packages = sorted(
-            folder.name for folder in share.iterdir() if f"packages/pipros/src/pipros/share/{folder.name}" not in excluded
+            folder.name for folder in share.iterdir() if f"pipros/share/{folder.name}" not in excluded
         )
         definitions = Definitions(DefinitionFiles(lambda name: share / name if name in packages else None))
         if version == "editable":
@@ -39,11 +39,13 @@ class StubsHook(BuildHookInterface[Any]):
         else:
             included = build_data["force_include"]
         if excluded and version != "editable":
-            self.build_config.target_config["exclude"] = [f"/{path}" for path in excluded]
+            self.build_config.target_config["exclude"] = [
+                f"/packages/*/{root}/{path}" for path in excluded for root in ("src", "facades")
+            ]
             absent = Path(self._folder.name, "left_out.json")
             absent.write_text(json.dumps(rooms.absent_commands()))
             included[str(absent)] = "pipros/left_out.json"
-        modules = {file.parent.name for file in Path(self.root).glob("facades/*/*/__init__.py")}
+        modules = {file.parent.name for file in Path(self.root).glob("packages/*/facades/*/__init__.py")}
         for file in write_stubs(
             packages,
             Path(self._folder.name),

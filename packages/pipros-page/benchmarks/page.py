@@ -35,10 +35,10 @@ import psutil
 from websockets.asyncio.client import connect
 
 SCRIPTS = os.path.dirname(sys.executable)
-REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-SOURCES = os.path.join(REPOSITORY, "src")
+REPOSITORY = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
+SOURCES = os.path.join(REPOSITORY, "build", "src")
 SOURCE_PATH = os.pathsep.join(
-    [SOURCES, *(os.path.join(REPOSITORY, "facades", part) for part in ("api", "internals"))]
+    [SOURCES, *(os.path.join(REPOSITORY, "build", part) for part in ("facades", "internals"))]
 )
 
 PUBLISHER = """

@@ -33,7 +33,7 @@ from playwright.sync_api import sync_playwright
 from slow_link import SlowLink
 from websockets.asyncio.client import connect
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
 SCRIPTS = os.path.dirname(sys.executable)
 PORT = 13971
 PUBLISHER = """
@@ -215,7 +215,7 @@ MEASURE = """async ([seconds, name]) => {
 @contextlib.contextmanager
 def bare_three():
     """Serve a page on which three.js of the same version can draw. Yield its address."""
-    vendored = os.path.join(ROOT, "src", "pipros", "web", "page", "vendor", "three", "three.core.js")
+    vendored = os.path.join(ROOT, "build", "src", "pipros", "web", "page", "vendor", "three", "three.core.js")
     with open(vendored) as file:
         revision = re.search(r"REVISION = .(\d+)", file.read())[1]
     with tempfile.TemporaryDirectory() as folder:

@@ -41,7 +41,7 @@ from pipros.navigation.mapping.slam import GridSlam
 from pipros.navigation.mapping.survey import Survey
 from pipros.navigation.navfn.plan import plan
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
 from tests.support.drives import drive
 
 FOOTPRINT = [(-0.105, -0.105), (-0.105, 0.105), (0.041, 0.105), (0.041, -0.105)]

@@ -36,7 +36,7 @@ from pipros.libraries.clouds.points import cloud_of
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
 from tests.support.pictures_of_cameras import camera_info, depths, image, picture
 from tests.support.simulated_rplidar import MODES, SimulatedRplidar
 

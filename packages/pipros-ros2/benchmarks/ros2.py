@@ -32,9 +32,9 @@ import sys
 import tempfile
 import time
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
 sys.path.insert(0, ROOT)
-PEERS = os.path.join(ROOT, "tests", "support", "dds")
+PEERS = os.path.join(ROOT, "build", "tests", "support", "dds")
 ROUTER = "tcp/127.0.0.1:7447"
 TOPIC, MESSAGE = "rt/benchmark", "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"

@@ -20,10 +20,10 @@ import timeit
 from table import Row, markdown, write_json
 
 PYTHON = "/usr/bin/python3"
-REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-SOURCES = os.path.join(REPOSITORY, "src")
+REPOSITORY = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
+SOURCES = os.path.join(REPOSITORY, "build", "src")
 SOURCE_PATH = os.pathsep.join(
-    [SOURCES, *(os.path.join(REPOSITORY, "facades", part) for part in ("api", "internals"))]
+    [SOURCES, *(os.path.join(REPOSITORY, "build", part) for part in ("facades", "internals"))]
 )
 TARGETS = {  # the required minimum ratios to genuine genpy, for serialize, buffers and deserialize
     "String 16 B": (1.2, None, 1.2),

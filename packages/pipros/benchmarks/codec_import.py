@@ -14,10 +14,10 @@ import sys
 import tempfile
 
 PYTHON = "/usr/bin/python3"
-REPOSITORY = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-SOURCES = os.path.join(REPOSITORY, "src")
+REPOSITORY = os.path.abspath(os.path.join(__file__, "..", "..", "..", ".."))
+SOURCES = os.path.join(REPOSITORY, "build", "src")
 SOURCE_PATH = os.pathsep.join(
-    [SOURCES, *(os.path.join(REPOSITORY, "facades", part) for part in ("api", "internals"))]
+    [SOURCES, *(os.path.join(REPOSITORY, "build", part) for part in ("facades", "internals"))]
 )
 PROGRAM = """
 import time

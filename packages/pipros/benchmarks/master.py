@@ -23,7 +23,7 @@ from table import Row, heed_interrupts, write_json
 
 GENUINE_PYTHON = "/usr/bin/python3"
 START_UPS = 3
-SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
+SOURCES = os.path.join(os.path.abspath(os.path.join(__file__, "..", "..", "..", "..")), "build", "src")
 
 
 # ---- clients: run in their own processes, in the Python of their implementation

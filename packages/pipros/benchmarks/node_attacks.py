@@ -22,7 +22,7 @@ import sys
 import threading
 import time
 
-SOURCES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "src")
+SOURCES = os.path.join(os.path.abspath(os.path.join(__file__, "..", "..", "..", "..")), "build", "src")
 
 if sys.argv[1:] != ["--role", "victim"]:  # the victim's rospy may be genuine
     sys.path.insert(0, SOURCES)

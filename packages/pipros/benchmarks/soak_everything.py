@@ -28,11 +28,11 @@ from soak_programs import FLEET_FILE, MORE_NODES, NAVIGATION, NAVIGATOR, NODELET
 from soak_resources import Browser, Heap, Process
 from soak_system import FAILURES, System, free_port
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT))
 from tests.support.ros2_domains import free_domain  # noqa: E402
 
-PEERS = ROOT / "tests" / "support" / "dds"
+PEERS = ROOT / "build" / "tests" / "support" / "dds"
 BLOB, TYPE = "uint32 number\nuint8[] data\n", "example_interfaces::msg::dds_::Blob_"
 CLIENTS_SLACK_MB = 30.0
 CURVE_MB = 1.4

@@ -31,7 +31,7 @@ from xmlrpc.client import ServerProxy
 
 from table import Row, heed_interrupts, write_json
 
-EXAMPLE = Path(__file__).resolve().parents[1] / "examples" / "catkin_ws" / "src"
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "catkin_ws" / "src"
 READY_WITHIN_S = 30.0
 MISSED_AFTER_S = 20.0
 HELLO = ("std_msgs/String", "data: hello")

@@ -24,11 +24,12 @@ from pipros.bridges.bridge_server import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS
 from pipros.master.master import Master
 from pipros.node import Node
+from tests.support.environments import TESTS
 from tests.support.foxglove import Client, connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
+CERTIFICATES = TESTS / "support" / "certificates"
 FOXGLOVE = Subprotocol(SUBPROTOCOLS[0])
 
 

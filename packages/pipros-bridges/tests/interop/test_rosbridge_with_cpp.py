@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import cbor2
 import pytest
 
 from pipros.basics.env import Environment
 from pipros.node import Node
+from tests.support.environments import TESTS
 from tests.support.ros import RosSystem
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 from tests.support.roscpp import compile_program
 from tests.support.waiting import wait_until
 
-SOURCE = Path(__file__).parent / "programs" / "web_robot.cpp"
+SOURCE = TESTS / "interop" / "programs" / "web_robot.cpp"
 
 
 @pytest.mark.timeout(300)

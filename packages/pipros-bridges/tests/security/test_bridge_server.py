@@ -12,7 +12,6 @@ import ssl
 import sys
 import zlib
 from collections.abc import AsyncIterator, Coroutine, Hashable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -28,11 +27,12 @@ from pipros.bridges.client import BridgeClient
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import WebSocketFrame, text_frame
 from pipros.server.secret import Secret
+from tests.support.environments import TESTS
 from tests.support.waiting import wait_until
 
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])
 PROTOCOL = "echo.v1"
-CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
+CERTIFICATES = TESTS / "support" / "certificates"
 
 
 class Echo:

@@ -28,6 +28,7 @@ from pipros.msg import load_message_class
 from pipros.safe.settings import BadSettings
 from pipros.server.guardian_process import REPETITIONS
 from tests.support.bags import bag_bytes
+from tests.support.environments import REPOSITORY
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -37,7 +38,7 @@ JointState: Any = load_message_class("sensor_msgs/JointState")
 Image: Any = load_message_class("sensor_msgs/Image")
 CompressedImage: Any = load_message_class("sensor_msgs/CompressedImage")
 
-ROOT = Path(__file__).parents[2]
+ROOT = REPOSITORY
 PLUGINS = ("lerobot_robot_ros1", "lerobot_teleoperator_ros1")
 
 LONG_S, SHORT_S = 3000, 0.4

@@ -12,13 +12,14 @@ import pytest
 from pipros.fleet import keys
 from pipros.fleet.zenoh_session import open_router
 from tests.chaos.test_fleet_links import cable_to
+from tests.support.environments import TESTS
 from tests.support.fleet import LIMIT_S, Member, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-PROGRAMS = Path(__file__).parent / "programs"
+PROGRAMS = TESTS / "interop" / "programs"
 PYTHON = "/usr/bin/python3"
 ACCEPTS = """
 share: {parameters: [/robot/speed]}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.browser.conftest import OpenTab
+from tests.browser.chromium import OpenTab
 from tests.browser.every_tab import page_with_every_tab, visited
 from tests.support.npm import INSTALL, MODULES
 from tests.support.ros import RosSystem

@@ -15,7 +15,7 @@ from playwright.sync_api import expect
 
 from pipros.policy.model import ActRefused
 from pipros.server.approvals import Approvals, Question
-from tests.browser.conftest import OpenTab, go_to, keep_screenshots
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.support.genuine import missing_packages
 from tests.support.page import LivePage, Page
 from tests.support.processes import Process

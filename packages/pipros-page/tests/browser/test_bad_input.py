@@ -10,7 +10,7 @@ from xmlrpc.client import MultiCall, ServerProxy
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.chromium import OpenTab
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 

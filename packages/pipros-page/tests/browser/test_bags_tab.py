@@ -14,7 +14,7 @@ from playwright.sync_api import WebSocketRoute, expect
 from pipros.bag import BagReader, BagWriter
 from pipros.bag.connection import Connection
 from pipros.msg import load_message_class
-from tests.browser.conftest import OpenTab, go_to, keep_screenshots, show_all_controls
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots, show_all_controls
 from tests.browser.test_plot_tab import COLUMNS, FIRST
 from tests.support.page import Page
 from tests.support.ros import RosSystem

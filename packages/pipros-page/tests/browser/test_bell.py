@@ -7,7 +7,7 @@ import sys
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, go_to, keep_screenshots
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 

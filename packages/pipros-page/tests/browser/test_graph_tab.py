@@ -8,7 +8,7 @@ import sys
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
+from tests.browser.chromium import OpenTab, keep_screenshots, show_all_controls
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page
 from tests.support.processes import Process

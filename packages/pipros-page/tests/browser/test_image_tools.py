@@ -9,7 +9,7 @@ from typing import Any
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
+from tests.browser.chromium import OpenTab, keep_screenshots, show_all_controls
 from tests.browser.test_tab_details import wait_for_corners
 from tests.support.page import Page
 from tests.support.ros import RosSystem

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.support.catkin import build_once
 from tests.support.genuine import missing_packages
 from tests.support.page import Page

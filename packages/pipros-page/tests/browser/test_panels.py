@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Locator, expect
 from playwright.sync_api import Page as Tab
 
-from tests.browser.conftest import OpenTab, go_to, keep_screenshots
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots, show_all_controls
+from tests.browser.chromium import OpenTab, keep_screenshots, show_all_controls
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page as Tab
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.browser.every_tab import page_with_every_tab, visited
 from tests.support.page import Page
 from tests.support.ros import RosSystem

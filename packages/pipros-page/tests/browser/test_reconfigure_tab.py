@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import expect
 
 from pipros.reconfigure.cfg_file import module_contents, read
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.support.genuine import missing_packages
 from tests.support.page import Page
 from tests.support.processes import Process

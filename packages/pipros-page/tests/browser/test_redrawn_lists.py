@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.chromium import OpenTab
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 

@@ -13,8 +13,8 @@ import pytest
 from playwright.sync_api import Page as Tab
 
 from pipros.web.scene.rviz_file import read_rviz
-from tests.browser.conftest import OpenTab
-from tests.support.environments import REPOSITORY
+from tests.browser.chromium import OpenTab
+from tests.support.environments import TESTS
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.rviz_panels import PANELS, display_of, panel_file
@@ -43,7 +43,7 @@ from tests.support.waiting import wait_until
 PROGRAM = Path(__file__).parent / "programs" / "scene_program.py"
 ODD_PROGRAM = PROGRAM.with_name("odd_scene_program.py")
 BAD_PROGRAM = PROGRAM.with_name("bad_scene_program.py")
-GOLDEN = REPOSITORY / "tests" / "golden" / "rviz"
+GOLDEN = TESTS / "golden" / "rviz"
 PANEL_LEVELS = 2
 UNLIKE = 0.02
 """Share of probes that may differ: Ogre lights the vertices of coarse meshes, and three.js pixels."""

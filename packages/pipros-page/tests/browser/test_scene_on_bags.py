@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 
 from pipros.bag import BagWriter
 from pipros.msg import load_message_class
-from tests.browser.conftest import OpenTab
+from tests.browser.chromium import OpenTab
 from tests.browser.test_bags_tab import BEGIN, connect, jump_to, show_tab
 from tests.support.page import Page
 from tests.support.ros import RosSystem

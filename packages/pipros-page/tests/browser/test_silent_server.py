@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.browser.test_opencv_windows import PROGRAM as WINDOWS
 from tests.support.page import Page
 from tests.support.processes import Process

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import re
 import sys
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab, go_to, keep_screenshots
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots
+from tests.support.environments import TESTS
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-ROBOT = Path(__file__).parents[1] / "browser" / "programs" / "robot_program.py"
+ROBOT = TESTS / "browser" / "programs" / "robot_program.py"
 
 
 @pytest.fixture

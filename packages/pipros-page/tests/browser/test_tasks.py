@@ -22,7 +22,7 @@ from playwright.sync_api import Browser, Download, Locator, expect
 from playwright.sync_api import Page as Tab
 
 from pipros.reconfigure.cfg_file import module_contents, read
-from tests.browser.conftest import OpenTab, go_to, keep_screenshots
+from tests.browser.chromium import OpenTab, go_to, keep_screenshots
 from tests.browser.every_tab import ROBOT
 from tests.browser.test_bags_tab import make_bag
 from tests.support.environments import REPOSITORY

@@ -15,7 +15,7 @@ from playwright.sync_api import Page as Tab
 
 from pipros.bag import BagWriter
 from pipros.msg import load_message_class
-from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.chromium import OpenTab, keep_screenshots
 from tests.browser.test_accessibility import AXE, RULES
 from tests.browser.test_bags_tab import BEGIN, connect, show_tab
 from tests.support.npm import INSTALL

@@ -6,7 +6,7 @@ import sys
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.chromium import OpenTab
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 

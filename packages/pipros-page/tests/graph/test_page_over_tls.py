@@ -18,9 +18,10 @@ from websockets import Origin
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
+from tests.support.environments import TESTS
 from tests.support.ros import RosSystem
 
-CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
+CERTIFICATES = TESTS / "support" / "certificates"
 FINGERPRINT = hashlib.sha256(ssl.PEM_cert_to_DER_cert((CERTIFICATES / "cert.pem").read_text())).hexdigest()
 HOST = "127.0.0.2"
 

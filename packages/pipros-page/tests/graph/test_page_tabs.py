@@ -12,11 +12,12 @@ from typing import Any
 import psutil
 import pytest
 
+from tests.support.environments import TESTS
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-ROBOT = Path(__file__).parents[1] / "browser" / "programs" / "robot_program.py"
+ROBOT = TESTS / "browser" / "programs" / "robot_program.py"
 
 
 def first(values: Iterator[Any], condition: Callable[[Any], object]) -> Any:

@@ -8,7 +8,6 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from socketserver import ThreadingMixIn
 from typing import Any
 from xmlrpc.client import MultiCall, ServerProxy
@@ -20,10 +19,11 @@ from pipros.graph.drawing.node_graph import GraphOptions, node_graph
 from pipros.graph.drawing.scene import draw
 from pipros.graph.observer import GraphObservation, SystemObserver
 from pipros.net.master_client import MasterClient
+from tests.support.environments import TESTS
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-SCRIPT = Path(__file__).parent / "programs" / "edges_of_graph.py"
+SCRIPT = TESTS / "interop" / "programs" / "edges_of_graph.py"
 NODES, TOPICS = 300, 1000
 EVERYTHING = GraphOptions("all", hide_dead_sinks=False, hide_leaf_topics=False, hide_debug=False)
 CONNECTED = GraphOptions("active", hide_debug=False)

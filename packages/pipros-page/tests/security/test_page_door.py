@@ -14,7 +14,6 @@ import sys
 import termios
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import ExitStack
-from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
@@ -29,11 +28,12 @@ from pipros.net import sockets
 from pipros.net.loop import BackgroundLoop
 from pipros.server.access import Access
 from pipros.server.view_server import PART_BYTES, PageServer, ServedViews
+from tests.support.environments import TESTS
 from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
+CERTIFICATES = TESTS / "support" / "certificates"
 AT_ONCE_S = 9.0
 """Half a second is promised; this test looks for waits of ten seconds and more."""
 

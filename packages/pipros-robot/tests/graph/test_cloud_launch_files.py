@@ -14,12 +14,12 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from tests.support.bags import Row, bag_bytes
-from tests.support.environments import REPOSITORY
+from tests.support.environments import TESTS
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-PACKAGE = REPOSITORY / "tests" / "packages" / "cloud_launches"
+PACKAGE = TESTS / "packages" / "cloud_launches"
 SCAN, CLOUD = "sensor_msgs/LaserScan", "sensor_msgs/PointCloud2"
 OUTPUTS = {
     "/velodyne_scan": SCAN, "/downsampled": CLOUD, "/region/box/output": CLOUD,

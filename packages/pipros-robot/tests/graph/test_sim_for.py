@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,11 +11,12 @@ from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.navigation import plane
 from pipros.node import Node
+from tests.support.environments import TESTS
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-LAUNCH_FILES = Path(__file__).parents[1] / "support" / "launch_sets"
+LAUNCH_FILES = TESTS / "support" / "launch_sets"
 GOALS = {
     "burger": ((3.2, 2.0, 1.5), "[amcl, move_base]"),
     "clearpath": ((4.0, 4.0, 3.0), "[]"),

@@ -13,11 +13,12 @@ from pipros.libraries.drivers.rplidar.lidar import Lidar
 from pipros.libraries.drivers.rplidar.samples import Point
 from pipros.libraries.drivers.rplidar.turns import TurnCollector
 from pipros.libraries.drivers.streams import serial_port
+from tests.support.environments import TESTS
 from tests.support.genuine import is_required
 from tests.support.processes import Processes
 from tests.support.simulated_rplidar import MODES, SimulatedRplidar
 
-PROGRAM = Path(__file__).parent / "programs" / "sdk_turns.py"
+PROGRAM = TESTS / "interop" / "programs" / "sdk_turns.py"
 TURNS = 4
 
 

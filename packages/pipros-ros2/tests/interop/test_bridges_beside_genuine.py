@@ -19,13 +19,13 @@ from pipros.msg import load_message_class
 from pipros.ros2.interface import EndpointKind, Sample, TopicQos
 from tests.graph.test_ros2_actions import PAIR, Server
 from tests.support import foxglove
-from tests.support.environments import genuine_environment
+from tests.support.environments import TESTS, genuine_environment
 from tests.support.processes import Processes
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
 
-PROGRAMS = Path(__file__).parent / "programs"
+PROGRAMS = TESTS / "interop" / "programs"
 PYTHON = "/usr/bin/python3"
 INT: Any = load_message_class("std_msgs/Int32")
 INT32 = "std_msgs/msg/Int32"

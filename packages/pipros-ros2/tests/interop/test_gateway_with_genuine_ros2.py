@@ -12,7 +12,7 @@ import pytest
 
 from pipros.msg import load_message_class
 from tests.support.dds_peers import enable_multicast
-from tests.support.environments import genuine_environment
+from tests.support.environments import TESTS, genuine_environment
 from tests.support.hunt import busy_processors
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
@@ -21,7 +21,7 @@ from tests.support.waiting import wait_until
 
 pytestmark = needs_network
 PYTHON = "/usr/bin/python3"
-PROGRAMS = Path(__file__).parent / "programs"
+PROGRAMS = TESTS / "interop" / "programs"
 MASTER = "http://localhost:11311"
 RULES = """
 topics: {to_ros1: {allow: ["/r2_*"]}}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.dds_peers import enable_multicast
-from tests.support.environments import REPOSITORY, make_tool_folder
+from tests.support.environments import REPOSITORY, TESTS, make_tool_folder
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
 from tests.support.programs import make_programs
@@ -17,7 +17,7 @@ from tests.support.ros2_wheels import DISTROS
 from tests.support.shared_ros2 import shared_environment
 
 pytestmark = needs_network
-HALF = Path(__file__).parent / "programs" / "half_node.py"
+HALF = TESTS / "interop" / "programs" / "half_node.py"
 FIRST = "#!/usr/bin/env python3\n"
 ROS1_SCRIPT = """
 import os, rospy

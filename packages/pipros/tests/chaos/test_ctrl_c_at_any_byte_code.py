@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
 
 import pytest
 
 from pipros.master.master import Master
 from pipros.msg import load_message_class
+from tests.support.environments import REPOSITORY
 from tests.support.nodes import MakeNode
 from tests.support.processes import Processes
 
@@ -31,7 +31,7 @@ def test_ctrl_c_between_two_byte_codes_is_not_lost(
         "tests.chaos.interrupt_at",
         what,
         *map(str, MOMENTS),
-        cwd=Path(__file__).parents[2],
+        cwd=REPOSITORY,
         environment={"ROS_MASTER_URI": master.uri},
         timeout_s=300,
     )

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.environments import TESTS
 from tests.support.interpreters import make_interpreter
 from tests.support.programs import make_programs
 from tests.support.ros import RosSystem
 
-COURSES = Path(__file__).parents[1] / "courses"
+COURSES = TESTS / "courses"
 REPORT = "charged: True, driven, stopped: True"
 SHOW = "import sys, rospy\nprint(sys.prefix)\n"
 TEST = """\

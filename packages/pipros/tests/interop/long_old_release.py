@@ -14,10 +14,11 @@ from pathlib import Path
 import pytest
 
 from tests.interop.test_shared_topics_of_one_machine import PUBLISH, SUBSCRIBE, transports
+from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-ROOT = Path(__file__).parents[2]
+ROOT = REPOSITORY
 RELEASE = "b95bff2d"
 pytestmark = pytest.mark.timeout(600)
 

@@ -6,12 +6,12 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-from tests.support.environments import REPOSITORY, VENV_BIN
+from tests.support.environments import BENCHMARKS, VENV_BIN
 from tests.support.processes import Processes
 
 
 def test_start_up_times_are_printed_side_by_side(processes: Processes) -> None:
-    benchmark = REPOSITORY / "benchmarks" / "startup.py"
+    benchmark = BENCHMARKS / "startup.py"
 
     ended = processes.run(
         VENV_BIN / "python", benchmark, "--rounds", "1", "--only", "rostopic,import", timeout_s=120
@@ -25,7 +25,7 @@ def test_start_up_times_are_printed_side_by_side(processes: Processes) -> None:
 
 
 def test_the_libraries_are_measured_side_by_side(processes: Processes) -> None:
-    benchmark = REPOSITORY / "benchmarks" / "libraries.py"
+    benchmark = BENCHMARKS / "libraries.py"
 
     ended = processes.run(VENV_BIN / "python", benchmark, "--rounds", "1", "--seconds", "0.2", timeout_s=120)
 
@@ -42,7 +42,7 @@ def test_the_libraries_are_measured_side_by_side(processes: Processes) -> None:
 
 
 def test_a_chart_shows_cost_over_scale_side_by_side(processes: Processes, tmp_path: Path) -> None:
-    benchmark, chart = REPOSITORY / "benchmarks" / "scale.py", tmp_path / "scale.svg"
+    benchmark, chart = BENCHMARKS / "scale.py", tmp_path / "scale.svg"
     words = ("--quick", "--rounds", "1", "--seconds", "0.1", "--only", "size,topics", "--svg", chart)
 
     ended = processes.run(VENV_BIN / "python", benchmark, *words, timeout_s=120)
@@ -61,7 +61,7 @@ def test_one_table_joins_the_benchmarks_and_replaces_the_one_of_a_document(
 ) -> None:
     document = tmp_path / "performance.md"
     document.write_text("before\n<!-- script/bench begin -->\nold\n<!-- script/bench end -->\nafter\n")
-    everything = REPOSITORY / "benchmarks" / "everything.py"
+    everything = BENCHMARKS / "everything.py"
     words = ("--quick", "--only", "bags,page", "--update", document)
 
     ended = processes.run(VENV_BIN / "python", everything, *words, timeout_s=120)

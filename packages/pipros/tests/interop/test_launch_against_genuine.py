@@ -12,9 +12,10 @@ import pytest
 
 from pipros.basics.env import DISTRIBUTION
 from tests.support.answers import Answer, ask
+from tests.support.environments import TESTS
 from tests.support.ros import RosSystem, Side
 
-GOLDEN = Path(__file__).parents[1] / "golden" / "launch_language"
+GOLDEN = TESTS / "golden" / "launch_language"
 
 PROBE = """\
 #!/usr/bin/env python3

@@ -13,11 +13,11 @@ import pytest
 from pipros.workspace.genuine_catkin import is_installed
 from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.debian_packages import FOUND_BY_CMAKE
-from tests.support.environments import CPP_ONLY, REPOSITORY, pipros_environment
+from tests.support.environments import CPP_ONLY, REPOSITORY, TESTS, pipros_environment
 from tests.support.once import make_once, shared_folder
 from tests.support.ros import RosSystem, Side
 
-MIXED = REPOSITORY / "tests" / "packages" / "mixed"
+MIXED = TESTS / "packages" / "mixed"
 RUNTIME = (
     "angles", "cv_bridge", "diagnostic_updater", "image_geometry", "interactive_markers",
     "joint_state_publisher", "robot_state_publisher", "rqt_graph", "xacro",

@@ -11,7 +11,12 @@ from pathlib import Path
 import pytest
 
 from tests.interop.test_python_api_as_genuine import PACKAGES, listed
-from tests.support.environments import REPOSITORY, genuine_environment, make_tool_folder, pipros_environment
+from tests.support.environments import (
+    SRC,
+    genuine_environment,
+    make_tool_folder,
+    pipros_environment,
+)
 from tests.support.once import make_once, shared_folder
 
 LACKING = {
@@ -33,7 +38,7 @@ LACKING = {
 MESSAGES = [
     f"{folder.parent.name}.{folder.name}"
     for kind in ("msg", "srv")
-    for folder in sorted((REPOSITORY / "src" / "pipros" / "share").glob(f"*/{kind}"))
+    for folder in sorted((SRC / "pipros" / "share").glob(f"*/{kind}"))
 ]
 
 Bound = Mapping[str, Mapping[str, list[str]]]

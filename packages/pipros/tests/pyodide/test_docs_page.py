@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 import rosbag
 import rospy
-from tests.browser.conftest import running_chromium, steady_network  # noqa: F401 # the latter is a fixture
+from tests.browser.chromium import running_chromium, steady_network  # noqa: F401 # the latter is a fixture
 from tests.support.environments import REPOSITORY
 
 DOCS = REPOSITORY / "docs"

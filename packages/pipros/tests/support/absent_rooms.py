@@ -17,7 +17,7 @@ def _needs_absent_room() -> re.Pattern[str] | None:
 
     installed = {file.parent.name for file in Path(pipros.__file__).parent.glob("*/room.py")}
     words: list[str] = []
-    for file in sorted(REPOSITORY.glob("packages/pipros/src/pipros/*/room.py")):
+    for file in sorted(REPOSITORY.glob("packages/*/src/pipros/*/room.py")):
         room = runpy.run_path(str(file))["ROOM"]
         if room.name in installed:
             continue

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
-FOLDER = Path(__file__).parents[1] / "golden" / "cmake"
+from tests.support.environments import TESTS
+
+FOLDER = TESTS / "golden" / "cmake"
 TOPICS = sorted(file.stem for file in FOLDER.glob("*.cmake"))
 RESULT = "#="
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import SRC, TESTS
 from tests.support.network import LoneNetwork
 from tests.support.once import machine_folder, make_once
 from tests.support.processes import Process, Processes
@@ -36,7 +36,7 @@ _LOCALHOST = (
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
     '<Peers><Peer address="localhost"/></Peers></Discovery>'
 )
-_SOURCES = REPOSITORY / "tests" / "support" / "dds"
+_SOURCES = TESTS / "support" / "dds"
 _FILES = {
     "/usr/include/fastrtps/Domain.h": "libfastrtps-dev",
     "/usr/include/fastcdr/Cdr.h": "libfastcdr-dev",
@@ -120,7 +120,7 @@ class Peers:
         # Programs that were killed leave files in the shared memory, which all networks have in common.
         private = ["sh", "-c", 'mount -t tmpfs shm /dev/shm && exec "$@"', "sh"]
         command = self._network.command(*(private if kind.startswith("fast") else []), *map(str, argv))
-        environment = {"PYTHONPATH": str(REPOSITORY / "src")}
+        environment = {"PYTHONPATH": str(SRC)}
         if kind == "cyclone-localhost":
             environment["CYCLONEDDS_URI"] = _LOCALHOST
         return self._processes.start(*command, stdin=subprocess.PIPE, environment=environment)

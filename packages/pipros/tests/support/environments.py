@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import os
 import shutil
 import sys
@@ -9,10 +10,12 @@ from pathlib import Path
 
 from tests.support import lacks
 
-REPOSITORY = Path(__file__).resolve().parents[2]
+REPOSITORY = Path(__file__).resolve().parents[4]
 EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
-SRC = REPOSITORY / "src"
-FACADES = (REPOSITORY / "facades" / "api", REPOSITORY / "facades" / "internals")
+MERGED = REPOSITORY / "build"
+"""Links to the folders of all packages, by script/merge_packages.py."""
+SRC, TESTS, BENCHMARKS = MERGED / "src", MERGED / "tests", MERGED / "benchmarks"
+FACADES = (MERGED / "facades", MERGED / "internals")
 """The folders with the packages that have Noetic's names."""
 SOURCE_PATH = os.pathsep.join(map(str, (SRC, *FACADES)))
 """PYTHONPATH for an interpreter in which pipros is not installed."""
@@ -27,9 +30,19 @@ _SHELL_TOOLS = (
 # fmt: on
 
 
+def files_below(folder: Path, pattern: str = "*") -> list[Path]:
+    """Return the files below a folder of `build` whose names match, sorted."""
+    return sorted(
+        Path(base, name)
+        for base, _, names in os.walk(folder, followlinks=True)
+        if not base.endswith("__pycache__")
+        for name in fnmatch.filter(names, pattern)
+    )
+
+
 def source_files() -> list[Path]:
     """Return all Python files of the library and the facades, including the shipped packages."""
-    return sorted(file for folder in (SRC, *FACADES) for file in folder.rglob("*.py"))
+    return [file for folder in (SRC, *FACADES) for file in files_below(folder, "*.py")]
 
 
 def import_path(file: Path) -> Path:

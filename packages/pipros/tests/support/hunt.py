@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, timedelta, timezone
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, TESTS
 from tests.support.outcomes import Outcome, read_outcomes
 from tests.support.project import load_toml
 
@@ -30,7 +30,7 @@ AGAIN_FAILURES = 2
 """Failed repetitions with which CI still passes."""
 AGAIN_LIMIT = 10
 """Maximum number of failed tests to repeat. More failures are unlikely to come from unreliable tests."""
-QUARANTINE = REPOSITORY / "tests" / "quarantine.toml"
+QUARANTINE = TESTS / "quarantine.toml"
 QUARANTINE_LIMIT = 5
 QUARANTINE_AGE = timedelta(days=14)
 """How long a test may be listed: then its race must have been found."""

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import sys
 from collections import Counter, defaultdict
-from pathlib import Path
 
 from pipros.launch.survey import Owner, Providers, read_csv
 from pipros.workspace.index import SHARED_PACKAGES, PackageIndex
+from tests.support.environments import TESTS
 
-LIST = Path(__file__).parents[1] / "graph" / "launch_combinations.txt"
+LIST = TESTS / "graph" / "launch_combinations.txt"
 COUNT = 60
 
 WINDOWS_AND_COMMANDS = {

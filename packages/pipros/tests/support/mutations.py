@@ -17,11 +17,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, TESTS
 from tests.support.outcomes import read_outcomes
 from tests.support.project import load_toml
 
-TABLE = REPOSITORY / "tests" / "mutations.toml"
+TABLE = TESTS / "mutations.toml"
 _IMPORTED = "import pipros, rospy; print(pipros.__file__, rospy.__file__, sep='\\n')"
 
 

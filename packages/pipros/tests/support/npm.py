@@ -10,10 +10,10 @@ import shutil
 import sys
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import TESTS
 
 MODULES = Path(sys.prefix) / "node_modules"
-_LISTED = json.loads((REPOSITORY / "tests" / "page" / "package.json").read_text())["devDependencies"]
+_LISTED = json.loads((TESTS / "page" / "package.json").read_text())["devDependencies"]
 PACKAGES = tuple(f"{name}@{version}" for name, version in _LISTED.items())
 """Installed by one command, because npm removes packages that its command line does not name."""
 INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"

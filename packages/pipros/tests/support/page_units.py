@@ -14,12 +14,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY, SRC
+from tests.support.environments import SRC, TESTS
 from tests.support.page_vectors import vectors
 
 PAGE = SRC / "pipros" / "web" / "page"
 SHARED = SRC / "pipros" / "server" / "page"
-TESTS = REPOSITORY / "tests" / "page" / "unit"
+TESTS = TESTS / "page" / "unit"
 MODULES = {
     "scene/frames.js": 97,
     "scene/pose.js": 97,

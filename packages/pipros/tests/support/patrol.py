@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from tests.support.environments import TESTS
 
-PACKAGES = Path(__file__).parents[1] / "packages"
+PACKAGES = TESTS / "packages"
 SAID = [
     "(2.0, 0.0): SUCCEEDED there",
     "  at 2.00 0.00, 2.00 0.00, nose at 3.00 0.00",

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, TESTS
 
-LIST = REPOSITORY / "tests" / "quick.txt"
+LIST = TESTS / "quick.txt"
 _BASES = ("packages/pipros/tests/tree", "packages/pipros/tests/unit")
 
 

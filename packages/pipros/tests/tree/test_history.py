@@ -78,6 +78,8 @@ def test_every_larger_commit_says_why() -> None:
         "--",
         "src",
         "facades",
+        "packages/*/src",
+        "packages/*/facades",
     )
 
     assert without_body(log) == []

@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.browser_programs import BEGINNING, LIMITS, PROGRAMS
 from tests.support.environments import FACADES as FACADE_FOLDERS
-from tests.support.environments import REPOSITORY, SRC, import_path
+from tests.support.environments import REPOSITORY, SRC, files_below, import_path
 from tests.support.without_posix import PACKAGES, run_without_posix
 
 FACADES = [package for package in PACKAGES if package != "pipros"]
@@ -35,7 +35,7 @@ def folder_of(package: str) -> Path:
 
 
 def modules_of(folder: Path) -> list[str]:
-    files = sorted(file for file in folder.rglob("*.py") if "share" not in import_path(file).parts)
+    files = [file for file in files_below(folder, "*.py") if "share" not in import_path(file).parts]
     names = [".".join(import_path(file).with_suffix("").parts) for file in files]
     return [name.removesuffix(".__init__") for name in names if not name.endswith("__main__")]
 

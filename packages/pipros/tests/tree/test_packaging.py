@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from pipros.cli.entry_point import command
-from tests.support.environments import FACADES, REPOSITORY, SRC
+from tests.support.environments import FACADES, REPOSITORY, SRC, files_below
 from tests.support.project import PROGRAMS as COMMANDS
 from tests.support.project import PROJECT
 
@@ -26,8 +26,9 @@ from tests.support.project import PROJECT
 def test_the_wheel_has_every_package_of_the_source_tree() -> None:
     wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
 
-    assert wheel["only-include"] == ["packages/pipros/src/pipros", "facades"]
-    assert [REPOSITORY / folder for folder in wheel["sources"]] == [SRC, *FACADES]
+    folders = {str(file.relative_to(REPOSITORY)) for file in REPOSITORY.glob("packages/*/[sf][ra]c*")}
+    assert set(wheel["sources"]) == folders
+    assert set(wheel["only-include"]) == folders - {"packages/pipros/src"} | {"packages/pipros/src/pipros"}
     assert wheel["force-include"] == {"packages/pipros/src/pipros.pth": "pipros.pth"}
 
 
@@ -37,7 +38,7 @@ PACKAGES = [file.parent for folder in (SRC, *FACADES) for file in folder.glob("*
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
 def test_type_checkers_take_the_types_of_every_package(package: Path) -> None:
     assert (package / "py.typed").is_file()
-    assert any(package.is_relative_to(REPOSITORY / folder) for folder in PROJECT["tool"]["mypy"]["files"])
+    assert PROJECT["tool"]["mypy"]["files"] == ["packages/*/src/pipros", "packages/*/facades"]
 
 
 def is_started_by_the_frame(main: object) -> bool:
@@ -98,7 +99,7 @@ def copy_for_owner(source: str, target: str) -> None:
 def test_builds_in_other_folders_times_and_umasks_are_the_same_bytes(wheel: Path, tmp_path: Path) -> None:
     source = tmp_path / "checkout"
     source.mkdir(0o700)
-    for name in ("facades", "script", "src"):
+    for name in ("packages", "script"):
         leave_out = shutil.ignore_patterns("__pycache__")
         shutil.copytree(REPOSITORY / name, source / name, ignore=leave_out, copy_function=copy_for_owner)
     for file in REPOSITORY.glob("*.*"):
@@ -150,7 +151,7 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
 SHARE = SRC / "pipros/share"
 PROGRAMS = {
     str(path.relative_to(SHARE)): path.read_text(encoding="utf-8")
-    for path in sorted(SHARE.rglob("*"))
+    for path in files_below(SHARE)
     if path.is_file() and os.access(path, os.X_OK) and path.suffix in ("", ".py")
 }
 
@@ -194,7 +195,7 @@ def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
 
 def test_the_modules_that_programs_of_packages_import_exist() -> None:
     share = SRC / "pipros/share"
-    texts = [path.read_text() for path in share.rglob("*") if path.is_file() and os.access(path, os.X_OK)]
+    texts = [path.read_text() for path in files_below(share) if os.access(path, os.X_OK)]
     modules = {
         name for text in texts for name in re.findall(r"^from (pipros[\w.]*) import", text, re.MULTILINE)
     }

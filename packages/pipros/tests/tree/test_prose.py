@@ -52,19 +52,23 @@ AVOIDED: dict[str, str] = {
 ALLOWED: set[tuple[str, str]] = set()
 
 PLACES = (
-    "src",
-    "facades",
+    "packages",
     "docs",
     "script",
     ".ci",
-    "benchmarks",
-    "tests",
     "README.md",
     "CONTRIBUTING.md",
     "CHANGELOG.md",
 )
 # Recordings of genuine programs, and this file, which names the phrases.
-LEFT_OUT = ("packages/pipros/tests/golden/", "packages/pipros/tests/fuzz/corpus/", "packages/pipros/tests/interop/programs/", "packages/pipros/tests/tree/test_prose.py")
+LEFT_OUT = (
+    "packages/pipros/tests/golden/",
+    "packages/pipros-page/tests/golden/",
+    "packages/pipros-robot/tests/golden/",
+    "packages/pipros/tests/fuzz/corpus/",
+    "packages/pipros/tests/interop/programs/",
+    "packages/pipros/tests/tree/test_prose.py",
+)
 _SUFFIXES = {".py", ".md", ".sh", ".bash", ".zsh", ".fish", ""}
 _PATTERN = re.compile("|".join(f"(?:{phrase})" for phrase in AVOIDED))
 _TEST_NAME = re.compile(r"\btest_\w+")
@@ -86,14 +90,14 @@ def files() -> list[Path]:
     found = []
     for place in (REPOSITORY / name for name in PLACES):
         found += [place] if place.is_file() else sorted(place.rglob("*"))
-    share = REPOSITORY / "src" / "pipros" / "share"
+    share = {"share"}
     return [
         file
         for file in found
         if file.is_file()
         and file.suffix in _SUFFIXES
         and "__pycache__" not in file.parts
-        and share not in file.parents
+        and not share & {each.name for each in file.parents}
         and not file.relative_to(REPOSITORY).as_posix().startswith(LEFT_OUT)
     ]
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from pipros.safe import yaml
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, TESTS
 
 pytestmark = pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 
@@ -123,9 +123,9 @@ def test_an_unknown_option_is_refused(tree: Path) -> None:
 def metadata(folder: Path, repository: str) -> dict[str, Any]:
     """Return the metadata that a build would have with this address of the repository."""
     (folder / "script").mkdir()
-    for hook in ("metadata_hook.py", "build_rooms.py"):
+    for hook in ("metadata_hook.py", "build_rooms.py", "merge_packages.py"):
         shutil.copy(REPOSITORY / "script" / hook, folder / "script")
-    (folder / "src").symlink_to(REPOSITORY / "src")
+    (folder / "packages").symlink_to(REPOSITORY / "packages")
     shutil.copy(REPOSITORY / "README.md", folder)
     text = (REPOSITORY / "pyproject.toml").read_text()
     (folder / "pyproject.toml").write_text(
@@ -166,7 +166,7 @@ def test_the_bug_form_requires_the_output_of_the_doctor() -> None:
 
 
 def test_the_watched_versions_of_vendored_libraries_are_those_in_the_tree() -> None:
-    watched = json.loads((REPOSITORY / "tests" / "page" / "package.json").read_text())["dependencies"]
+    watched = json.loads((TESTS / "page" / "package.json").read_text())["dependencies"]
     table = re.findall(
         r"^\| \[[^\]]*\]\([^)]*\) \| ([\d.]+) \| .*npm package `(\w+)`",
         (REPOSITORY / "THIRD_PARTY.md").read_text(),

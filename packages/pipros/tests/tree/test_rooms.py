@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.rooms import loaded, own_rooms
-from tests.support.environments import REPOSITORY, SRC
+from tests.support.environments import FACADES, REPOSITORY, SRC, files_below, import_path
 from tests.support.project import PROJECT
 from tests.tree.test_packaging import build_wheel
 
@@ -21,7 +21,6 @@ sys.path.insert(0, str(REPOSITORY / "script"))
 import build_rooms
 
 ROOMS = {room.name: room for room in own_rooms()}
-PREFIXES = ("packages/pipros/src/pipros", "facades")
 
 
 def folder_of_rooms() -> dict[str, str]:
@@ -33,16 +32,15 @@ PATHS = folder_of_rooms()
 
 
 def room_of(file: Path) -> str | None:
-    path = str(file.relative_to(REPOSITORY))
+    path = str(import_path(file))
     return next((PATHS[each] for each in PATHS if f"{path}/".startswith(f"{each}/")), None)
 
 
 def sources() -> Iterator[Path]:
     """Yield all Python files of the library and the facades, and the programs of packages."""
-    for prefix in PREFIXES:
-        for file in sorted((REPOSITORY / prefix).rglob("*")):
-            is_program = os.access(file, os.X_OK) and file.suffix == ""
-            if file.is_file() and (file.suffix == ".py" or is_program):
+    for root in (SRC, *FACADES):
+        for file in files_below(root):
+            if file.suffix == ".py" or (os.access(file, os.X_OK) and file.suffix == ""):
                 yield file
 
 
@@ -57,7 +55,7 @@ def docstrings(tree: ast.AST) -> set[int]:
     return found
 
 
-FACADE_NAMES = {path.rpartition("/")[2]: name for path, name in PATHS.items() if path.startswith("facades")}
+FACADE_NAMES = {path.rpartition("/")[2]: name for path, name in PATHS.items() if "/" not in path}
 COMMAND_NAMES = {
     name: room.name for room in ROOMS.values() for name in build_rooms.Rooms([], [room]).absent_commands()
 }
@@ -132,7 +130,7 @@ def test_what_rooms_declare_exists() -> None:
             assert not target or target.startswith(f"pipros.{room.name}.")
             assert not target or loaded(target)
         assert set(room.needs) <= set(ROOMS)
-    assert [path for path in PATHS if not (REPOSITORY / path).exists()] == []
+    assert [path for path in PATHS if not any((root / path).exists() for root in (SRC, *FACADES))] == []
     assert len(PATHS) == sum(1 + len(room.share) + len(room.facades) for room in ROOMS.values())
 
 

@@ -53,7 +53,11 @@ def test_missing_packages_are_found_by_their_files(monkeypatch: pytest.MonkeyPat
 
 
 def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path) -> None:
-    ended = run(run_without_genuine, "packages/pipros/tests/interop", "packages/pipros/tests/tree/test_support_genuine.py")
+    ended = run(
+        run_without_genuine,
+        "packages/pipros/tests/interop",
+        "packages/pipros/tests/tree/test_support_genuine.py",
+    )
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
     *lines, last = ended.stdout.rstrip("\n").splitlines()

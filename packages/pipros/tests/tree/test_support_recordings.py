@@ -17,7 +17,7 @@ import pytest
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, files_below
 from tests.support.recordings import FOLDER, Recording, file_of, first_difference, message_of
 
 Scan: Any = load_message_class("sensor_msgs/LaserScan")
@@ -205,7 +205,7 @@ def test_a_passed_test_that_leaves_out_an_input_fails(tmp_path: Path) -> None:
     )
     ended = subprocess.run(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)],
-        cwd=tmp_path, env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(REPOSITORY)},
+        cwd=tmp_path, env={"PATH": "/usr/bin:/bin", "PYTHONPATH": str(MERGED)},
         capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
 
@@ -218,13 +218,17 @@ def test_every_recording_belongs_to_a_test_and_every_such_test_has_one() -> None
         [sys.executable, "-m", "pytest", "--collect-only", "-q", "packages/pipros-robot/tests/golden/navigation"],
         cwd=REPOSITORY, capture_output=True, text=True, timeout=120, check=True,
     )  # fmt: skip
-    tests = [line for line in collected.stdout.splitlines() if line.startswith("packages/pipros-robot/tests/golden/navigation/")]
+    tests = [
+        line
+        for line in collected.stdout.splitlines()
+        if line.startswith("packages/pipros-robot/tests/golden/navigation/")
+    ]
 
-    assert {file_of(test) for test in tests} == set(FOLDER.rglob("*.json.gz"))
+    assert {file_of(test) for test in tests} == set(files_below(FOLDER, "*.json.gz"))
 
 
 def test_the_inputs_of_all_recordings_are_those_that_were_recorded() -> None:
-    for file in FOLDER.rglob("*.json.gz"):
+    for file in files_below(FOLDER, "*.json.gz"):
         data = json.loads(gzip.decompress(file.read_bytes()))
         text = json.dumps(data["inputs"], separators=(",", ":"), sort_keys=True)
         assert data["digest"] == hashlib.sha256(text.encode()).hexdigest(), file

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import BENCHMARKS
 
 SOURCE = """
 import rospy, os.path as paths
@@ -35,7 +35,7 @@ def main(tf2):
 
 @pytest.fixture
 def benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(REPOSITORY / "benchmarks"))
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
 
 
 def module(name: str) -> ModuleType:
@@ -45,7 +45,7 @@ def module(name: str) -> ModuleType:
 @pytest.mark.usefixtures("benchmarks")
 def test_the_committed_result_has_every_source_and_its_totals() -> None:
     survey = module("survey")
-    lines = (REPOSITORY / "benchmarks" / "survey.txt").read_text().splitlines()
+    lines = (BENCHMARKS / "survey.txt").read_text().splitlines()
     start = next(number for number, line in enumerate(lines) if line.startswith("source "))
     table = lines[start + 1 : lines.index("", start)]
     listed = [line.split() for line in survey.rows(survey.DEBIAN + survey.PYPI)]

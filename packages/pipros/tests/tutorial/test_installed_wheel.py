@@ -15,11 +15,11 @@ from pathlib import Path
 import pytest
 
 from pipros.master.master import Master
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, SRC, files_below
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 
-SHARE = REPOSITORY / "src" / "pipros" / "share"
+SHARE = SRC / "pipros" / "share"
 
 FIND = """
 import os, sys, rospkg
@@ -105,7 +105,7 @@ FOUND = ["['rospy', 'std_msgs', 'mine']", "True True"]
 def test_the_wheel_has_every_file_of_the_packages_that_ship(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    files = [file for file in SHARE.rglob("*") if file.is_file() and "__pycache__" not in file.parts]
+    files = [file for file in files_below(SHARE)]
     assert [
         str(file) for file in files if f"pipros/share/{file.relative_to(SHARE).as_posix()}" not in names
     ] == []

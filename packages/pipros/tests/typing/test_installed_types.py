@@ -15,7 +15,7 @@ import numpy
 import pytest
 from mypy import api
 
-from tests.support.environments import FACADES, REPOSITORY
+from tests.support.environments import FACADES, REPOSITORY, files_below
 from tests.support.pyright import INSTALL, find_pyright
 
 TEXTBOOK = Path(__file__).with_name("textbook.txt")
@@ -106,7 +106,7 @@ def test_pyright_finds_the_mistakes_in_a_textbook_program_and_no_others(
 
 def shipped_modules() -> list[str]:
     """Return the names of all modules in the facades, which is what programs import."""
-    files = [(folder, file) for folder in FACADES for file in folder.rglob("*.py")]
+    files = [(folder, file) for folder in FACADES for file in files_below(folder, "*.py")]
     paths = {file.relative_to(folder).with_suffix("") for folder, file in files}
     return sorted(".".join(path.parts).removesuffix(".__init__") for path in paths)
 

@@ -17,6 +17,7 @@ from pipros.assistants.robot import RobotAccess
 from pipros.assistants.server import INSTRUCTIONS, tools
 from pipros.basics.env import Environment
 from tests.support.assistants import LocalAssistant
+from tests.support.environments import files_below
 
 NOBODY = "http://127.0.0.1:1"
 FOLDER = Path(pipros.assistants.__file__).parent
@@ -60,7 +61,7 @@ def test_descriptions_are_the_docstrings_of_the_source() -> None:
 def test_the_texts_of_errors_and_notes_have_no_values() -> None:
     """The first argument of `ToolRefused` is always a literal."""
     found = 0
-    for file in sorted(FOLDER.rglob("*.py")):
+    for file in files_below(FOLDER, "*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
             if (
                 isinstance(node, ast.Call)

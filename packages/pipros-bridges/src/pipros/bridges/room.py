@@ -24,7 +24,7 @@ ROOM = Room(
     },
     limits="pipros.bridges.limits:BridgeLimits",
     share=("foxglove_bridge", "rosapi", "rosbridge_library", "rosbridge_msgs", "rosbridge_server"),
-    facades=("api/rosapi", "api/rosbridge_library", "api/rosbridge_server"),
+    facades=("rosapi", "rosbridge_library", "rosbridge_server"),
     # for CBOR and BSON in rosbridge; the module `bson` belongs to pymongo, not to the package `bson`
     # orjson: for JSON in less time
     extras={"bridges": ("cbor2>=5.6", "orjson>=3.10", "pymongo>=4.6")},

@@ -23,11 +23,11 @@ from pipros.data.bags import NoSuchTopic
 from pipros.data.limits import DataLimits
 from pipros.msg.time import Time
 from tests.support.bags import Row, bag_bytes, header_of, old_bag_bytes, some_rows
-from tests.support.environments import REPOSITORY
+from tests.support.environments import TESTS
 from tests.support.random_messages import fill_at_random
 from tests.unit.data.cells import cell, nested, plain, read_by_rosbags, same, seeded
 
-GOLDEN = REPOSITORY / "tests" / "golden"
+GOLDEN = TESTS / "golden"
 
 
 @pytest.fixture

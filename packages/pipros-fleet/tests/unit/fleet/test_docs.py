@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from pipros.fleet.fleet_file import parse_fleet_file
+from tests.support.environments import REPOSITORY
 
-DOCUMENT = (Path(__file__).resolve().parents[3] / "docs" / "fleets.md").read_text()
+DOCUMENT = (REPOSITORY / "docs" / "fleets.md").read_text()
 
 
 def test_the_file_is_valid() -> None:

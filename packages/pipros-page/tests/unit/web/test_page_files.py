@@ -10,17 +10,17 @@ import pytest
 
 from pipros.server.view_server import IMPORT_MAP_HASH
 from tests.support import page_primitives
-from tests.support.environments import FACADES, REPOSITORY, SRC
+from tests.support.environments import FACADES, REPOSITORY, SRC, files_below
 from tests.support.page_checks import PAGES
 
-PAGE = REPOSITORY / "src" / "pipros" / "web" / "page"
+PAGE = SRC / "pipros" / "web" / "page"
 VENDOR = PAGE / "vendor"
 CHECKSUMS = dict(
     re.findall(
         r"^\| `(.+)` \| `([0-9a-f]{64})` \|$", (REPOSITORY / "THIRD_PARTY.md").read_text(), re.MULTILINE
     )
 )
-OWN = sorted(file for file in (REPOSITORY / "src").rglob("*.js") if "vendor" not in file.parts)
+OWN = [file for file in files_below(SRC, "*.js") if "vendor" not in file.parts]
 
 
 def test_third_party_code_is_listed() -> None:
@@ -74,7 +74,10 @@ def test_the_table_of_numbers_is_that_of_the_library() -> None:
 
 def test_no_other_table_repeats_the_primitive_types() -> None:
     files = [
-        file for folder in (SRC, *FACADES) for pattern in ("*.py", "*.js") for file in folder.rglob(pattern)
+        file
+        for folder in (SRC, *FACADES)
+        for pattern in ("*.py", "*.js")
+        for file in files_below(folder, pattern)
     ]
     tables = {file.name for file in files if re.search(r'^\s*"?uint16"?: ', file.read_text(), re.MULTILINE)}
     assert tables == {

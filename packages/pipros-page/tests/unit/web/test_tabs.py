@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 
 from pipros.web.tabs import CONTROLS, TABS
-from tests.support.environments import SRC
+from tests.support.environments import SRC, files_below
 
 PAGE = SRC / "pipros/web/page"
 SOURCES = [
-    file.read_text(encoding="utf-8") for file in sorted(PAGE.rglob("*.js")) if "vendor" not in file.parts
+    file.read_text(encoding="utf-8") for file in files_below(PAGE, "*.js") if "vendor" not in file.parts
 ]
 
 

@@ -12,9 +12,9 @@ from pipros.launch.model import Launch
 from pipros.launch.xml import load
 from pipros.simulation.launch_sets.expected_robot import Expected, expected_robot
 from pipros.simulation.launch_sets.wrapper import wrapper_text
-from tests.support.environments import REPOSITORY
+from tests.support.environments import TESTS
 
-LAUNCH_FILES = REPOSITORY / "tests" / "support" / "launch_sets"
+LAUNCH_FILES = TESTS / "support" / "launch_sets"
 
 
 def launch(text: str, tmp_path: Path) -> Launch:

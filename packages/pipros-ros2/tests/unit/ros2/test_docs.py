@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 import zlib
-from pathlib import Path
 
 from pipros.ros2.rules import Direction, RuleKind, parse_gateway_rules
+from tests.support.environments import REPOSITORY
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = REPOSITORY
 DOCUMENT = (ROOT / "docs" / "ros2.md").read_text()
 
 

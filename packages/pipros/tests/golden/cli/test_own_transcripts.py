@@ -21,9 +21,10 @@ from pipros.master.master import Master
 from tests.golden.cli.scenes import MASKS, graph_for
 from tests.golden.cli.test_transcripts import difference
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split
+from tests.support.environments import REPOSITORY
 
 HERE = Path(__file__).parent
-EXAMPLE = HERE.parents[2] / "examples" / "catkin_ws" / "src" / "composiv_tryouts"
+EXAMPLE = REPOSITORY / "examples" / "catkin_ws" / "src" / "composiv_tryouts"
 PROGRAMS = Path(sys.executable).parent
 
 

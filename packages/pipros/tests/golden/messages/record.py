@@ -19,8 +19,9 @@ from typing import Any
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.importing.hook import installed_library
 from tests.interop.programs.examine_messages import ask_genuine
+from tests.support.environments import SRC
 
-SHARE = Path(__file__).resolve().parents[3] / "src" / "pipros" / "share"
+SHARE = SRC / "pipros" / "share"
 FILE = Path(__file__).with_name("types.json")
 LONGEST = 120
 _STRING_CONSTANT = re.compile(r"\s*string [^#]*=")

@@ -11,8 +11,9 @@ from std_msgs.msg import String
 import rosbag
 import rospy
 from pipros.cli.rosbag.converting import convert
+from tests.support.environments import REPOSITORY
 
-DOCUMENT = (Path(__file__).resolve().parents[3] / "docs" / "bags.md").read_text()
+DOCUMENT = (REPOSITORY / "docs" / "bags.md").read_text()
 
 
 def test_the_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

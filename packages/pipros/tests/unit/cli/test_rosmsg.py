@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from pipros.cli import rosaction, rosmsg, rossrv
+from tests.support.environments import TESTS
 
-BAG = Path(__file__).parents[2] / "golden" / "messages" / "two_types.bag"
+BAG = TESTS / "golden" / "messages" / "two_types.bag"
 
 
 @pytest.fixture

@@ -18,8 +18,9 @@ from pipros.basics.errors import NotFound
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, LaunchError, LaunchNode, Output, WorkingFolder
 from pipros.launch.xml import load
+from tests.support.environments import TESTS
 
-FOLDER = Path(__file__).parents[2] / "golden" / "launch_language"
+FOLDER = TESTS / "golden" / "launch_language"
 GENUINE = [json.loads(line) for line in (FOLDER / "genuine.jsonl").read_text().splitlines()]
 
 # Deliberate differences, with their reasons.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from pipros.msg.compile.emitter import BLOCK_LIMIT
 from pipros.msg.language.digest import DEPTH_LIMIT
+from tests.support.environments import REPOSITORY
 
-DOCUMENT = (Path(__file__).resolve().parents[3] / "docs" / "messages.md").read_text()
+DOCUMENT = (REPOSITORY / "docs" / "messages.md").read_text()
 
 
 def test_the_examples_run() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-from pathlib import Path
 
 import pytest
 from nav_msgs.msg import Path as PathMessage
@@ -17,8 +16,9 @@ import genpy.base
 import genpy.message
 import genpy.rostime
 import roslib.message
+from tests.support.environments import SRC
 
-SHARE = Path(__file__).resolve().parents[3] / "src" / "pipros" / "share"
+SHARE = SRC / "pipros" / "share"
 SEARCH = {folder.name: [str(folder / "msg")] for folder in SHARE.iterdir()}
 SERVICES = {folder.name: [str(folder / "srv")] for folder in SHARE.iterdir()}
 

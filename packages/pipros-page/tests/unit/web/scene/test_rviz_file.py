@@ -6,9 +6,9 @@ import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.web.scene.rviz_file import RvizFileError, read_rviz, write_rviz
-from tests.support.environments import REPOSITORY
+from tests.support.environments import TESTS
 
-GENUINE = REPOSITORY / "tests" / "golden" / "rviz_defaults.rviz"
+GENUINE = TESTS / "golden" / "rviz_defaults.rviz"
 FILE = """\
 Panels:
   - Class: rviz/Displays

@@ -1,1 +1,0 @@
-"""The page in Chromium. A package, so that all modules share the browser (`chromium`)."""

@@ -1,1 +1,0 @@
-"""The tests of pipros, and their shared code (`tests.support`)."""
