@@ -105,7 +105,7 @@ FOUND = ["['rospy', 'std_msgs', 'mine']", "True True"]
 def test_the_wheel_has_every_file_of_the_packages_that_ship(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
-    files = [file for file in files_below(SHARE)]
+    files = list(files_below(SHARE))
     assert [
         str(file) for file in files if f"pipros/share/{file.relative_to(SHARE).as_posix()}" not in names
     ] == []
