@@ -1,12 +1,11 @@
-"""Time to make tables and data sets from bags, and the timing of a policy's loop.
+"""Time to make tables from bags.
 
-    python benchmarks/data.py [--only tables,sets,large,loop] [--dir FOLDER] [--count 20000] [--minutes 5]
+    python benchmarks/data.py [--count 20000] [--rounds 5]
 
-`tables`: writes one bag with messages of four types, and reads each topic by turns: as a table
+Writes one bag with messages of four types, and reads each topic by turns: as a table
 (`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, in a loop that decodes with rosbags, and as a
 pandas dataframe with `pipros.data` and with rosbags-dataframe. Needs rosbags-dataframe and pandas.
 Prints the medians of the rounds. Processor time of this process counts, so that other work disturbs little.
-`sets`, `large`, `loop`: see data_sets.py, data_large.py and data_loop.py.
 """
 
 from __future__ import annotations
@@ -19,9 +18,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import data_large
-import data_loop
-import data_sets
 from geometry_msgs.msg import TransformStamped
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Reader
@@ -122,17 +118,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--count", type=int, default=20_000, help="messages on /imu (default: %(default)s)")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--gigabytes", type=float, default=20, help="for `large` (default: %(default)s)")
-    parser.add_argument("--dir", help="the folder for files of `sets` and `large`")
-    parser.add_argument("--minutes", type=float, default=5, help="per loop (default: %(default)s)")
-    parser.add_argument("--only", default=",".join(PARTS), help="parts (default: %(default)s)")
     arguments = parser.parse_args()
-    for part in arguments.only.split(","):
-        PARTS[part](arguments)
-
-
-def tables(arguments: argparse.Namespace) -> None:
-    """Compare tables with other ways to read a topic."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.bag"
         write_bag(path, arguments.count)
@@ -158,13 +144,6 @@ def tables(arguments: argparse.Namespace) -> None:
             ratios += f" | {others / ours:.1f}{goals[1]} | {others / pandas:.1f}"
             print(f"| `{topic}` | {count:,} | {figures} | {ratios} |")
 
-
-PARTS: dict[str, Callable[[argparse.Namespace], object]] = {
-    "tables": tables,
-    "sets": lambda arguments: data_sets.main(arguments.dir),
-    "large": lambda arguments: data_large.main(arguments.gigabytes, arguments.dir),
-    "loop": lambda arguments: data_loop.main(arguments.minutes),
-}
 
 if __name__ == "__main__":
     main()

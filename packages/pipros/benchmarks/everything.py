@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Run all benchmarks one after another, and print one Markdown table of the results.
 
-    benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update FILE]
+    benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update [FILE]]
 
 Genuine rospy and pipros alternate in each benchmark. The ratio is the factor by which pipros is better,
 followed by the range of the ratios in individual rounds. Benchmarks without a counterpart in genuine ROS
@@ -24,6 +24,8 @@ from table import Load, heed_interrupts, markdown, read_json
 
 BEGIN, END = "<!-- script/bench begin -->", "<!-- script/bench end -->"
 HERE = os.path.dirname(os.path.abspath(__file__))
+RESULTS = os.path.join(HERE, "RESULTS.md")
+DOCS = os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "..", "docs")
 GENUINE = os.path.exists("/usr/lib/python3/dist-packages/rospy")
 
 # The options for each benchmark: for a full run, with {rounds}, {seconds} and {svg}, and for a quick run.
@@ -49,7 +51,7 @@ NEEDS_GENUINE = ("codec", "bags")
 # Playwright and Chromium, `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {
     "local": "--rounds {rounds} --seconds 1",
-    "data": "--only tables --rounds {rounds}",
+    "data": "--rounds {rounds}",
     "navigation": "--repetitions 200",
     "navigation_beside_genuine": "",
     "perception": "--seconds 5",
@@ -234,14 +236,18 @@ def main():
     parser.add_argument("--seconds", type=float, default=2.0)
     parser.add_argument("--only", default=",".join([*BENCHMARKS, *OWN_TABLES]))
     parser.add_argument(
-        "--update", metavar="FILE", help="replace the table in docs/performance.md, and scale.svg beside it"
+        "--update",
+        metavar="FILE",
+        nargs="?",
+        const=RESULTS,
+        help="replace the table in RESULTS.md, or in FILE",
     )
     options = parser.parse_args()
     heed_interrupts()
     adopt_orphans()
     rows, tables, loads, failed, began = [], {}, {}, [], time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
-        svg = os.path.join(os.path.dirname(options.update) if options.update else folder, "scale.svg")
+        svg = os.path.join(DOCS if options.update == RESULTS else folder, "scale.svg")
         for name in options.only.split(","):
             full, words = BENCHMARKS[name] if name in BENCHMARKS else (OWN_TABLES[name], None)
             if not options.quick:
