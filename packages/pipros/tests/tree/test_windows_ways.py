@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from tests.support.environments import SRC
+from tests.support.environments import SRC, files_below
 
 PACKAGE = SRC / "pipros"
 SYSTEMS = {f"basics/{name}.py" for name in ("interrupts", "posix", "terminals", "windows", "windows_job")}
@@ -27,7 +27,7 @@ RENAMES = {
 def found(pattern: re.Pattern[str]) -> dict[str, int]:
     """Return how often a pattern occurs in each module."""
     counts = {}
-    for file in PACKAGE.rglob("*.py"):
+    for file in files_below(PACKAGE, "*.py"):
         count = len(pattern.findall(file.read_text(encoding="utf-8")))
         if count and "share" not in file.relative_to(PACKAGE).parts:
             counts[file.relative_to(PACKAGE).as_posix()] = count
