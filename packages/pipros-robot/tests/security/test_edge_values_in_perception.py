@@ -18,6 +18,7 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.libraries.clouds.points import cloud_of
+from pipros.libraries.imu.nodes import ComplementaryNode
 from pipros.libraries.laser.assembler_node import LaserScanAssembler
 from pipros.packages.nodelets import PLUGINS, python_nodelet
 from pipros.simulation.fake_localization import FakeLocalization
@@ -87,6 +88,18 @@ def odometry() -> Any:
     return made
 
 
+def imu() -> Any:
+    made = message("sensor_msgs/Imu", FRAME)
+    made.linear_acceleration.z, made.angular_velocity.z = 9.8, 0.1
+    return made
+
+
+def field() -> Any:
+    made = message("sensor_msgs/MagneticField", FRAME)
+    made.magnetic_field.x, made.magnetic_field.z = 2e-5, -4e-5
+    return made
+
+
 IMAGE = {"/image_raw": image}
 CLOUD = {"/nodelet/input": cloud}
 CHAIN = {"scan_filter_chain": [
@@ -117,6 +130,8 @@ NODELETS: Mapping[str, tuple[Inputs, str, Mapping[str, Any]]] = {
         {"/image": partial(image, "16UC1"), "/camera_info": info}, "/scan", {}),
     "image_proc/debayer": ({"/image_raw": partial(image, "bayer_rggb8")}, "/image_color", {}),
     "image_proc/rectify": ({"/image_mono": image, "/camera_info": info}, "/image_rect", {}),
+    "imu_filter_madgwick/ImuFilterNodelet": (
+        {"/imu/data_raw": imu, "/imu/mag": field}, "/imu/data", {"zeta": 0.1}),
     "kobuki_safety_controller/SafetyControllerNodelet": (
         {"/nodelet/events/cliff": partial(message, "kobuki_msgs/CliffEvent", state=1),
          "/nodelet/events/wheel_drop": partial(message, "kobuki_msgs/WheelDropEvent"),
@@ -202,6 +217,16 @@ def test_a_nodelet_goes_on(make: Any, plugin: str) -> None:
     for topic, good in inputs.items():
         endures(node, topic, good, lambda: has_effect(node, inputs, output))
     getattr(nodelet, "close", lambda: None)()
+
+
+def test_a_complementary_filter_goes_on(make: Any) -> None:
+    inputs: Inputs = {"/imu/data_raw": imu, "/imu/mag": field}
+    node = make({"use_mag": True})
+    one = ComplementaryNode(node)
+    for topic, good in inputs.items():
+        endures(node, topic, good, lambda: has_effect(node, inputs, "/imu/data"))
+    assert finite(node.sent["/imu/data"][-1])
+    one.close()
 
 
 @pytest.mark.parametrize("is_moving", [True, False])

@@ -170,6 +170,8 @@ image_transport republish raw
 image_proc image_proc
 image_view disparity_view
 image_view image_view
+imu_complementary_filter complementary_filter_node
+imu_filter_madgwick imu_filter_node
 joint_state_publisher joint_state_publisher
 joint_state_publisher_gui joint_state_publisher_gui
 joy joy_node

@@ -42,7 +42,7 @@ LAYERS: list[list[set[str]]] = [
         {"actions", "reconfiguring"},
         {"teleoperation"},
         {"server"},
-        {"images"},
+        {"images", "imu"},
         {"clouds"},
         {"drivers", "laser"},
     ],

@@ -35,6 +35,7 @@ PLUGINS: Final[Mapping[str, str]] = {
     "depthimage_to_laserscan/DepthImageToLaserScanNodelet": "laser.depth_to_scan_node:DepthToScanNode",
     "image_proc/debayer": "images.debayer:Debayer",
     "image_proc/rectify": "images.rectify:Rectify",
+    "imu_filter_madgwick/ImuFilterNodelet": "imu.nodes:MadgwickNode",
     "kobuki_safety_controller/SafetyControllerNodelet": "teleoperation.safety_controller_node:SafetyNode",
     "laser_filters/scan_to_cloud_filter_chain": "laser.chain_node:ScanToCloudFilterChain",
     "laser_filters/scan_to_scan_filter_chain": "laser.chain_node:ScanToScanFilterChain",

@@ -25,6 +25,7 @@ _TOPICS: Final[dict[str, tuple[Mapping[str, str], Mapping[str, str]]]] = {
     "gmapping/slam_gmapping": ({"scan": "scan"}, _NO_TOPICS),
     "hector_mapping/hector_mapping": ({"scan": "scan"}, _NO_TOPICS),
     "imu_complementary_filter/complementary_filter_node": _IMU_FILTER,
+    "imu_filter_madgwick/ImuFilterNodelet": _IMU_FILTER,
     "imu_filter_madgwick/imu_filter_node": _IMU_FILTER,
     "joint_state_publisher/joint_state_publisher": (_NO_TOPICS, {"joint_states": "joints"}),
     "kobuki_safety_controller/SafetyControllerNodelet": (_NO_TOPICS, {"~cmd_vel": "cmd_vel"}),

@@ -1,0 +1,1 @@
+"""Orientation from inertial measurement units: two filters, and their nodes."""
