@@ -44,14 +44,8 @@ settings.register_profile(
 settings.load_profile("pipros")
 
 SETTINGS = ("ROS_", "ROSCONSOLE_", "PIPROS_ADVERTISE", "PIPROS_LIMITS", "PIPROS_PORTS")
-_INTEROP = Path(__file__).parent / "interop"
-_BROWSER = Path(__file__).parent / "browser"
-_ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
-_DDS = Path(__file__).parent / "dds"
-_GENUINE_ROS2 = [_INTEROP / f"test_{name}.py" for name in ("gateway_with_genuine_ros2", "one_environment")]
-_WINDOWS = Path(__file__).parent / "windows"
-_PYODIDE = Path(__file__).parent / "pyodide"
-_FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
+_PACKAGES = Path(__file__).parent
+_GENUINE_ROS2 = ("test_gateway_with_genuine_ros2.py", "test_one_environment.py")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -72,30 +66,29 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    is_left_out = (collection_path.is_relative_to(_INTEROP) and missing_packages()) or (
-        collection_path.is_relative_to(_BROWSER) and not is_required() and browser.missing()
+    if not collection_path.is_relative_to(_PACKAGES):
+        return None
+    file = collection_path.name
+    # PACKAGE/tests/FOLDER/…
+    folder = [*collection_path.relative_to(_PACKAGES).parts, "", "", ""][2]
+    is_left_out = (folder == "interop" and missing_packages()) or (
+        folder == "browser" and not is_required() and browser.missing()
     )
     is_left_out = is_left_out or (
-        collection_path == _ROSBRIDGE_CLIENTS
+        file == "test_rosbridge_clients.py"
         and not is_required()
         and (bridge_clients.missing() or browser.missing() or missing_packages())
     )
     is_left_out = is_left_out or (
-        collection_path == _FOXGLOVE_CLIENT and not is_required() and bridge_clients.missing_foxglove()
+        file == "test_foxglove_client.py" and not is_required() and bridge_clients.missing_foxglove()
     )
-    is_left_out = is_left_out or (
-        collection_path.is_relative_to(_DDS) and not is_required() and dds_peers.missing()
-    )
-    is_left_out = is_left_out or (
-        collection_path in _GENUINE_ROS2 and not is_required() and ros2_wheels.missing()
-    )
-    is_left_out = is_left_out or (
-        collection_path.is_relative_to(_WINDOWS) and not is_required() and windows.missing()
-    )
+    is_left_out = is_left_out or (folder == "dds" and not is_required() and dds_peers.missing())
+    is_left_out = is_left_out or (file in _GENUINE_ROS2 and not is_required() and ros2_wheels.missing())
+    is_left_out = is_left_out or (folder == "windows" and not is_required() and windows.missing())
     if absent_rooms.is_needed_by(collection_path):
         return True
     has_npm = is_required() or npm.is_installed()
-    return True if is_left_out or (collection_path.is_relative_to(_PYODIDE) and not has_npm) else None
+    return True if is_left_out or (folder == "pyodide" and not has_npm) else None
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

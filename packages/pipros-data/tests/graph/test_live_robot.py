@@ -367,7 +367,7 @@ def test_the_plug_ins_of_lerobot_have_the_names_and_order_of_the_data_set(
         monkeypatch.setitem(sys.modules, stand_in.__name__, stand_in)
     monkeypatch.setitem(sys.modules, "lerobot", ModuleType("lerobot"))
     for name in PLUGINS:
-        monkeypatch.syspath_prepend(str(ROOT / "plugins" / name))
+        monkeypatch.syspath_prepend(str(ROOT / "packages" / "pipros-data" / "plugins" / name))
     robots, teleoperators = map(import_module, PLUGINS)
     text = DESCRIPTION.replace("teleop: /joy_vel", "teleop: /joy_vel, stop: [0, 0]")
     path = str(describe(text=text.replace("stop: hold", "stop: hold, teleop: /joints")))

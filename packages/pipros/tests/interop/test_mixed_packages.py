@@ -13,7 +13,7 @@ import pytest
 from pipros.workspace.genuine_catkin import is_installed
 from pipros.workspace.index import SHARED_PACKAGES
 from tests.support.debian_packages import FOUND_BY_CMAKE
-from tests.support.environments import CPP_ONLY, REPOSITORY, TESTS, pipros_environment
+from tests.support.environments import CPP_ONLY, FACADES, TESTS, pipros_environment
 from tests.support.once import make_once, shared_folder
 from tests.support.ros import RosSystem, Side
 
@@ -133,7 +133,7 @@ def check_that_all_works(ros: RosSystem, prefix: Path) -> None:
     side = ros.pipros
     assert Path(side.environment["ROS_ROOT"]).is_dir()
     assert Path(side.environment["ROS_ETC_DIR"]).is_dir()
-    expected = f'data: "north 1.5 7 {REPOSITORY}/facades/api/rospy/__init__.py"'
+    expected = f'data: "north 1.5 7 {FACADES[0]}/rospy/__init__.py"'
 
     launch = side.start("roslaunch", "-p", str(ros.port), "mixed", "both.launch")
     ros.wait_for_publisher("/report", 60)

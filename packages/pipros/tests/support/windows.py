@@ -219,7 +219,7 @@ def _make_python(downloads: Path) -> None:
 def _install_pipros() -> None:
     """Install this tree's wheel, unless the same files are installed."""
     listed = subprocess.run(
-        ["git", "ls-files", "-z", "src", "facades", "pyproject.toml"],
+        ["git", "ls-files", "-z", "packages/*/src/*", "packages/*/facades/*", "script", "pyproject.toml"],
         cwd=REPOSITORY,
         check=True,
         capture_output=True,
@@ -275,6 +275,7 @@ def copy_tree() -> None:
         if name and (REPOSITORY / name).is_file():
             (TREE / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(REPOSITORY / name, TREE / name)
+    _check("merge_packages.py", _run([sys.executable, str(TREE / "script" / "merge_packages.py")], 60))
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY, SRC
+from tests.support.environments import FACADES, REPOSITORY, SRC
 from tests.support.lacks import SYSTEMS, environment
 
 FILE = str(SRC / "pipros" / "probe.py")
@@ -58,10 +58,10 @@ ON_MACOS = [
 ON_BOTH = ["import ssl, subprocess, asyncio", "open(os.devnull)", "import signal; signal.SIGTERM"]
 
 
-def run(system: str, code: str, *arguments: str, folder: Path | None = None) -> list[str]:
+def run(system: str, code: str, *arguments: str, folder: Path | None = None, file: str = FILE) -> list[str]:
     """Run code as if it belonged to pipros, and return the lines that it prints."""
     ended = subprocess.run(
-        [sys.executable, "-W", "error", "-c", RUNNER.format(file=FILE), *arguments],
+        [sys.executable, "-W", "error", "-c", RUNNER.format(file=file), *arguments],
         env={**os.environ, **environment(system)},
         input=code,
         capture_output=True,
@@ -90,6 +90,33 @@ for options in ([], ["-I"], ["-I", "-S"]):
     subprocess.Popen([sys.executable, *options, "-c", shown], env={}).wait()
 """
     assert run(system, code) == [names] * 4
+
+
+@pytest.mark.parametrize(
+    "folder",
+    [
+        *FACADES,
+        *(REPOSITORY / "packages" / name for name in ("pipros/src", "pipros-ros2/src", "pipros/facades")),
+    ],
+)
+def test_all_folders_of_sources_lack_the_same(folder: Path) -> None:
+    assert folder.is_dir()
+    code = "import sys; print(sys.platform)"
+    assert run("windows", code, file=str(folder / "probe.py")) == ["win32"]
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_modules_as_users_import_them_lack_the_same(system: str) -> None:
+    shown = "import rospy, pipros.launch.process as p; print(p.sys.platform)"
+    ended = subprocess.run(
+        [sys.executable, "-c", shown],
+        env={**os.environ, **environment(system)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    assert ended.stdout.split() == [{"macos": "darwin", "windows": "win32"}[system]]
 
 
 @pytest.mark.parametrize("system", SYSTEMS)

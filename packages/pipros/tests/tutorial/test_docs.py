@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.environments import REPOSITORY
+from tests.support.environments import MERGED, REPOSITORY
 from tests.support.ros import RosSystem
 from tests.support.terminal import Terminal
 from tests.support.waiting import wait_until
@@ -186,4 +186,4 @@ def test_the_reason_not_to_run_a_block_is_needed(place: tuple[str, str]) -> None
     page, language = place
     assert f"```{language}" in (DOCS / page).read_text()
     named = re.findall(r"tests/[\w/]+(?:\.py)?", NOT_RUN[place])
-    assert all(Path(REPOSITORY, test).exists() for test in named)
+    assert all(Path(MERGED, test).exists() for test in named)
