@@ -11,15 +11,15 @@ from tests.support import page_units
 from tests.support.environments import REPOSITORY
 from tests.support.npm import INSTALL, MODULES
 
-SETTINGS = Path("tests", "page")
-SOURCES = Path("src", "pipros")
+SETTINGS = Path("packages", "pipros-page", "tests", "page")
+SOURCES = {name: Path("packages", name, "src", "pipros") for name in ("pipros", "pipros-page", "pipros-robot")}
 PAGES = (
-    SOURCES / "web" / "page",
-    SOURCES / "server" / "page",
-    SOURCES / "server" / "sliders" / "page",
-    SOURCES / "server" / "windows" / "page",
-    SOURCES / "simulation" / "robots" / "page",
-    SOURCES / "simulation" / "turtlesim" / "page",
+    SOURCES["pipros-page"] / "web" / "page",
+    SOURCES["pipros"] / "server" / "page",
+    SOURCES["pipros"] / "server" / "sliders" / "page",
+    SOURCES["pipros"] / "server" / "windows" / "page",
+    SOURCES["pipros-robot"] / "simulation" / "robots" / "page",
+    SOURCES["pipros-robot"] / "simulation" / "turtlesim" / "page",
     Path("docs", "in-browser"),
 )
 VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"
