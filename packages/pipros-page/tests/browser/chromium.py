@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -31,7 +31,7 @@ OF_A_CONNECTION = "WebSocket connection to "
 
 def pytest_collection_modifyitems(items: Sequence[pytest.Item]) -> None:
     for item in items:
-        if item.path.is_relative_to(Path(__file__).parent):
+        if item.path.parent.name == Path(__file__).parent.name:
             item.add_marker(pytest.mark.timeout(LONGEST_S))
 
 
@@ -58,10 +58,42 @@ def running_chromium() -> Iterator[Browser]:
         browser.close()
 
 
-@pytest.fixture(scope="package")  # a start takes a second of processor time; elsewhere, the loop would harm
-def chromium() -> Iterator[Browser]:
-    with running_chromium() as browser:
-        yield browser
+class SharedChromium:
+    """Chromium for successive tests of any package: a start takes a second of processor time."""
+
+    def __init__(self) -> None:
+        self._started = contextlib.ExitStack()
+        self._browser: Browser | None = None
+
+    def browser(self) -> Browser:
+        """Return the running browser, started if necessary."""
+        if self._browser is None:
+            self._browser = self._started.enter_context(running_chromium())
+        return self._browser
+
+    def end(self) -> None:
+        self._started.close()
+        self._browser = None
+
+
+_CHROMIUM = SharedChromium()
+
+
+@pytest.fixture
+def chromium() -> Browser:
+    return _CHROMIUM.browser()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(
+    item: pytest.Item, nextitem: pytest.Item | None
+) -> Generator[None, object, object]:
+    """End Chromium before the first test of another folder, which Playwright's event loop would harm."""
+    try:
+        return (yield)
+    finally:
+        if nextitem is None or nextitem.path.parent.name != item.path.parent.name:
+            _CHROMIUM.end()
 
 
 @pytest.fixture
