@@ -12,7 +12,9 @@ from tests.support.environments import REPOSITORY
 from tests.support.npm import INSTALL, MODULES
 
 SETTINGS = Path("packages", "pipros-page", "tests", "page")
-SOURCES = {name: Path("packages", name, "src", "pipros") for name in ("pipros", "pipros-page", "pipros-robot")}
+SOURCES = {
+    name: Path("packages", name, "src", "pipros") for name in ("pipros", "pipros-page", "pipros-robot")
+}
 PAGES = (
     SOURCES["pipros-page"] / "web" / "page",
     SOURCES["pipros"] / "server" / "page",

@@ -35,13 +35,23 @@ def carry(tree: Path) -> subprocess.CompletedProcess[str]:
 
 
 def carried(tree: Path) -> Path:
-    return tree / "project" / "src" / "pipros" / "share" / "robot" / "msg" / "Arm.msg"
+    return tree / "project/packages/pipros/src/pipros/share/robot/msg/Arm.msg"
 
 
 def test_fields_and_constants_are_carried_without_comments(tree: Path) -> None:
     ended = carry(tree)
     assert (ended.returncode, ended.stdout) == (0, "robot: messages\n")
     assert carried(tree).read_text() == "float64 x\nstring A=b # c\n"
+
+
+def test_a_package_of_a_room_stays_there(tree: Path) -> None:
+    share = tree / "project/packages/pipros-robot/src/pipros/share/robot"
+    share.mkdir(parents=True)
+
+    carry(tree)
+
+    assert (share / "msg" / "Arm.msg").is_file()
+    assert not carried(tree).exists()
 
 
 def test_our_comments_stay_while_the_fields_do(tree: Path) -> None:
