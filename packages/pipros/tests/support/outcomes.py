@@ -58,7 +58,7 @@ def times(outcomes: Sequence[Outcome], count: int = 20) -> str:
     """Return the processor seconds of the dearest folders and tests, one line each, and of all tests."""
     by_folder: defaultdict[str, float] = defaultdict(float)
     for outcome in outcomes:
-        by_folder["/".join(outcome.test.partition("::")[0].split("/")[:3])] += outcome.processor_s
+        by_folder["/".join(outcome.test.partition("::")[0].split("/")[:5])] += outcome.processor_s
     dearest = sorted(outcomes, key=lambda outcome: -outcome.processor_s)[:count]
     by_cost = sorted(by_folder.items(), key=lambda pair: -pair[1])[:count]
     lines = [f"{seconds:8.1f} s  {folder}" for folder, seconds in by_cost]

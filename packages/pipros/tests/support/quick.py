@@ -13,7 +13,7 @@ import pytest
 from tests.support.environments import REPOSITORY, TESTS
 
 LIST = TESTS / "quick.txt"
-_BASES = ("packages/pipros/tests/tree", "packages/pipros/tests/unit")
+_BASES = ("packages/*/tests/tree", "packages/*/tests/unit")
 
 
 def listed(sign: str) -> list[str]:
@@ -53,4 +53,5 @@ def missing() -> list[str]:
 
 
 if __name__ == "__main__":
-    print(" ".join([*_BASES, *listed("+")]))
+    folders = [str(path.relative_to(REPOSITORY)) for base in _BASES for path in sorted(REPOSITORY.glob(base))]
+    print(" ".join([*folders, *listed("+")]))

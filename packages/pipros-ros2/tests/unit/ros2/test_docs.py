@@ -7,7 +7,7 @@ import re
 import zlib
 
 from pipros.ros2.rules import Direction, RuleKind, parse_gateway_rules
-from tests.support.environments import REPOSITORY
+from tests.support.environments import REPOSITORY, SRC
 
 ROOT = REPOSITORY
 DOCUMENT = (ROOT / "docs" / "ros2.md").read_text()
@@ -23,7 +23,7 @@ def test_the_rules_are_valid() -> None:
 
 
 def test_the_size_of_the_carried_definitions_is_true() -> None:
-    carried = (ROOT / "src" / "pipros" / "ros2" / "interfaces" / "carried.msgs").read_bytes()
+    carried = (SRC / "pipros" / "ros2" / "interfaces" / "carried.msgs").read_bytes()
 
     sizes = (round(len(each) / 1000) for each in (carried, zlib.compress(carried)))
 
@@ -32,7 +32,7 @@ def test_the_size_of_the_carried_definitions_is_true() -> None:
 
 def test_the_cases_of_ros1_bridge_have_tests() -> None:
     section = DOCUMENT.partition("## Known complaints about ros1_bridge")[2].partition("\n## ")[0]
-    named = re.findall(r"`(tests/[\w/]+\.py)`((?:,? `test_\w+`)+)", section)
+    named = re.findall(r"`(packages/[\w/-]+/tests/[\w/]+\.py)`((?:,? `test_\w+`)+)", section)
 
     assert len(named) >= 7
     for file, tests in named:

@@ -64,10 +64,11 @@ def is_requirement(text: str) -> bool:
 
 def own_modules() -> frozenset[str]:
     """Return the top-level modules that pipros itself installs. Wheels must not overwrite them."""
-    home = Path(pipros.__file__).resolve().parents[1]
-    facades = home.parent / "facades"
-    if facades.is_dir():  # running from a source tree
-        found = [entry for kind in facades.iterdir() if kind.is_dir() for entry in kind.iterdir()]
+    # In a source tree, `pipros` is imported from links in `build`; see script/merge_packages.py.
+    build = Path(pipros.__file__).absolute().parents[2]
+    facades = [folder for name in ("facades", "internals") if (folder := build / name).is_dir()]
+    if facades:
+        found = [entry for folder in facades for entry in folder.iterdir()]
         return frozenset(("pipros", *(entry.stem for entry in found if not entry.name.startswith("_"))))
     from importlib.metadata import files
 

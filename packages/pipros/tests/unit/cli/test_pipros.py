@@ -143,7 +143,7 @@ def test_env_without_a_workspace_is_that_of_pipros(
 ) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     assert main(["env"]) == 0
-    share = Path(pipros.__file__).resolve().parent / "share"
+    share = Path(pipros.__file__).absolute().parent / "share"
     assert f"export ROS_PACKAGE_PATH='{share}'\n" in capsys.readouterr().out
 
 
