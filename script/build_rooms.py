@@ -90,10 +90,37 @@ def rooms_of(root: Path, chosen: str | None = None) -> Rooms:
     )
 
 
+def repository_of(root: Path) -> Path:
+    """Return the repository of a build's folder, which is the repository or one of its packages."""
+    return root if (root / "packages").is_dir() else root.parents[1]
+
+
 def rooms_of_build(root: str) -> Rooms:
-    """Return the rooms that `PIPROS_ROOMS` selects for the current build."""
-    import_from_source(Path(root))
-    return rooms_of(Path(root), os.environ.get(VARIABLE))
+    """Return the rooms that `PIPROS_ROOMS` selects for the current build, or the rooms of one package."""
+    folder = Path(root)
+    repository = repository_of(folder)
+    import_from_source(repository)
+    if repository == folder:
+        return rooms_of(folder, os.environ.get(VARIABLE))
+    built = [room for room in rooms_of(repository).built if has_room(folder, room.name)]
+    return Rooms(built, [])
+
+
+def has_room(package: Path, name: str) -> bool:
+    """Return whether a room belongs to a package, which is a folder of `packages`."""
+    return (package / "src" / "pipros" / name / "room.py").is_file()
+
+
+def packages_needed(package: Path, rooms: Rooms) -> list[str]:
+    """Return the other packages that a package imports: the core, and those of the rooms that its rooms need.
+
+    The core's facades use some of `pipros-internals`, which use the core.
+    """
+    if package.name == "pipros":
+        return ["pipros-internals"]
+    others = [each for each in sorted(package.parent.iterdir()) if each != package]
+    needed = {name for room in rooms.built for name in room.needs}
+    return ["pipros", *(each.name for each in others if any(has_room(each, name) for name in needed))]
 
 
 def import_from_source(root: Path) -> None:

@@ -3,7 +3,8 @@
 `[tool.hatch.metadata.hooks.custom] repository` in pyproject.toml has the address. If it is empty, there are
 no addresses, and all links are relative. The plugin hatch-fancy-pypi-readme can only insert a fixed address.
 
-`scripts` and `extras` there belong to no room; see `pipros.basics.rooms`.
+`scripts` and `extras` there belong to no room; see `pipros.basics.rooms`. A package of `packages` lists in
+`dynamic` what it has from the pyproject.toml of the repository.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from hatchling.metadata.core import load_toml
 from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 _LINK = re.compile(r"(?P<picture>!?)\[(?P<text>[^\]\[]*)\]\((?P<path>(?![a-z]+:|#)[^)\s]+)\)")
@@ -49,19 +51,32 @@ def without_absent(requirement: str, extras: Mapping[str, Any]) -> str:
 
 class AddressHook(MetadataHookInterface):
     def update(self, metadata: dict[str, Any]) -> None:
-        repository = str(self.config.get("repository", "")).rstrip("/")
-        text = Path(self.root, "README.md").read_text(encoding="utf-8")
-        if repository:
-            text = with_absolute_links(text, repository, f"v{metadata['version']}")
-            metadata["urls"] = addresses(repository)
-        metadata["readme"] = {"content-type": "text/markdown", "text": text}
-        if str(Path(self.root, "script")) not in sys.path:
-            sys.path.insert(0, str(Path(self.root, "script")))
-        from build_rooms import rooms_of_build
+        if str(Path(__file__).parent) not in sys.path:
+            sys.path.insert(0, str(Path(__file__).parent))
+        from build_rooms import packages_needed, repository_of, rooms_of_build
 
+        folder, root = Path(self.root), repository_of(Path(self.root))
+        settings = load_toml(str(root / "pyproject.toml"))
+        project, config = settings["project"], settings["tool"]["hatch"]["metadata"]["hooks"]["custom"]
+        if folder != root:
+            metadata.update({field: project[field] for field in metadata["dynamic"] if field in project})
+        repository = str(config.get("repository", "")).rstrip("/")
+        if repository:
+            metadata["urls"] = addresses(repository)
         rooms = rooms_of_build(self.root)
-        metadata["scripts"] = {**self.config["scripts"], **rooms.scripts()}
-        extras = {**self.config["extras"], **rooms.extras()}
+        scripts, extras = rooms.scripts(), rooms.extras()
+        known = {**config["extras"], **extras}
+        if metadata["name"] == "pipros":
+            text = Path(root, "README.md").read_text(encoding="utf-8")
+            if repository:
+                text = with_absolute_links(text, repository, f"v{metadata['version']}")
+            metadata["readme"] = {"content-type": "text/markdown", "text": text}
+            scripts, extras = {**config["scripts"], **scripts}, known
+        metadata["scripts"] = scripts
         metadata["optional-dependencies"] = {
-            name: [without_absent(each, extras) for each in needed] for name, needed in extras.items()
+            name: [without_absent(each, known) for each in needed] for name, needed in extras.items()
         }
+        if folder != root:
+            others = [f"{name}=={metadata['version']}" for name in packages_needed(folder, rooms)]
+            own = project["dependencies"] if metadata["name"] == "pipros" else []
+            metadata["dependencies"] = [*own, *others]

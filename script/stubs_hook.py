@@ -1,6 +1,7 @@
-"""Puts type stubs for the messages that ship with pipros into the wheel, as `<package>-stubs` (PEP 561).
+"""Selects the files of the wheel: the sources and facades of all packages, or of the one that is built.
 
-Leaves out the rooms that `PIPROS_ROOMS` does not name; see `build_rooms.py`.
+Adds type stubs for the messages that ship with pipros, as `<package>-stubs` (PEP 561). Leaves out the rooms
+that `PIPROS_ROOMS` does not name; see `build_rooms.py`.
 """
 
 from __future__ import annotations
@@ -15,12 +16,23 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
+def folders_of_wheel(folder: Path) -> list[str]:
+    """Return the folders whose content is installed, relative to that of a build."""
+    pattern = "packages/*/" if (folder / "packages").is_dir() else ""
+    return sorted(
+        str(found.relative_to(folder)) for name in ("src", "facades") for found in folder.glob(pattern + name)
+    )
+
+
 class StubsHook(BuildHookInterface[Any]):
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        source = Path(self.root) / "build" / "src"
-        sys.path[:0] = [str(source), str(Path(self.root) / "script")]
-        from build_rooms import rooms_of_build
+        sys.path.insert(0, str(Path(__file__).parent))
+        from build_rooms import repository_of, rooms_of_build
 
+        folder, root = Path(self.root), repository_of(Path(self.root))
+        source = root / "build" / "src"
+        parts = folders_of_wheel(folder)
+        self.build_config.target_config.update({"sources": parts, "only-include": parts})
         rooms = rooms_of_build(self.root)  # before the imports: it makes them those of the source tree
         from pipros.msg.language.definition_files import DefinitionFiles
         from pipros.msg.language.definitions import Definitions
@@ -30,12 +42,18 @@ class StubsHook(BuildHookInterface[Any]):
         self._folder = tempfile.TemporaryDirectory()
         excluded = rooms.excluded()
         packages = sorted(
-            folder.name for folder in share.iterdir() if f"pipros/share/{folder.name}" not in excluded
+            found.parent.name
+            for part in parts
+            for found in folder.glob(f"{part}/pipros/share/*/package.xml")
+            if f"pipros/share/{found.parent.name}" not in excluded
         )
         definitions = Definitions(DefinitionFiles(lambda name: share / name if name in packages else None))
         if version == "editable":
             # The settings for an editable installation replace those in pyproject.toml.
-            included = build_data["force_include_editable"] = dict(self.build_config.get_force_include())
+            included = build_data["force_include_editable"] = {
+                str(source / "pipros.pth"): "pipros.pth",
+                **self.build_config.get_force_include(),
+            }
         else:
             included = build_data["force_include"]
         if excluded and version != "editable":
@@ -45,7 +63,7 @@ class StubsHook(BuildHookInterface[Any]):
             absent = Path(self._folder.name, "left_out.json")
             absent.write_text(json.dumps(rooms.absent_commands()))
             included[str(absent)] = "pipros/left_out.json"
-        modules = {file.parent.name for file in Path(self.root).glob("packages/*/facades/*/__init__.py")}
+        modules = {file.parent.name for file in root.glob("packages/*/facades/*/__init__.py")}
         for file in write_stubs(
             packages,
             Path(self._folder.name),

@@ -20,16 +20,17 @@ import pytest
 from pipros.cli.entry_point import command
 from tests.support.environments import FACADES, REPOSITORY, SRC, files_below
 from tests.support.project import PROGRAMS as COMMANDS
-from tests.support.project import PROJECT
+from tests.support.project import PROJECT, load_toml
 
 
-def test_the_wheel_has_every_package_of_the_source_tree() -> None:
-    wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
-
+def test_every_package_has_a_project_and_is_checked_for_types() -> None:
+    for folder in REPOSITORY.glob("packages/pipros*"):
+        project = load_toml(folder / "pyproject.toml")
+        assert project["project"]["name"] == folder.name
+        hook = project["tool"]["hatch"]["metadata"]["hooks"]["custom"]
+        assert hook == {"path": "../../script/metadata_hook.py"}
     folders = {str(file.relative_to(REPOSITORY)) for file in REPOSITORY.glob("packages/*/[sf][ra]c*")}
-    assert set(wheel["sources"]) == folders
-    assert set(wheel["only-include"]) == folders - {"packages/pipros/src"} | {"packages/pipros/src/pipros"}
-    assert wheel["force-include"] == {"packages/pipros/src/pipros.pth": "pipros.pth"}
+    assert folders <= set(PROJECT["tool"]["mypy"]["mypy_path"].split(":"))
 
 
 PACKAGES = [file.parent for folder in (SRC, *FACADES) for file in folder.glob("*/__init__.py")]
