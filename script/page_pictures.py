@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Takes the pictures of the page in docs/. `script/pictures --page [NAME…]` calls it, for all or for some.
 
-The pictures show a small robot, which consists of programs in tests/browser/programs and of relays. The
-picture `battery` shows the package vehicle_battery. Chromium, Playwright and Pillow are needed.
+`script/pictures --page sheet [FOLDER [VIEW…]]` calls `take_all` instead. The pictures show a small robot,
+which consists of programs in tests/browser/programs and of relays. The picture `battery` shows the package
+vehicle_battery. Chromium, Playwright and Pillow are needed.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from page_sheet import addresses, empty_system, take_sheet
 from PIL import Image
 from playwright.sync_api import Browser, sync_playwright
 from playwright.sync_api import Page as Tab
@@ -21,9 +23,8 @@ from playwright.sync_api import Page as Tab
 from pipros.reconfigure.cfg_file import module_contents, read
 from tests.browser.test_reconfigure_tab import CFG
 from tests.support.browser import find_chromium
-from tests.support.environments import REPOSITORY, make_tool_folder
+from tests.support.environments import REPOSITORY
 from tests.support.page import Page
-from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 
 PROGRAMS = REPOSITORY / "build" / "tests" / "browser" / "programs"
@@ -61,44 +62,30 @@ LARGEST_BYTES = 150_000
 @contextmanager
 def robot() -> Iterator[RosSystem]:
     """Start the system shown in the pictures."""
-    with tempfile.TemporaryDirectory() as folder:
-        home, port = Path(folder), ClaimedPort()
-        ros = RosSystem(port.number, home, make_tool_folder(home / "bin"))
-        try:
-            ros.pipros.start_master()
-            ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")
-            cfg = home / "Tuning.cfg"
-            cfg.write_text(CFG)
-            (home / "module.json").write_text(json.dumps(module_contents(read(cfg))))
-            ros.pipros.start(sys.executable, PROGRAMS / "tuned_program.py", "drive", home / "module.json")
-            ros.wait_for_publisher("/battery")
-            for name, topics in RELAYS.items():
-                ros.pipros.start("rosrun", "topic_tools", "relay", *topics, f"__name:={name}")
-            place = (*"001000", "base_link", "laser")  # 1 m above base_link, not rotated
-            ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *place, "__name:=laser_frame")
-            ros.wait_for_publisher("/tf_static")
-            yield ros
-        finally:
-            ros.close()
-            port.release()
+    with empty_system() as (ros, _):
+        ros.pipros.start_master()
+        ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")
+        cfg = ros.home / "Tuning.cfg"
+        cfg.write_text(CFG)
+        (ros.home / "module.json").write_text(json.dumps(module_contents(read(cfg))))
+        ros.pipros.start(sys.executable, PROGRAMS / "tuned_program.py", "drive", ros.home / "module.json")
+        ros.wait_for_publisher("/battery")
+        for name, topics in RELAYS.items():
+            ros.pipros.start("rosrun", "topic_tools", "relay", *topics, f"__name:={name}")
+        place = (*"001000", "base_link", "laser")  # 1 m above base_link, not rotated
+        ros.pipros.start("rosrun", "tf2_ros", "static_transform_publisher", *place, "__name:=laser_frame")
+        ros.wait_for_publisher("/tf_static")
+        yield ros
 
 
 @contextmanager
 def battery() -> Iterator[RosSystem]:
     """Start the battery monitor from examples/, as in the README."""
-    with tempfile.TemporaryDirectory() as folder:
-        home, port = Path(folder), ClaimedPort()
-        ros = RosSystem(port.number, home, make_tool_folder(home / "bin"))
-        arguments = ("source:=simulated", "speed:=60", "percentage:=0.5")
-        try:
-            ros.pipros.start(
-                "roslaunch", "-p", str(port.number), "vehicle_battery", "battery.launch", *arguments
-            )
-            ros.wait_for_publisher("/battery_state")
-            yield ros
-        finally:
-            ros.close()
-            port.release()
+    arguments = ("source:=simulated", "speed:=60", "percentage:=0.5")
+    with empty_system() as (ros, port):
+        ros.pipros.start("roslaunch", "-p", str(port), "vehicle_battery", "battery.launch", *arguments)
+        ros.wait_for_publisher("/battery_state")
+        yield ros
 
 
 def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
@@ -141,7 +128,18 @@ def _take(page: Page, pictures: Sequence[tuple[str, str, str, str, str]], browse
         print(f"docs/{file.name} is up to date: {file.stat().st_size // 1000} kB")
 
 
+def take_all(folder: Path, names: Sequence[str]) -> None:
+    """Take pictures of the named views, or of all of them, in all sizes and colours, and join them."""
+    with sync_playwright() as playwright, robot() as ros, addresses(ros) as views:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
+        take_sheet({name: views[name] for name in names or views}, browser, folder)
+        browser.close()
+
+
 def main() -> None:
+    if sys.argv[1:2] == ["sheet"]:
+        take_all(Path(sys.argv[2] if sys.argv[2:] else "sheet"), sys.argv[3:])
+        return
     names = sys.argv[1:] or [picture[0] for picture in (*PICTURES, BATTERY_PICTURE)]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])

@@ -3,7 +3,7 @@
 const js = require("@eslint/js");
 const globals = require("globals");
 
-const LONG = ["graph/canvas", "tabs/bags", "tabs/console", "tabs/images", "tabs/panels", "tabs/plot"];
+const LONG = ["graph/canvas", "tabs/bags", "tabs/console", "tabs/graph", "tabs/images", "tabs/panels", "tabs/plot"];
 
 module.exports = [
   js.configs.recommended,

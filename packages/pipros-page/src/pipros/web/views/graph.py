@@ -94,6 +94,7 @@ class GraphViews:
                     "too_many": too_many,
                     "most": MAX_DRAWN,
                     "names": bounded_list([*observation.state.nodes(), *observation.state.topics()]),
+                    "hidden": hidden_count(observation, graph),
                 }
             yield {
                 "traffic": traffic_values(
@@ -195,6 +196,16 @@ class GraphViews:
         if kind == "svg":
             return to_svg(await self._system.computations.run(draw, graph))
         raise RequestRefused(f"format must be svg or dot, got {kind!r}")
+
+
+def hidden_count(observation: GraphObservation, graph: NodeGraph) -> int:
+    """Return how many nodes and topics of the system are neither in the graph nor in one of its boxes."""
+    inside = {name for vertex in graph.vertices.values() for name in vertex.members}
+    topics = {arrow.topic for arrow in graph.arrows}
+    topics |= {name for kind, name in graph.vertices if kind == "topic"}
+    nodes = {name for kind, name in graph.vertices if kind == "node"}
+    state = observation.state
+    return len(set(state.nodes()) - nodes - inside) + len(set(state.topics()) - topics - inside)
 
 
 def _can_be_drawn(graph: NodeGraph) -> bool:

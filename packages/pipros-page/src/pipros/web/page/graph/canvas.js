@@ -3,7 +3,11 @@
 
 import { h, s } from "../dom.js";
 
-const FAR_SCALE = 3; // units per pixel beyond which labels are hidden: they are unreadable, and slow to draw
+const FAR_SCALE = 3; // units per pixel beyond which labels are hidden: there is no room for them, and they are slow to draw
+const FONT = 13; // units, as in page.css; labels grow so that they have at least LEAST pixels, while boxes have room for that
+const LEAST = 11;
+const CROWDED_SCALE = 1.6; // units per pixel beyond which only the names of nodes and frames are shown
+const phone = matchMedia("(max-width: 700px)"); // there, `fit` leaves all names, and the rest is reached by dragging
 const LARGEST_SCALE = 1.6; // pixels per unit after `fit`
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
@@ -19,7 +23,8 @@ const keyText = ({ kind, name }) => `${kind}:${name}`;
 export function graphCanvas(label, onSelect) {
   const layer = s("g", {});
   const markers = ["head", "wrong-head"].map((id) => s("marker",
-    { id, viewBox: "0 0 8 8", refX: 7.5, refY: 4, markerWidth: 8, markerHeight: 8, orient: "auto" }, s("path", { class: id, d: HEAD })));
+    { id, viewBox: "0 0 8 8", refX: 7.5, refY: 4, markerWidth: 11, markerHeight: 11, markerUnits: "userSpaceOnUse",
+      orient: "auto" }, s("path", { class: id, d: HEAD })));
   const element = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": label }, s("defs", {}, markers), layer);
   let scene = null;
   let box = { x: 0, y: 0, w: 100, h: 100 };
@@ -58,7 +63,7 @@ export function graphCanvas(label, onSelect) {
         rx: vertex.kind === "frame" ? 12 : 3 });
     const choose = () => onSelect(key);
     const state = vertex.gone ? ", gone" : vertex.reachable ? "" : ", does not answer";
-    return s("g", {
+    const group = s("g", {
       class: "vertex", tabindex: 0, role: "button", "data-key": key,
       "aria-label": `${vertex.kind} ${vertex.name}${state}`,
       onclick: choose,
@@ -66,6 +71,10 @@ export function graphCanvas(label, onSelect) {
     }, shape, s("text", { "text-anchor": "middle", "dominant-baseline": "central" }, vertex.text),
     s("title", {}, [vertex.name, ...vertex.members].join("\n")),
       vertex.gone ? s("text", { class: "age", y: vertex.h / 2 + 15, "text-anchor": "middle" }) : null);
+    const [, namespace, ...rest] = vertex.name.split("/");
+    group.classList.toggle("tinted", rest.length > 0);
+    if (rest.length) group.style.setProperty("--hue", String(hueOf(namespace)));
+    return group;
   }
 
   // Shows how long ago vertices were removed: [{kind, name, age}] with ages in seconds.
@@ -83,11 +92,13 @@ export function graphCanvas(label, onSelect) {
 
   const vertexOf = (key) => vertices.get(key)?.vertex;
 
-  // Calls `textOf` and `isStale` with each arrow and its index, shows the text, and marks stale arrows.
-  function labelArrows(textOf, isStale) {
+  // Calls `textOf` and `lookOf` with each arrow and its index, shows the text, marks stale arrows, and sets the width of lines.
+  function labelArrows(textOf, lookOf) {
     links.forEach(({ arrow, text, parts }, index) => {
       const shown = textOf(arrow, index);
-      for (const part of parts) part.classList.toggle("stale", isStale(arrow, index));
+      const { isStale, width } = lookOf(arrow, index);
+      for (const part of parts) part.classList.toggle("stale", isStale);
+      parts[0].style.setProperty("--width", width.toFixed(1));
       if (text.textContent === shown) return;
       text.textContent = shown;
       setPlate(text, shown);
@@ -130,7 +141,12 @@ export function graphCanvas(label, onSelect) {
   function setBox(next) {
     box = next;
     element.setAttribute("viewBox", `${box.x} ${box.y} ${box.w} ${box.h}`);
-    element.classList.toggle("far", unitsPerPixel() > FAR_SCALE);
+    const units = unitsPerPixel();
+    element.classList.toggle("far", units > FAR_SCALE);
+    element.classList.toggle("crowded", units > CROWDED_SCALE);
+    element.style.setProperty("--label", `${Math.max(FONT, LEAST * units)}px`);
+    element.style.setProperty("--small-label", `${LEAST * Math.max(1, units)}px`);
+    element.style.setProperty("--grow", String(Math.max(1, units)));
   }
 
   function fit() {
@@ -138,8 +154,11 @@ export function graphCanvas(label, onSelect) {
     const { width, height } = element.getBoundingClientRect();
     if (!scene || !width || !height) return;
     const clear = height - CORNER_PX; // the buttons lie over the rest
-    const scale = Math.min(LARGEST_SCALE, width / scene.width, clear / scene.height);
-    setBox({ x: scene.width / 2 - width / scale / 2, y: scene.height / 2 - clear / scale / 2, w: width / scale, h: height / scale });
+    const whole = Math.min(LARGEST_SCALE, width / scene.width, clear / scene.height);
+    const scale = phone.matches ? Math.max(whole, 1 / CROWDED_SCALE) : whole;
+    const left = Math.min(scene.width - width / scale, 0) / 2; // what is too wide or high begins at its left or top
+    const top = Math.min(scene.height - clear / scale, 0) / 2;
+    setBox({ x: left, y: top, w: width / scale, h: height / scale });
   }
 
   // Keeps the centre and the scale when the element's size changes.
@@ -222,6 +241,9 @@ export function graphCanvas(label, onSelect) {
     h("button", { title: "Fit everything (0)", onclick: fit }, "Fit"));
   return { element, draw, emphasise, find, fit, centre, onKey, zoomButtons, showAges, markStale, vertexOf, label: labelArrows };
 }
+
+// A hue for a namespace, always the same. Those of /robot1 and /robot2 differ by the golden angle.
+const hueOf = (name) => Math.round([...name].reduce((sum, letter) => (sum * 31 + letter.charCodeAt(0)) % 9973, 7) * 137.508 % 360);
 
 function bandElement(band) {
   const [left, top] = [band.x - band.w / 2, band.y - band.h / 2];

@@ -8,6 +8,7 @@ const JOINED = [0, 2]; // uPlot.join's null modes of times and values: a missing
 const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
 const MARGIN = 0.05;
 const SNAP_PX = 40;
+const FONT = "11px system-ui, sans-serif"; // of axes
 const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
 
 const colourOf = (name) => getComputedStyle(document.body).getPropertyValue(name);
@@ -42,11 +43,11 @@ const rangeOf = (limits, lines = []) => (_own, least, most) => {
   return [limits[0] ?? low - spread(low, high), limits[1] ?? high + spread(low, high)];
 };
 
-// Creates a chart in `place`. `settings` has `curves`, `limits`, `lines` (values), `isXy`, `marks()`, `moment()` and `span()`; `on` has
-// `zoom` and `point`.
+// Creates a chart in `place`. `settings` has `axis` (what the horizontal axis shows), `curves`, `limits`, `lines` (values), `isXy`,
+// `marks()`, `moment()` and `span()`; `on` has `zoom` and `point`.
 export function createChart(place, size, settings, on) {
   const { curves, isXy } = settings;
-  const axis = { stroke: colourOf("--ink"), grid: { stroke: colourOf("--line"), width: 1 },
+  const axis = { stroke: colourOf("--pale"), font: FONT, grid: { stroke: colourOf("--line"), width: 1 },
     ticks: { stroke: colourOf("--line"), width: 1 } };
   const shown = isXy ? curves.slice(1) : curves;
   const hasRight = shown.some((curve) => curve.isRight);
@@ -67,7 +68,7 @@ export function createChart(place, size, settings, on) {
   return new /** @type {any} */ (uPlot)({
     ...size,
     series: [{}, ...series],
-    axes: [{ ...axis, values: isXy ? undefined : timeLabels },
+    axes: [{ ...axis, values: isXy ? undefined : timeLabels, label: settings.axis, labelSize: 16, labelFont: FONT },
       ...(hasLeft ? [{ ...axis, scale: "y", size: 64 }] : []),
       ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: hasLeft ? { show: false } : axis.grid }] : [])],
     scales: isXy ? xyScales(settings) : timeScales,

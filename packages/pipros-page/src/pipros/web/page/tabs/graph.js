@@ -17,9 +17,8 @@ export function open(view, argument, context) {
   const canvas = graphCanvas("Graph of nodes and topics", (key) => onChosen(key));
   const error = h("div", { class: "error", role: "alert" });
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Selection" });
-  const search = graphSearch(canvas, (key) => { if (key !== selected) choose(key); },
-    () => { hideNothing(options); drawControls(); changed(); });
-  const drawing = graphDrawing(canvas, context, onDrawn, (text) => replace(error, text));
+  const search = graphSearch(canvas, (key) => { if (key !== selected) choose(key); }, () => showAll());
+  const drawing = graphDrawing(canvas, context, onDrawn, (text) => replace(error, text), () => showAll());
   const controls = h("span", { class: "options" });
   const closer = h("button", { hidden: true, onclick: () => { closeNamespaces(options); changed(); } }, "Close namespaces");
   const corner = h("div", { class: "corner" }, drawing.counts, closer,
@@ -38,6 +37,12 @@ export function open(view, argument, context) {
   }
 
   const drawControls = () => replace(controls, optionControls(options, () => changed()));
+
+  function showAll() {
+    hideNothing(options);
+    drawControls();
+    changed();
+  }
 
   // Shows the graph with changed options.
   function changed() {

@@ -15,7 +15,6 @@ import { topicChoice } from "../plot/topic_choice.js";
 import { toolbar } from "../toolbar.js";
 
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
-const SHORTEST = 1; // seconds of the time axis
 const AROUND = 5; // seconds that are shown before and after a moment
 const SPANS = [10, 30, 60, 300, 1800];
 const HINT = "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, "
@@ -147,17 +146,15 @@ export function open(view, argument, context) {
   function span() {
     const last = pausedAt ?? set.newest;
     if (set.isWhole) return [Math.min(set.oldest, last), last];
-    if (context.times && set.axis === "received") {
-      const [begin, end] = context.times.range(view, set.oldest, last);
-      return [Math.min(end - SHORTEST, Math.max(end - Number(seconds.value), begin)), end];
-    }
-    return [Math.min(last - SHORTEST, Math.max(last - Number(seconds.value), set.oldest)), last]; // not empty at first
+    const end = context.times && set.axis === "received" ? context.times.range(view, set.oldest, last)[1] : last;
+    return [end - Number(seconds.value), end]; // the curves grow from the right
   }
 
   const limit = (element) => (element.value.trim() === "" || Number.isNaN(Number(element.value)) ? null : Number(element.value));
   const shownMoment = () => moment ?? (set.isWhole && set.axis !== "stamp" ? playback.state?.moment ?? null : null);
-  const settings = () => ({ curves: set.all, limits: [limit(low), limit(high)], lines: lines.values(), isXy: set.isXy, span,
-    moment: shownMoment, marks: () => set.marks });
+  const axisText = () => (set.isXy ? set.all[0]?.text : AXES.find(([value]) => value === axis.value)[1]);
+  const settings = () => ({ axis: axisText(), curves: set.all, limits: [limit(low), limit(high)], lines: lines.values(),
+    isXy: set.isXy, span, moment: shownMoment, marks: () => set.marks });
 
   // The times that the user has zoomed to, or a moment's; null for all.
   const shownRange = () => (isZoomed && plot && !set.isXy ? [plot.scales.x.min, plot.scales.x.max] : null);
