@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
+from pipros.basics import one_thread
 from pipros.basics.interrupts import ENDING_SIGNALS
 
 SLICE_S = 0.2
@@ -137,8 +138,11 @@ def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: flo
             life.over.set()
 
     with set_by_signals(life.over):
+        if one_thread.turns is not None:
+            run()
         thread = threading.Thread(target=run, name="program", daemon=True)
-        thread.start()
+        if one_thread.turns is None:
+            thread.start()
         life.over.wait()
         end_s = time.monotonic() + grace_s
         while thread.is_alive() and time.monotonic() < end_s:
@@ -151,6 +155,8 @@ def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: flo
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:
     """Wait in slices with `wait_for`, such as `event.wait`; return False if the timeout expires first."""
+    if one_thread.turns is not None:
+        return one_thread.turns.wait(lambda: wait_for(0.0), timeout_s)
     if timeout_s is not None and timeout_s <= SLICE_S:
         return wait_for(max(timeout_s, 0))
     end = None if timeout_s is None else time.monotonic() + timeout_s
@@ -164,7 +170,11 @@ def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = 
 
 def get_within_slice(queue: SimpleQueue[_Item], timeout_s: float = SLICE_S) -> _Item | None:
     """Return the next item of a queue, or None after the timeout, which is limited to one slice."""
+    limit_s = max(0.0, min(SLICE_S, timeout_s))
+    if one_thread.turns is not None:
+        one_thread.turns.wait(lambda: not queue.empty(), limit_s)
+        limit_s = 0.0
     try:
-        return queue.get(timeout=max(0.0, min(SLICE_S, timeout_s)))
+        return queue.get(timeout=limit_s)
     except Empty:
         return None

@@ -32,7 +32,7 @@ _WINDOWS_CONNECTIONS = 8192
 
 
 def require_sockets() -> None:
-    """Check that this system has sockets and threads.
+    """Check that this system has sockets and threads, or replacements for them.
 
     In a browser, the system calls for them fail with various errors, and some never return.
 
@@ -40,9 +40,11 @@ def require_sockets() -> None:
         NeedsSockets: Python runs in a browser.
     """
     if sys.platform == "emscripten":
+        from pipros.basics import one_thread
         from pipros.basics.errors import NeedsSockets
 
-        raise NeedsSockets
+        if one_thread.turns is None:
+            raise NeedsSockets
 
 
 def user_id() -> int:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from pipros.basics import one_thread
 from pipros.basics.limits import Limits
 from pipros.basics.log_file import LogFile
 from pipros.basics.printable import printable
@@ -59,7 +60,10 @@ class MasterLog(logging.Handler):
         self._pending: queue.SimpleQueue[logging.LogRecord | None] = queue.SimpleQueue()
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._write, name="master log", daemon=True)
-        self._thread.start()
+        if one_thread.turns is None:
+            self._thread.start()
+        else:
+            one_thread.turns.repeat(self._write_turn)
         self.setFormatter(_Lines(_FORMAT))
         master = logging.getLogger("rosmaster.master")
         self._loggers = [logging.getLogger(name) for name in loggers]
@@ -86,20 +90,28 @@ class MasterLog(logging.Handler):
                 logger.setLevel(level)
             self._closing.set()
             self._pending.put(None)
-            self._thread.join()
+            if one_thread.turns is None:
+                self._thread.join()
+            else:
+                self._write_turn()
             self._file.close()
         super().close()
 
     def _write(self) -> None:
-        is_open = True
-        while is_open:
-            batch = [self._pending.get()]
-            with contextlib.suppress(queue.Empty):
-                while True:
-                    batch.append(self._pending.get_nowait())
-            is_open = None not in batch
-            self._file.write("".join(f"{self._line(record)}\n" for record in batch if record))
+        while self._write_batch([self._pending.get()]):
             self._closing.wait(PAUSE_S)
+
+    def _write_turn(self) -> float | None:
+        """Without a thread: write the queued lines. Return the time until the next turn; None at the end."""
+        return PAUSE_S if self._write_batch([]) else None
+
+    def _write_batch(self, batch: list[logging.LogRecord | None]) -> bool:
+        """Write the batch and all queued lines. Return False once the log is closed."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                batch.append(self._pending.get_nowait())
+        self._file.write("".join(f"{self._line(record)}\n" for record in batch if record))
+        return None not in batch
 
     def _line(self, record: logging.LogRecord) -> str:
         try:

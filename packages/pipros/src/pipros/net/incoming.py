@@ -9,6 +9,7 @@ size and number of messages in the socket (ros_comm#536, ros_comm#1901).
 
 from __future__ import annotations
 
+import math
 import socket
 import threading
 import time
@@ -17,6 +18,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
+from pipros.basics import one_thread
 from pipros.basics.errors import ProtocolError
 from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
@@ -80,17 +82,19 @@ class DeliveryLock:
     waiting thread wakes up.
 
     Attributes:
+        is_held: function that returns whether a link delivers a message.
         is_wanted: function that returns whether another link is waiting for the lock. For speed, this and
             `release` are attributes instead of methods, because they are called for every message.
         release: releases the lock.
     """
 
-    __slots__ = ("_gate", "_lock", "is_wanted", "release")
+    __slots__ = ("_gate", "_lock", "is_held", "is_wanted", "release")
 
     def __init__(self) -> None:
         self._gate = threading.Lock()
         self._lock = threading.Lock()
         self.release = self._lock.release
+        self.is_held = self._lock.locked
         self.is_wanted = self._gate.locked
 
     def acquire(self) -> bool:
@@ -171,7 +175,8 @@ class IncomingLink:
         self._idle_poller = PollingReceiver()  # waits for the start of a message
         self._mid_message_poller = PollingReceiver()  # waits for the rest of a message
         self._waiting: deque[Received] = deque()
-        self._thread = threading.Thread(target=self._run, args=(received,), name=name, daemon=True)
+        self._received = received
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     def start(self) -> None:
         """Start reading.
@@ -179,7 +184,11 @@ class IncomingLink:
         Raises:
             RuntimeError: the system cannot start another thread.
         """
-        self._thread.start()
+        if one_thread.turns is None:
+            self._thread.start()
+        else:
+            self._sock.setblocking(False)
+            one_thread.turns.read(self._sock, self._take_turn)
 
     def close(self) -> None:
         """Close the link now. A running delivery is not interrupted. May be called repeatedly."""
@@ -190,9 +199,10 @@ class IncomingLink:
         if self._thread is not threading.current_thread():
             self._thread.join(timeout_s)
 
-    def _run(self, received: bytes) -> None:
+    def _run(self) -> None:
         error: Exception | None = None
         try:
+            received, self._received = self._received, b""
             self._accept(len(received), self._buffer.feed(received))
             self._deliver_waiting()
             backoff = AdaptiveBackoff()
@@ -203,13 +213,39 @@ class IncomingLink:
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
-            while self._waiting:
-                self._drop(self._waiting.popleft())
-            if self._slots is not None:
-                self._slots.close()
-            self._sock.close()
-            self._on_closed(self, error)
+            self._end(error)
             error = None  # the traceback would keep this frame, and thus shared memory, alive
+
+    def _take_turn(self) -> bool | None:
+        """Without a thread: deliver one message; see `one_thread.Turns.read`."""
+        if self._delivery_lock.is_held():
+            return None  # a callback of the topic is running
+        try:
+            if self._received:
+                received, self._received = self._received, b""
+                self._accept(len(received), self._buffer.feed(received))
+            elif not self._waiting:
+                count = sockets.receive_now(self._sock, self._buffer.space())
+                if not count:
+                    self._end(None)
+                    return False
+                self._received_count.value += 1
+                self._accept(count, self._buffer.received(count))
+            self._deliver_waiting(limit=1)
+        except BlockingIOError:
+            return False
+        except (OSError, ProtocolError) as error:
+            self._end(error)
+            return False
+        return bool(self._waiting)
+
+    def _end(self, error: Exception | None) -> None:
+        while self._waiting:
+            self._drop(self._waiting.popleft())
+        if self._slots is not None:
+            self._slots.close()
+        self._sock.close()
+        self._on_closed(self, error)
 
     def _receive(self) -> int:
         """Wait for the next bytes.
@@ -300,9 +336,11 @@ class IncomingLink:
                 self._drop(waiting.popleft())
         return accepted
 
-    def _deliver_waiting(self) -> None:
+    def _deliver_waiting(self, limit: int | None = None) -> None:
+        """Deliver queued messages, and those that arrive meanwhile; at most `limit`."""
         waiting, lock, statistics = self._waiting, self._delivery_lock, self.statistics
-        while waiting:
+        end = math.inf if limit is None else statistics.frames + limit
+        while waiting and statistics.frames < end:
             waited = lock.acquire()
             try:
                 if waited:

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
+from pipros.basics import one_thread
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.posix import require_sockets
 from pipros.net.lookup import Lookups, process_lookups
@@ -35,7 +36,8 @@ class BackgroundLoop:
 
     `spawn` and `call` may be called from any thread, `run` from any thread other than the loop's. `stop`
     cancels and awaits running tasks. Host name lookups and the default executor use daemon threads, so
-    neither `stop` nor interpreter exit waits for them.
+    neither `stop` nor interpreter exit waits for them. Without threads, the loop runs where the only thread
+    waits.
     """
 
     def __init__(self, name: str, lookups: Lookups | None = None) -> None:
@@ -55,6 +57,9 @@ class BackgroundLoop:
         require_sockets()
         # Use a selector loop on every system, because links are watched by their file descriptors.
         self.asyncio = _Loop(f"{self._name}: blocking", self._lookups)
+        if one_thread.turns is not None:
+            one_thread.turns.drive(self.asyncio)
+            return
         started = OnceEvent()
         self.asyncio.call_soon(started.set)
         self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
@@ -108,6 +113,10 @@ class BackgroundLoop:
     def stop(self, timeout_s: float | None = None) -> None:
         """Cancel running tasks, stop the loop and wait for its thread. May be called repeatedly."""
         thread, self._thread = self._thread, None
+        if one_thread.turns is not None:
+            if not self.asyncio.is_closed():
+                self._close()
+            return
         if thread is None:
             return
         self.call(self.asyncio.stop)
@@ -115,10 +124,16 @@ class BackgroundLoop:
             thread.join(timeout_s)
 
     def _run(self) -> None:
-        loop = self.asyncio
-        asyncio.set_event_loop(loop)
+        asyncio.set_event_loop(self.asyncio)
         try:
-            loop.run_forever()
+            self.asyncio.run_forever()
+        finally:
+            self._close()
+
+    def _close(self) -> None:
+        """Cancel the tasks that are left, and close the loop, which does not run."""
+        loop = self.asyncio
+        try:
             # Up to Python 3.11, `asyncio.wait_for` drops a cancellation that arrives just when it is done. A
             # task with an endless loop then runs on, so it is cancelled again.
             while left := asyncio.all_tasks(loop):
@@ -159,7 +174,7 @@ class _Loop(asyncio.SelectorEventLoop):
         return answer.addresses(port)
 
     def run_in_executor(self, executor: Any, function: Callable[..., T], *args: Any) -> asyncio.Future[T]:  # type: ignore[override]
-        if executor is not None:
+        if executor is not None and one_thread.turns is None:
             return super().run_in_executor(executor, function, *args)
         return _outcome(self, self._workers.run, function, *args)
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
+from pipros.basics import one_thread
 from pipros.basics.posix import require_sockets
 
 KEPT_IDLE = 4
@@ -34,7 +35,7 @@ class Workers:
     def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:
         self._name = name
         self._limit = limit
-        self._kept_idle = kept_idle
+        self._kept_idle = kept_idle if one_thread.turns is None else 0
         self._jobs: SimpleQueue[Job | None] = SimpleQueue()
         self._waiting: deque[Job] = deque()
         self._threads = 0
@@ -62,7 +63,7 @@ class Workers:
         try:
             # A thread keeps its arguments alive until it ends, so `_work` removes the job from this list.
             first: list[Job] = [(job, args)]
-            threading.Thread(target=self._work, args=(first,), name=self._name, daemon=True).start()
+            one_thread.start_thread(self._work, first, name=self._name)
         except RuntimeError:
             with self._lock:
                 self._threads -= 1

@@ -127,8 +127,10 @@ class SimulatedClock:
             end_ns, jumps = self._now_ns + int(duration_s * NS_PER_S), self._jumps
             self._sleepers += 1
             try:
-                self.changed.wait_for(
-                    lambda: self._now_ns >= end_ns or self._must_end() or self._jumps != jumps
+                wait_in_slices(
+                    lambda limit_s: self.changed.wait_for(
+                        lambda: self._now_ns >= end_ns or self._must_end() or self._jumps != jumps, limit_s
+                    )
                 )
             finally:
                 self._sleepers -= 1

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from pipros.basics import one_thread
 from pipros.basics.budget import Budget
 from pipros.basics.errors import Interrupted, PiprosError
 from pipros.basics.limits import Limits
@@ -173,6 +174,8 @@ class Endpoints:
                 publication = Publication(topic, message_class, self._context)
                 entry = PublicationEntry(topic, publication.interface.type)
                 self._publications[topic] = publication, entry
+                if one_thread.turns is not None:
+                    publication.publish = one_thread.turns.publishing(publication.publish)  # type: ignore[assignment,method-assign]
             else:
                 publication = found[0]
                 _same_type(publication.interface.md5sum, message_class, topic)

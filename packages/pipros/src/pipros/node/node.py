@@ -16,7 +16,7 @@ from threading import get_ident
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from pipros.basics import names
+from pipros.basics import names, one_thread
 from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
@@ -295,8 +295,7 @@ class Node:
 
     def shutdown_async(self, reason: str) -> None:
         """Shut the node down in another thread, for callers that must not block."""
-        end = self._on_shutdown_request
-        threading.Thread(target=end, args=(reason,), name=f"end {self.name}", daemon=True).start()
+        one_thread.start_thread(self._on_shutdown_request, reason, name=f"end {self.name}")
 
     def _end_by_request(self, reason: str) -> None:
         if reason.endswith(names.REPLACED):

@@ -9,9 +9,13 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from pipros.basics import one_thread
 from pipros.basics.errors import Interrupted
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock, TimeMovedBackwards
+
+LOOK_S = 0.02
+"""Without threads, a timer looks at simulated time this often."""
 
 
 class Rate:
@@ -124,7 +128,17 @@ class Timer(threading.Thread):
         self._oneshot = oneshot
         self._reset = reset
         self._is_shutdown = False
+        self._rate: Rate
+        self._last: tuple[int, int, float] | tuple[None, None, None] = None, None, None
+        self._expected_ns = 0
         self.start()
+
+    def start(self) -> None:
+        """Start the thread. Without threads, the only thread calls the function where it waits."""
+        if one_thread.turns is None:
+            super().start()
+        else:
+            one_thread.turns.later(self.run)
 
     def shutdown(self) -> None:
         """Stop calling the function. A running call is not interrupted."""
@@ -132,17 +146,29 @@ class Timer(threading.Thread):
 
     def run(self) -> None:
         """Run the timer. Called only by the thread itself."""
-        rate = Rate(self._clock, self._period_ns, reset=self._reset)
-        expected_ns = rate.last_ns + self._period_ns
-        last_expected_ns = last_real_ns = last_duration_s = None
-        while rate.sleep() and not self._is_shutdown:
-            real_ns = self._clock.now_ns()
-            try:
-                self._callback(Tick(last_expected_ns, last_real_ns, expected_ns, real_ns, last_duration_s))
-            except Interrupted:  # the node ends while the callback waits
-                return
-            if self._oneshot:
-                return
-            last_duration_s = (self._clock.now_ns() - real_ns) / NS_PER_S
-            last_expected_ns, last_real_ns = expected_ns, real_ns
-            expected_ns += self._period_ns
+        self._rate = Rate(self._clock, self._period_ns, reset=self._reset)
+        self._expected_ns = self._rate.last_ns + self._period_ns
+        if one_thread.turns is not None:
+            one_thread.turns.repeat(self._take_turn)
+            return
+        while self._rate.sleep() and not self._is_shutdown and self._call():
+            pass
+
+    def _take_turn(self) -> float | None:
+        """Call the function if it is due. Return the time in seconds until the next look, or None to end."""
+        left_s = self._rate.remaining_ns() / NS_PER_S
+        if left_s > 0 or self._clock.now_ns() == 0:  # zero: simulated time has not started
+            return min(left_s, LOOK_S) if self._clock.is_simulated else left_s
+        return 0.0 if self._rate.sleep() and not self._is_shutdown and self._call() else None
+
+    def _call(self) -> bool:
+        """Call the function. Return False if it was the last call."""
+        real_ns = self._clock.now_ns()
+        last_expected_ns, last_real_ns, last_duration_s = self._last
+        try:
+            self._callback(Tick(last_expected_ns, last_real_ns, self._expected_ns, real_ns, last_duration_s))
+        except Interrupted:  # the node ends while the callback waits
+            return False
+        self._last = self._expected_ns, real_ns, (self._clock.now_ns() - real_ns) / NS_PER_S
+        self._expected_ns += self._period_ns
+        return not self._oneshot

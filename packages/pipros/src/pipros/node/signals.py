@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
+from pipros.basics import one_thread
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.interrupts import ENDING_SIGNALS, interrupt_main_thread
@@ -69,6 +70,7 @@ class Signals:
         self._ending: threading.Thread | None = None
         self._ending_since = 0.0
         self._has_ended = False
+        self._is_unreported = False  # whether a signal waits for a turn; false where Python has threads
         self._is_uninstalled = OnceEvent()
         self._by_interpreter: set[int] = set()  # signals that the handler has not reported yet
         self._by_handler: dict[
@@ -129,7 +131,7 @@ class Signals:
         """Restore the previous handlers. Call it in the main thread, once the node has ended."""
         try:
             self._is_uninstalled.set()
-            if self._ending is not None:
+            if self._ending is not None and self._ending is not threading.current_thread():
                 self._ending.join()
         finally:
             self._restore()
@@ -143,12 +145,23 @@ class Signals:
                 raise KeyboardInterrupt
             self._by_interpreter.remove(number)  # the signal that ended the node
             return
-        with contextlib.suppress(OSError):  # the buffer is full of signals, so another signal has no effect
-            self._sockets[1].send(bytes((number | _FROM_HANDLER,)))
+        if one_thread.turns is None:
+            self._report(number)
+        elif self._is_unreported:
+            raise KeyboardInterrupt  # the program has not waited since the last signal
+        else:
+            self._is_unreported = True
+            one_thread.turns.later(self._report, number)
         previous = self._previous_handlers[number]
         if callable(previous) and previous is not signal.default_int_handler:
             with contextlib.suppress(KeyboardInterrupt):
                 previous(number, frame)
+
+    def _report(self, number: int) -> None:
+        """Write a signal for `_read`."""
+        self._is_unreported = False
+        with contextlib.suppress(OSError):  # the buffer is full of signals, so another signal has no effect
+            self._sockets[1].send(bytes((number | _FROM_HANDLER,)))
 
     def _read(self) -> None:
         """Handle the signals reported so far. Runs in the event loop."""
@@ -192,6 +205,10 @@ class Signals:
 
     def _start_end(self, reason: str) -> None:
         self._ending_since = time.monotonic()
+        if one_thread.turns is not None:
+            self._ending = threading.current_thread()
+            one_thread.turns.later(self._run_end, reason)
+            return
         self._ending = threading.Thread(
             target=self._run_end, args=(reason,), name="end of the node", daemon=True
         )
