@@ -112,15 +112,24 @@ def judge(mutation: Mutation, folder: Path, python: Path) -> tuple[int, int]:
     """
     file = folder / mutation.file
     text = file.read_text(encoding="utf-8")
-    # It looks up to date after a change of the same size within a second.
-    compiled = Path(importlib.util.cache_from_source(str(file)))
     try:
         file.write_text(mutation.applied(text), encoding="utf-8")
-        compiled.unlink(missing_ok=True)
+        _delete_compiled(file, folder)
         return run_tests(folder, python, mutation.tests)
     finally:
         file.write_text(text, encoding="utf-8")
-        compiled.unlink(missing_ok=True)
+        _delete_compiled(file, folder)
+
+
+def _delete_compiled(file: Path, folder: Path) -> None:
+    """Delete what was compiled, which looks up to date after a change of the same size within a second.
+
+    It is in `build` if several packages have parts of the file's folder.
+    """
+    compiled = Path(importlib.util.cache_from_source(str(file)))
+    compiled.unlink(missing_ok=True)
+    for other in (folder / "build").rglob(f"__pycache__/{compiled.name}"):
+        other.unlink()
 
 
 def main(words: Sequence[str]) -> int:

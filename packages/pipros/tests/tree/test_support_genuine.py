@@ -126,7 +126,7 @@ def test_in_continuous_integration_a_skipped_test_is_a_failure(pytester_folder: 
 
 @pytest.fixture
 def pytester_folder(tmp_path: Path) -> Path:
-    (tmp_path / "conftest.py").write_text("from tests.conftest import pytest_runtest_makereport\n")
+    (tmp_path / "conftest.py").write_text("from packages.conftest import pytest_runtest_makereport\n")
     return tmp_path
 
 

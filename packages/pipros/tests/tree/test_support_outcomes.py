@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.environments import REPOSITORY
 from tests.support.outcomes import Outcome, read_outcomes, times
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 TESTS = """
 import pytest
 
@@ -57,7 +57,7 @@ def test_pure(): pass
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "conftest.py").write_text(
-        "from tests.conftest import pytest_addoption, pytest_collection_modifyitems\n"
+        "from packages.conftest import pytest_addoption, pytest_collection_modifyitems\n"
         "from tests.support.outcomes import configure as pytest_configure\n"
     )
     (tmp_path / "test_it.py").write_text(TESTS)

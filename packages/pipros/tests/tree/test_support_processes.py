@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.environments import REPOSITORY
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
@@ -78,8 +79,8 @@ def test_a_process_that_outlives_its_parent_in_another_session_is_found_and_ende
 def test_the_report_of_a_failure_shows_what_each_program_printed(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2]))
-    pytester.makeconftest("from tests.conftest import *")
+    monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
+    pytester.makeconftest("from packages.conftest import *")
     pytester.makepyfile(
         """
         import sys

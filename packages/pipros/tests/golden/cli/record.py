@@ -1,4 +1,4 @@
-"""Record the transcripts again on genuine ROS 1: python3 tests/golden/cli/record.py [NAME…]
+"""Record the transcripts again on genuine ROS 1: python3 packages/pipros/tests/golden/cli/record.py [NAME…]
 
 Needs genuine ROS 1 in /usr (CONTRIBUTING.md says which packages). Every transcript gets its own
 master, folder and graph.
@@ -18,9 +18,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).resolve().parent
 DEADLINE_S = 8
-sys.path.insert(0, str(HERE.parents[2]))
+sys.path.insert(0, str(HERE.parents[4] / "build"))
 
 from tests.golden.cli.scenes import MASKS, graph_for, needs_sources  # noqa: E402
 from tests.golden.cli.transcript import Command, Outcome, mask_outcome, render, split  # noqa: E402
