@@ -48,7 +48,7 @@ LAYERS: list[list[set[str]]] = [
     ],
     [
         {"testing", "health"},
-        {"assistants", "bridges", "data", "fleet", "ros2", "simulation", "web", "wheels"},
+        {"assistants", "bridges", "data", "fleet", "ros2", "simulation", "tab", "web", "wheels"},
         {"navigation"},
     ],
     [{"cli"}],

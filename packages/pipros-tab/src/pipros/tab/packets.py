@@ -1,0 +1,49 @@
+"""The packets between a worker and the hub, which connects the workers of a tab.
+
+A packet is a head of three 32-bit numbers (size of the content, kind, end of a connection) and its content.
+A worker numbers the connections that it opens and the ports that it requests; the hub (`page/hub.mjs`)
+numbers the ends that workers accept. The hub passes CREDIT, DATA, FINISH and RESET to the other end of a
+connection.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from enum import IntEnum
+from typing import Final, NamedTuple
+
+HEAD: Final = struct.Struct("<III")
+NUMBER: Final = struct.Struct("<I")
+
+
+class Kind(IntEnum):
+    """What a packet says. Content: a port, a number of bytes, or data."""
+
+    LISTEN = 1  # to the hub: open a port, or any port if it is 0
+    LISTENING = 2  # to the worker: the port that was opened, or 0
+    CLOSE_PORT = 3  # to the hub: the number is the port
+    CONNECT = 4  # to the hub: connect to a port
+    CONNECTED = 5  # to the worker
+    REFUSED = 6  # to the worker: no worker listens at the port
+    ACCEPT = 7  # to the worker that listens: the port that was connected to
+    DATA = 8
+    CREDIT = 9  # the receiver has read so many bytes
+    FINISH = 10  # no more data follows
+    RESET = 11  # the connection has ended
+
+
+class Packet(NamedTuple):
+    kind: Kind
+    end: int
+    content: bytes = b""
+
+
+def split(received: bytes) -> Iterator[Packet]:
+    """Yield the packets in bytes that contain only whole packets."""
+    at = 0
+    while at < len(received):
+        size, kind, end = HEAD.unpack_from(received, at)
+        at += HEAD.size
+        yield Packet(Kind(kind), end, received[at : at + size])
+        at += size

@@ -1,0 +1,65 @@
+// A worker's side of the hub: starts Python, gives it the rings, and runs one program.
+
+import { Ring, RING_BYTES } from "./ring.mjs";
+
+const CONTENT_BYTES = 64 * 1024;
+const ROOM_MS = 100;
+
+/** The rings, as `pipros.tab.program` uses them. */
+class Rings {
+  constructor({ toHub, fromHub, interrupts }, post) {
+    this.toHub = new Ring(toHub);
+    this.fromHub = new Ring(fromHub);
+    this.interrupts = new Int32Array(interrupts);
+    this.post = post;
+    this.content = new Uint8Array(CONTENT_BYTES);
+    this.received = new Uint8Array(RING_BYTES);
+  }
+
+  /** Sends a packet with the first `size` bytes of `content`. */
+  send(kind, end, size) {
+    const content = this.content.subarray(0, size);
+    while (!this.toHub.write(kind, end, content)) {
+      this.post("packets");
+      this.toHub.waitForRoom(ROOM_MS);
+    }
+    if (this.toHub.raise()) this.post("packets");
+  }
+
+  /** Waits for packets, and moves them to `received`; returns their size. */
+  receive(milliseconds) {
+    if (Atomics.load(this.interrupts, 0) === 0) this.fromHub.waitForData(milliseconds);
+    const size = this.fromHub.read(this.received);
+    if (size > 0 && this.fromHub.lower()) this.post("room");
+    return size;
+  }
+
+  isInterrupted() {
+    return Atomics.exchange(this.interrupts, 0, 0) !== 0;
+  }
+}
+
+/**
+ * Runs a program and posts its exit code.
+ * @param {object} data from the hub
+ * @param {(message: unknown) => void} post
+ * @param {(options: object) => Promise<any>} startPython starts Pyodide with pipros
+ */
+export async function runProcess(data, post, startPython) {
+  const write = (text) => post({ output: text });
+  const decoder = new TextDecoder();
+  const output = { write: (bytes) => (write(decoder.decode(bytes, { stream: true })), bytes.length) };
+  let code = 1;
+  try {
+    const pyodide = await startPython({});
+    pyodide.setStdout(output);
+    pyodide.setStderr(output);
+    const rings = new Rings(data, post);
+    pyodide.setInterruptBuffer(rings.interrupts);
+    const run = pyodide.pyimport("pipros.tab.program").run;
+    code = run(rings, pyodide.toPy(data.program));
+  } catch (error) {
+    write(`${error.message ?? error}\n`);
+  }
+  post({ exit: code });
+}

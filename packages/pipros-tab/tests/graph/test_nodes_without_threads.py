@@ -1,0 +1,99 @@
+"""Nodes, services and commands as in a browser tab: processes without threads, whose streams a hub passes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.tab_hub import TabHub, TabProcess
+from tests.support.tab_programs import BUSY, CLIENT, SERVER, TALKER
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def tab(tmp_path: Path) -> Iterator[TabHub]:
+    with TabHub(tmp_path) as hub:
+        core = hub.run("roscore")
+        wait_for_output(core, "started core service [/rosout]")
+        yield hub
+
+
+def wait_for_output(process: TabProcess, text: str) -> None:
+    wait_until(lambda: text in process.output or not process.is_running, 60)
+    assert text in process.output, process.output
+
+
+def output_of(process: TabProcess) -> str:
+    assert process.wait() == 0, process.output
+    return process.output
+
+
+def test_nodes_talk_call_each_other_and_end(tab: TabHub) -> None:
+    talker, server = tab.start("talker", TALKER), tab.start("server", SERVER)
+    assert "the client is done" in output_of(tab.start("client", CLIENT))
+    assert "tick" in server.output
+    talker.interrupt()
+    assert output_of(talker).endswith("the hook ran\nthe talker ended\n")
+    assert "[INFO]" in talker.output
+    assert output_of(tab.run("rosnode", "kill", "server")) == "killing /server\nkilled\n"
+    assert output_of(server).endswith("the server ended\n")
+    assert output_of(tab.run("rosnode", "list")) == "/rosout\n"
+
+
+def test_commands_print_the_same_as_on_a_machine(tab: TabHub) -> None:
+    talker = tab.start("talker", TALKER)
+    wait_for_output(talker, "the talker talks")
+    assert output_of(tab.run("rostopic", "list")) == "/chatter\n/latched\n/rosout\n/rosout_agg\n"
+    assert output_of(tab.run("rostopic", "echo", "-n1", "/latched")) == 'data: "kept"\n---\n'
+    assert output_of(tab.run("rosparam", "get", "/settings/rate")) == "20\n"
+    assert "Type: std_msgs/String\n" in output_of(tab.run("rostopic", "info", "/chatter"))
+    assert " * /talker/get_loggers\n" in output_of(tab.run("rosnode", "info", "/talker"))
+    assert "level" in output_of(tab.run("rosservice", "call", "/talker/get_loggers"))
+    missing = tab.run("rosfoo")
+    assert missing.wait() == 1
+    assert missing.output == "rosfoo: command not found\n"
+
+
+def test_a_node_follows_simulated_time(tab: TabHub) -> None:
+    source = """
+import rospy
+from rosgraph_msgs.msg import Clock
+
+rospy.set_param("/use_sim_time", True)
+rospy.init_node("sleeper")
+ticks = []
+rospy.Timer(rospy.Duration(1), lambda event: ticks.append(event.current_real.to_sec()))
+clock = rospy.Publisher("/clock", Clock, queue_size=10)
+time = [100.0]
+
+def advance():
+    time[0] += 0.5
+    clock.publish(rospy.Time.from_sec(time[0]))
+    return 0.01
+
+from pipros.basics import one_thread
+one_thread.turns.repeat(advance)
+rospy.sleep(5)
+assert rospy.get_time() >= 105, rospy.get_time()
+assert len(ticks) >= 3, ticks
+print("slept")
+"""
+    assert output_of(tab.start("sleeper", source)).endswith("slept\n")
+
+
+def test_an_interrupt_ends_a_program_that_computes_only_the_second_time(tab: TabHub) -> None:
+    busy = tab.start("busy", BUSY)
+    wait_for_output(busy, "computing")
+    busy.interrupt()
+    assert output_of(tab.run("rosnode", "list")) == "/busy\n/rosout\n"
+    busy.interrupt()
+    assert busy.wait() != 0
+
+
+def test_an_error_in_a_program_is_shown_with_its_line(tab: TabHub) -> None:
+    broken = tab.start("broken", "import rospy\nprint(1 +)\n")
+    assert broken.wait() == 1
+    assert 'broken.py", line 2' in broken.output
+    assert "SyntaxError" in broken.output

@@ -1,0 +1,41 @@
+// The hub of a tab in Node.js: reads orders from stdin and prints events, as lines of JSON: node tab.mjs FILES
+// Orders: {"start": program}, {"interrupt": number}, {"stop": number}. Events: {"number", "output"} or {"number", "code"}.
+
+import { readFile } from "node:fs/promises";
+import path from "node:path";
+import { createInterface } from "node:readline";
+import { pathToFileURL } from "node:url";
+import { isMainThread, parentPort, Worker, workerData } from "node:worker_threads";
+
+import { start } from "../../../../docs/in-browser/start.mjs";
+import { Hub } from "../../src/pipros/tab/page/hub.mjs";
+import { runProcess } from "../../src/pipros/tab/page/process.mjs";
+
+if (isMainThread) {
+  const files = process.argv[2];
+  const hub = new Hub((data, onMessage) => {
+    const worker = new Worker(new URL(import.meta.url), { workerData: { ...data, files } });
+    worker.on("message", onMessage);
+    worker.on("error", (error) => onMessage({ output: `${error.stack}\n` }));
+    return worker;
+  });
+  const tell = (event) => console.log(JSON.stringify(event));
+  const started = new Map();
+  for await (const line of createInterface({ input: process.stdin })) {
+    const order = JSON.parse(line);
+    if (order.start) {
+      const process = hub.start(order.start, (output) => tell({ number: process.number, output }));
+      started.set(process.number, process);
+      process.ended.then((code) => tell({ number: process.number, code }));
+    } else if (order.interrupt) hub.interrupt(started.get(order.interrupt));
+    else hub.stop(started.get(order.stop));
+  }
+  process.exit();
+} else {
+  const { files } = workerData;
+  const { loadPyodide } = await import(pathToFileURL(path.join(files, "pyodide.mjs")).href);
+  const read = async (name) => new Uint8Array(await readFile(path.join(files, name)));
+  await runProcess(workerData, (message) => parentPort.postMessage(message), (options) =>
+    start(loadPyodide, read, { indexURL: `${files}/`, ...options }),
+  );
+}

@@ -1,0 +1,117 @@
+"""A tab whose workers run Pyodide in Node.js (`tests/pyodide/tab.mjs`)."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from tests.support.environments import REPOSITORY
+from tests.support.waiting import wait_until
+
+STARTED_WITHIN_S = 240.0
+"""Several workers may start Pyodide at the same time, on a busy machine."""
+
+
+class Program:
+    """A program in a worker.
+
+    Attributes:
+        number: the number of the worker.
+        output: what it has printed.
+        code: its exit code, or None while it runs.
+    """
+
+    def __init__(self, tab: PyodideTab, number: int) -> None:
+        self.number = number
+        self.output = ""
+        self.code: int | None = None
+        self._tab = tab
+
+    def wait_for_output(self, text: str) -> None:
+        """Wait until the program has printed a text.
+
+        Raises:
+            AssertionError: it has ended without it.
+        """
+        wait_until(lambda: text in self.output or self.code is not None, STARTED_WITHIN_S)
+        assert text in self.output, self.output
+
+    def wait(self) -> int:
+        """Wait for the end, and return the exit code."""
+        wait_until(lambda: self.code is not None, STARTED_WITHIN_S)
+        assert self.code is not None
+        return self.code
+
+    def interrupt(self) -> float:
+        """Interrupt the program, as Ctrl-C does. Return how long its end took."""
+        return self._end("interrupt")
+
+    def stop(self) -> float:
+        """End the program at once. Return how long it took."""
+        return self._end("stop")
+
+    def _end(self, order: str) -> float:
+        before = time.monotonic()
+        self._tab.order({order: self.number})
+        self.wait()
+        return time.monotonic() - before
+
+
+class PyodideTab:
+    """The hub, in a process of Node.js. Use it as a context manager."""
+
+    def __init__(self, files: Path) -> None:
+        self._node = subprocess.Popen(
+            ["node", str(REPOSITORY / "packages/pipros-tab/tests/pyodide/tab.mjs"), str(files)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self._programs: dict[int, Program] = {}
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def start(self, name: str, source: str) -> Program:
+        """Start a script with this source."""
+        path = f"/home/{name}.py"
+        return self._start({"argv": [path], "files": {path: source}, "env": {}})
+
+    def run(self, *command: str) -> Program:
+        """Start a command, such as `rostopic list`."""
+        return self._start({"argv": command, "files": {}, "env": {}})
+
+    def _start(self, program: Mapping[str, Any]) -> Program:
+        number = len(self._programs) + 1
+        started = self._programs[number] = Program(self, number)
+        self.order({"start": program})
+        return started
+
+    def order(self, order: Mapping[str, Any]) -> None:
+        """Send an order to the hub."""
+        assert self._node.stdin is not None
+        self._node.stdin.write(json.dumps(order) + "\n")
+        self._node.stdin.flush()
+
+    def _read(self) -> None:
+        assert self._node.stdout is not None
+        for line in self._node.stdout:
+            event = json.loads(line)
+            program = self._programs[event["number"]]
+            program.output += event.get("output", "")
+            program.code = event.get("code", program.code)
+
+    def __enter__(self) -> PyodideTab:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._node.kill()
+        self._node.wait()
+        self._reader.join()
+        for pipe in (self._node.stdin, self._node.stdout):
+            if pipe is not None:
+                pipe.close()

@@ -1,0 +1,141 @@
+"""The turns of a worker: event loops, links and jobs in one thread."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+import pytest
+
+from pipros.tab.network import Network
+from pipros.tab.sockets import TabSelector, TabSocket, socketpair
+from pipros.tab.turns import DEEPEST, WorkerTurns
+from tests.support.tab_hub import MemoryPort, Switch
+
+
+@pytest.fixture
+def turns(monkeypatch: pytest.MonkeyPatch) -> WorkerTurns:
+    network = Network(MemoryPort(Switch()))
+    turns = WorkerTurns(network)
+    monkeypatch.setattr(TabSocket, "network", network, raising=False)
+    monkeypatch.setattr(TabSocket, "wait", staticmethod(turns.wait_for_network), raising=False)
+    monkeypatch.setattr(TabSocket, "by_descriptor", {})
+    monkeypatch.setattr("socket.socketpair", socketpair)
+    return turns
+
+
+def never() -> bool:
+    return False
+
+
+def test_jobs_run_in_order_where_the_thread_waits(turns: WorkerTurns) -> None:
+    done: list[int] = []
+    turns.later(done.append, 1)
+    turns.later(done.append, 2)
+    assert done == []
+    assert turns.wait(lambda: len(done) == 2, 5.0)
+    assert done == [1, 2]
+
+
+def test_a_wait_without_work_ends_in_time(turns: WorkerTurns) -> None:
+    before = time.monotonic()
+    assert not turns.wait(never, 0.05)
+    assert time.monotonic() - before >= 0.05
+
+
+def test_a_wait_with_endless_work_ends(turns: WorkerTurns) -> None:
+    def again() -> None:
+        turns.later(again)
+
+    again()
+    assert not turns.wait(never, 0.01)
+
+
+def test_a_job_that_waits_lets_others_run(turns: WorkerTurns) -> None:
+    done: list[str] = []
+
+    def first() -> None:
+        turns.wait(lambda: "second" in done, 5.0)
+        done.append("first")
+
+    turns.later(first)
+    turns.later(done.append, "second")
+    turns.wait(lambda: len(done) == 2, 5.0)
+    assert done == ["second", "first"]
+
+
+def test_jobs_are_nested_to_a_limited_depth(turns: WorkerTurns) -> None:
+    depths: list[int] = []
+
+    def nest() -> None:
+        depths.append(len(depths))
+        turns.later(nest)
+        turns.wait(never, 0.001)
+
+    turns.later(nest)
+    turns.wait(lambda: len(depths) >= DEEPEST, 5.0)
+    assert len(depths) == DEEPEST
+
+
+def test_an_event_loop_runs_where_the_thread_waits(turns: WorkerTurns) -> None:
+    loop = asyncio.SelectorEventLoop(TabSelector())
+    turns.drive(loop)
+
+    async def work() -> str:
+        await asyncio.sleep(0.01)
+        return "done"
+
+    task = loop.create_task(work())
+    assert turns.wait(task.done, 5.0)
+    assert task.result() == "done"
+    loop.close()
+    assert not turns.wait(never, 0.0)
+
+
+def test_a_wait_for_the_network_runs_no_jobs(turns: WorkerTurns) -> None:
+    done: list[int] = []
+    turns.later(done.append, 1)
+    assert not turns.wait_for_network(never, 0.01)
+    assert done == []
+
+
+def test_a_link_is_called_when_its_socket_can_be_read(turns: WorkerTurns) -> None:
+    reading, writing = socketpair()
+    received: list[bytes] = []
+    calls: list[int] = []
+
+    def read() -> bool:
+        calls.append(1)
+        if reading.is_readable:
+            received.append(reading.recv(1))
+        return len(calls) < 2
+
+    turns.read(reading, read)
+    turns.wait(never, 0.01)
+    assert len(calls) == 2  # once more, because it had more to do
+    writing.send(b"x")
+    assert turns.wait(lambda: bool(received), 5.0)
+    reading.close()
+    writing.close()
+    turns.wait(never, 0.01)
+    assert received == [b"x"]
+
+
+def test_a_timer_is_repeated_until_it_returns_none(turns: WorkerTurns) -> None:
+    times: list[float] = []
+
+    def tick() -> float | None:
+        times.append(time.monotonic())
+        return 0.02 if len(times) < 3 else None
+
+    turns.repeat(tick)
+    assert not turns.wait(never, 0.2)
+    assert len(times) == 3
+    assert times[2] - times[0] >= 0.04
+
+
+def test_publishing_takes_a_turn(turns: WorkerTurns) -> None:
+    done: list[str] = []
+    turns.later(done.append, "callback")
+    turns.publishing(done.append)("message")
+    assert done == ["message", "callback"]
