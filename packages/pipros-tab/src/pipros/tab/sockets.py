@@ -253,13 +253,20 @@ class TabSelector(selectors.SelectSelector):
         return self.ready()
 
 
+_IN, _OUT, _INVALID = (
+    1,
+    4,
+    32,
+)  # POLLIN, POLLOUT and POLLNVAL, which select lacks on Windows
+
+
 class TabPoll:
     """A replacement for `select.poll`."""
 
     def __init__(self) -> None:
         self._watched: dict[int, int] = {}
 
-    def register(self, sock: TabSocket | int, events: int = select.POLLIN | select.POLLOUT) -> None:
+    def register(self, sock: TabSocket | int, events: int = _IN | _OUT) -> None:
         self._watched[sock if isinstance(sock, int) else sock.fileno()] = events
 
     def poll(self, timeout_ms: float | None = None) -> list[tuple[int, int]]:
@@ -272,12 +279,12 @@ class TabPoll:
         found = []
         for number, wanted in self._watched.items():
             sock = TabSocket.by_descriptor.get(number)
-            events = 0 if sock else select.POLLNVAL
+            events = 0 if sock else _INVALID
             if sock is not None:
-                events |= select.POLLIN if sock.is_readable else 0
-                events |= select.POLLOUT if sock.is_writable else 0
-            if events & (wanted | select.POLLNVAL):
-                found.append((number, events & (wanted | select.POLLNVAL)))
+                events |= _IN if sock.is_readable else 0
+                events |= _OUT if sock.is_writable else 0
+            if events & (wanted | _INVALID):
+                found.append((number, events & (wanted | _INVALID)))
         return found
 
 
