@@ -169,3 +169,14 @@ def test_an_adaptive_gain_ignores_accelerations_that_are_not_gravity(is_adaptive
     for _ in range(2000):
         one.update(REST, (GRAVITY, 0.0, GRAVITY), None, DT_S)
     assert angle(one.orientation, IDENTITY) == pytest.approx(tilt, abs=1e-3)
+
+
+def test_a_complementary_filter_without_gravity_or_heading_keeps_its_orientation() -> None:
+    complementary = Complementary(Gains(do_bias_estimation=False, do_adaptive_gain=False))
+    complementary.update(REST, (0.0, 0.0, GRAVITY), None, DT_S)
+    before = complementary.orientation
+
+    complementary.update(REST, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), DT_S)
+
+    assert before is not None
+    assert complementary.orientation == pytest.approx(before)
