@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import os
 import re
 import subprocess
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.rooms import loaded, own_rooms
+from tests.support.absent_rooms import DELETED_ROOMS, PACKAGES
 from tests.support.environments import FACADES, REPOSITORY, SRC, files_below, import_path
 from tests.support.project import PROJECT
 from tests.tree.test_packaging import build_wheel
@@ -106,18 +108,18 @@ def test_no_file_names_a_room_that_may_be_missing() -> None:
     assert wrong == []
 
 
-@pytest.mark.parametrize(
-    ("line", "room"),
-    [
-        ("from pipros.web.limits import PageLimits", "web"),
-        ("from pipros import fleet", "fleet"),
-        ("import rosapi.node", "bridges"),
-        ("TARGET = 'pipros.ros2.serve:main'", "ros2"),
-        ("ADVICE = 'start `pipros foxglove` there'", "bridges"),
-        ("NAMES = 'rostopic rqt_plot'", "web"),
-        ("limit_text('fleet_calls', 1)", "fleet"),
-    ],
-)
+WAYS = [
+    ("from pipros.web.limits import PageLimits", "web"),
+    ("from pipros import fleet", "fleet"),
+    ("import rosapi.node", "bridges"),
+    ("TARGET = 'pipros.ros2.serve:main'", "ros2"),
+    ("ADVICE = 'start `pipros foxglove` there'", "bridges"),
+    ("NAMES = 'rostopic rqt_plot'", "web"),
+    ("limit_text('fleet_calls', 1)", "fleet"),
+]
+
+
+@pytest.mark.parametrize(("line", "room"), [way for way in WAYS if way[1] not in DELETED_ROOMS])
 def test_each_way_to_name_a_room_is_noticed(line: str, room: str) -> None:
     assert {name for _, name, _ in names_of_rooms(line)} == {room}
 
@@ -156,15 +158,16 @@ def test_a_node_imports_no_room() -> None:
 
 def test_the_table_of_rooms_is_complete() -> None:
     text = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8").partition("## Rooms\n")[2]
-    assert set(re.findall(r"`(\w+)`", text.partition("Its `room.py`")[0])) == set(ROOMS)
+    assert set(re.findall(r"`(\w+)`", text.partition("Its `room.py`")[0])) - DELETED_ROOMS == set(ROOMS)
 
 
 def test_wrong_names_of_rooms_end_the_build() -> None:
-    with pytest.raises(
-        build_rooms.BadRooms, match=r"unknown room \[cellar\]; the rooms are assistants, bridges, data, fleet"
-    ):
-        build_rooms.rooms_of(REPOSITORY, "web, cellar")
-    assert [room.name for room in build_rooms.rooms_of(REPOSITORY, "web, ros2").built] == ["ros2", "web"]
+    first, *_, last = [name for name, room in ROOMS.items() if not room.needs]
+    known = ", ".join(ROOMS)
+    with pytest.raises(build_rooms.BadRooms, match=rf"unknown room \[cellar\]; the rooms are {known}"):
+        build_rooms.rooms_of(REPOSITORY, f"{first}, cellar")
+    chosen = build_rooms.rooms_of(REPOSITORY, f"{last}, {first}").built
+    assert [room.name for room in chosen] == [first, last]
     assert build_rooms.rooms_of(REPOSITORY, "").built == build_rooms.rooms_of(REPOSITORY).left_out == []
 
 
@@ -201,28 +204,42 @@ sys.meta_path.insert(0, Finder())
 def test_a_build_contains_the_chosen_rooms_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import zipfile
 
-    monkeypatch.setenv(build_rooms.VARIABLE, "fleet")
+    chosen, *_ = [room for room in ROOMS.values() if room.extras and not room.needs and not room.programs]
+    others = build_rooms.Rooms([], [room for room in ROOMS.values() if room != chosen])
+    monkeypatch.setenv(build_rooms.VARIABLE, chosen.name)
     with zipfile.ZipFile(build_wheel(tmp_path)) as wheel:
         names = wheel.namelist()
         version = PROJECT["project"]["version"]
         points = wheel.read(f"pipros-{version}.dist-info/entry_points.txt").decode()
         metadata = wheel.read(f"pipros-{version}.dist-info/METADATA").decode()
-        left_out = wheel.read("pipros/left_out.json").decode()
+        left_out = json.loads(wheel.read("pipros/left_out.json"))
 
     folders = {name.split("/")[1] for name in names if name.startswith("pipros/")}
-    assert folders & set(ROOMS) == {"fleet"}
-    assert not any(name.startswith(("pipros/share/rviz", "rosapi/", "turtlesim-stubs/")) for name in names)
+    assert folders & set(ROOMS) == {chosen.name}
+    stubs = [f"{package}-stubs/" for room in others.left_out for package in room.share if "/" not in package]
+    absent = (*(f"{path}/" for path in others.excluded()), *stubs)
+    assert [name for name in names if name.startswith(absent)] == []
     assert {"pipros/share/std_msgs/package.xml", "rospy/__init__.py"} < set(names)
-    assert "rviz = pipros.cli.absent:main" in points
+    programs = {name for room in others.left_out for name in room.programs}
+    assert set(re.findall(r"(?m)^(\S+) = pipros\.cli\.absent:main$", points)) == programs
     assert "rostopic = pipros.cli.rostopic:main" in points
-    assert '"pipros ros2": ["ros2", "the gateway to ROS 2, and ROS 2 bags"]' in left_out
-    assert '"rosbag table": ["data", "bags as tables"]' in left_out
+    assert left_out == {name: [*each] for name, each in others.absent_commands().items()}
     extras = set(re.findall(r"(?m)^Provides-Extra: (\S+)", metadata))
-    assert {"fleet", "lz4", "dev"} < extras
-    assert not extras & {"zenoh", "bridges", "data", "navigation"}
+    assert {*chosen.extras, "lz4", "dev"} < extras
+    assert extras.isdisjoint(build_rooms.Rooms(others.left_out, []).extras())
 
 
 def test_every_package_of_the_source_tree_is_a_room_or_has_no_declaration() -> None:
     declared = {file.parent.name for file in (SRC / "pipros").glob("*/room.py")}
     assert declared == set(ROOMS)
     assert all(ROOMS[name].name == name for name in declared)
+
+
+def test_the_rooms_that_can_be_deleted_are_those_of_each_package() -> None:
+    folders = REPOSITORY / "packages"
+    for package in {path.name for path in folders.glob("pipros-*")} - {"pipros-internals"}:
+        rooms = {file.parent.name for file in folders.glob(f"{package}/src/pipros/*/room.py")}
+        libraries = {
+            file.parent.name for file in folders.glob(f"{package}/src/pipros/libraries/*/__init__.py")
+        }
+        assert set(PACKAGES[package]) == rooms | libraries

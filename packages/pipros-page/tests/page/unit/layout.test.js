@@ -3,7 +3,7 @@ import test from "node:test";
 import { decoderOf } from "../page/scene/layout.js";
 import { VECTORS } from "./vectors.js";
 
-// Writes values as packages/pipros/tests/support/page_vectors.py does.
+// Writes values as packages/pipros-page/tests/support/page_vectors.py does.
 function plain(value) {
   if (typeof value === "bigint") return String(value);
   if (typeof value === "boolean") return Number(value);

@@ -1,4 +1,4 @@
-// The vectors that packages/pipros/tests/support/page_vectors.py wrote.
+// The vectors that packages/pipros-page/tests/support/page_vectors.py wrote.
 
 import assert from "node:assert/strict";
 import fs from "node:fs";

@@ -6,11 +6,13 @@ import asyncio
 
 import pytest
 
-from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph
+from pipros.graph.drawing.node_graph import GraphOptions, Key, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene
+from pipros.graph.drawing.scene import draw as draw_scene
 from pipros.graph.observer import GraphObservation, ObservedNode
 from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.web.graph_drawings import GraphDrawings
+from pipros.web.views.graph import scene_values
 
 
 def observation(*topics: str) -> GraphObservation:
@@ -63,3 +65,27 @@ def test_a_failed_drawing_is_tried_again() -> None:
         assert (await drawings.scene(graph, GraphOptions())).width == 1.0
 
     asyncio.run(look())
+
+
+def graph() -> NodeGraph:
+    state = SystemState({"/level": ["/a"]}, {"/level": ["/b"]}, {})
+    return node_graph(state, [TopicConnection("/a", "/level", "/b")], ["/b"], GraphOptions())
+
+
+def test_the_widest_traffic_leaves_the_head_of_its_arrow_visible() -> None:
+    scene = draw_scene(graph(), with_traffic=True)
+    (route,) = [route for arrow, route, _ in scene.arrows if arrow.start.kind == "node"]
+    (middle,) = [
+        each["middle"][0] for each in scene_values(scene)["arrows"] if each["start"]["kind"] == "node"
+    ]
+    half = len("1000.0 Hz · 999.9 kB/s") * 6.3 / 2  # 6.3 pixels a letter, as in graph/canvas.js
+    assert route[0][0] <= middle - half
+    assert middle + half <= route[-1][0] - 10
+
+
+def test_the_middle_of_an_arrow_lies_before_its_end() -> None:
+    upright = draw_scene(graph(), with_traffic=True, is_vertical=True)
+    places = {vertex.key: box for vertex, box, _ in upright.boxes}
+    arrows = scene_values(upright)["arrows"]
+    assert arrows
+    assert all(each["middle"][1] < places[Key(**each["end"])].y for each in arrows)

@@ -5,26 +5,30 @@ from __future__ import annotations
 import json
 import math
 import struct
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log as LogMessage
-from sensor_msgs.msg import CompressedImage, Image, Imu, JointState, LaserScan
+from sensor_msgs.msg import BatteryState, CompressedImage, Image, Imu, JointState, LaserScan
 from std_msgs.msg import Bool, Float64, Header, String
 from tf2_msgs.msg import TFMessage
 
 from genpy import Time
+from pipros.basics.limits import process_limits
 from pipros.graph.drawing.layered_layout import Box
 from pipros.server.view_server import RequestRefused
+from pipros.web.bounded_list import bounded_list
 from pipros.web.curve_samples import NotANumber, find_field, number_in, numeric_fields
 from pipros.web.images.pixels import LARGEST_BYTES, packed
+from pipros.web.limits import PageLimits
 from pipros.web.topic_watch import NewSamples
 from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree, pose_values
-from pipros.web.views.topics import plain_values
+from pipros.web.views.topics import percentage, plain_values
 
 TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}
 
@@ -342,3 +346,31 @@ def test_a_message_is_copied_as_json_values() -> None:
         "velocity": [],
         "effort": [],
     }
+
+
+@pytest.mark.parametrize(
+    ("message", "percent"),
+    [
+        (String("%25"), 25.0),
+        (String(" 80.5 %"), 80.5),
+        (String("100%"), 100.0),
+        (String("101%"), None),
+        (String("25"), None),
+        (String("%25%"), None),
+        (BatteryState(percentage=0.5), 50.0),
+        (BatteryState(percentage=float("nan")), None),
+        (BatteryState(percentage=-1.0), None),
+        (String("%7"), 7.0),
+        (Header(), None),
+        (SimpleNamespace(), None),
+    ],
+)
+def test_a_percentage_is_found(message: object, percent: float | None) -> None:
+    assert percentage(message) == percent
+
+
+def test_lists_that_nodes_make_long_are_cut_for_browsers() -> None:
+    most = process_limits().of(PageLimits).page_view_bytes
+    assert bounded_list(["/a", "/b"]) == ["/a", "/b"]
+    names = bounded_list((f"/{number}" + "x" * 1000 for number in range(100_000)), share=4)
+    assert 0 < sum(map(len, names)) <= most // 4

@@ -4,11 +4,11 @@
 import threading
 
 import rclpy
-from pipros.ros1.std_msgs.msg import Int32 as Ros1Int32
 from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Int32
 
 import rospy
+from pipros.ros1.std_msgs.msg import Int32 as Ros1Int32
 from pipros.ros2 import to_ros1, to_ros2
 
 rospy.init_node("half")

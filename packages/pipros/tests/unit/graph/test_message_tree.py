@@ -1,25 +1,20 @@
-"""Messages as values for JSON, and the percentage of a battery."""
+"""Messages as values for JSON."""
 
 from __future__ import annotations
 
 import json
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy
 import pytest
 from geometry_msgs.msg import PoseArray
-from sensor_msgs.msg import BatteryState, Image, JointState
+from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import Float64, Header, String
 
 from genpy import Time
-from pipros.basics.limits import process_limits
 from pipros.graph.message_tree import LEAVES, message_tree
 from pipros.msg.dynamic import message_classes_from_text
-from pipros.web.bounded_list import bounded_list
-from pipros.web.limits import PageLimits
-from pipros.web.views.topics import percentage
 
 
 def test_fields_by_name() -> None:
@@ -85,31 +80,3 @@ def test_infinity_and_nan_are_texts_in_json(value: Any, shown: str) -> None:
 )
 def test_numbers_that_javascript_cannot_read_are_marked_for_browsers(value: Any, shown: Any) -> None:
     assert message_tree(value, for_browser=True) == shown
-
-
-@pytest.mark.parametrize(
-    ("message", "percent"),
-    [
-        (String("%25"), 25.0),
-        (String(" 80.5 %"), 80.5),
-        (String("100%"), 100.0),
-        (String("101%"), None),
-        (String("25"), None),
-        (String("%25%"), None),
-        (BatteryState(percentage=0.5), 50.0),
-        (BatteryState(percentage=float("nan")), None),
-        (BatteryState(percentage=-1.0), None),
-        (String("%7"), 7.0),
-        (Header(), None),
-        (SimpleNamespace(), None),
-    ],
-)
-def test_a_percentage_is_found(message: object, percent: float | None) -> None:
-    assert percentage(message) == percent
-
-
-def test_lists_that_nodes_make_long_are_cut_for_browsers() -> None:
-    most = process_limits().of(PageLimits).page_view_bytes
-    assert bounded_list(["/a", "/b"]) == ["/a", "/b"]
-    names = bounded_list((f"/{number}" + "x" * 1000 for number in range(100_000)), share=4)
-    assert 0 < sum(map(len, names)) <= most // 4
