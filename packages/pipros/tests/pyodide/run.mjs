@@ -5,7 +5,7 @@ import { readFile } from "node:fs/promises";
 import path from "node:path";
 import { pathToFileURL } from "node:url";
 
-import { start } from "../../docs/in-browser/start.mjs";
+import { start } from "../../../../docs/in-browser/start.mjs";
 
 const [files, programs] = process.argv.slice(2);
 const read = async (name) => new Uint8Array(await readFile(path.join(files, name)));
