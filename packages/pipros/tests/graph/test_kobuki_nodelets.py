@@ -105,6 +105,7 @@ def test_a_mux_is_reconfigured_while_it_runs(ros: RosSystem, robot: Node) -> Non
     robot.subscribe("/mux/active", String, active)
     service: Any = load_service_class("dynamic_reconfigure/Reconfigure")
     client = robot.client("/mux/set_parameters", service)
+    assert client.wait_until_available(60, pause=robot.clock.sleep, report=print)
     text: Any = load_message_class("dynamic_reconfigure/StrParameter")
 
     def configure(data: str) -> None:
