@@ -12,6 +12,7 @@ import shutil
 import stat
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -108,6 +109,21 @@ def test_builds_in_other_folders_times_and_umasks_are_the_same_bytes(wheel: Path
             copy_for_owner(str(file), str(source / file.name))
     copy_for_owner(str(REPOSITORY / "LICENSE"), str(source / "LICENSE"))
     assert build_wheel(tmp_path, source).read_bytes() == wheel.read_bytes()
+
+
+def test_the_source_archive_has_all_files_of_the_repository(tmp_path: Path) -> None:
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path)]
+    subprocess.run(build, cwd=REPOSITORY, check=True, capture_output=True)
+    (archive,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(archive) as opened:
+        packed = {name.partition("/")[2] for name in opened.getnames()}
+
+    listed = subprocess.run(
+        ["git", "ls-files", "-z"], cwd=REPOSITORY, check=True, capture_output=True, text=True
+    )
+    tracked = [name for name in listed.stdout.split("\0") if name and (REPOSITORY / name).exists()]
+
+    assert [name for name in tracked if name not in packed] == []
 
 
 def test_the_newest_release_of_the_changelog_is_this_version() -> None:
