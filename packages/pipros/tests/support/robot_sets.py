@@ -176,7 +176,7 @@ def _nodes(each: RobotSet, folder: Path, seed: int) -> Iterator[str]:
         kind = each.localisation[:3]
         values = {"frequency": 50, "two_d_mode": True, "odom0_config": _WHEELS, "imu0_config": _YAW,
                   "odom0": "base/odom" if each.commands == "controllers" else "odom", "imu0": "imu",
-                  "imu0_differential": True, "world_frame": "odom"}  # fmt: skip
+                  "imu0_differential": kind == "ekf", "world_frame": "odom"}  # fmt: skip
         yield _node("robot_localization", f"{kind}_localization_node", kind, values)
     frames = {"odom_frame_id": "odom", "base_frame_id": "base_link"}
     if "amcl" in each.localisation:

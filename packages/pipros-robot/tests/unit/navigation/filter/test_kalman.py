@@ -111,6 +111,22 @@ def test_the_noise_of_the_pose_grows_with_the_squared_speed() -> None:
     assert kalman.covariance[8, 8] == pytest.approx(0.1)
 
 
+def test_an_unmeasured_yaw_shortens_the_way_of_the_unscented_filter() -> None:
+    """To second order, the expected cosine of a yaw with the variance v is 1 - v/2."""
+    ways = []
+    for kalman in (ExtendedKalmanFilter(), UnscentedKalmanFilter()):
+        for step in range(300):
+            kalman.predict(step / 30, 1 / 30)
+            values = np.zeros(SIZE)
+            values[6] = 0.3
+            flags = np.zeros(SIZE, bool)
+            flags[[2, 3, 4, 6, 7, 8, 9, 10, 11, 14]] = True
+            kalman.correct(Measurement("wheels", step / 30, values, np.eye(SIZE) * 1e-3, flags))
+        ways.append(kalman.state[0])
+    shortened = sum(0.3 / 30 * (1 - 0.06 * step / 30 / 2) for step in range(300))
+    assert ways == pytest.approx([3.0, shortened], abs=0.03)
+
+
 def test_an_impossible_covariance_does_not_stop_the_unscented_filter() -> None:
     kalman = UnscentedKalmanFilter(covariance=np.eye(SIZE))
     kalman.covariance[0, 2] = kalman.covariance[2, 0] = 2.0
