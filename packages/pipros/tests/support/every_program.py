@@ -172,6 +172,7 @@ image_view disparity_view
 image_view image_view
 imu_complementary_filter complementary_filter_node
 imu_filter_madgwick imu_filter_node
+interactive_marker_twist_server marker_server
 joint_state_publisher joint_state_publisher
 joint_state_publisher_gui joint_state_publisher_gui
 joy joy_node

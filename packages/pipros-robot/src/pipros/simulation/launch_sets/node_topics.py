@@ -27,6 +27,7 @@ _TOPICS: Final[dict[str, tuple[Mapping[str, str], Mapping[str, str]]]] = {
     "imu_complementary_filter/complementary_filter_node": _IMU_FILTER,
     "imu_filter_madgwick/ImuFilterNodelet": _IMU_FILTER,
     "imu_filter_madgwick/imu_filter_node": _IMU_FILTER,
+    "interactive_marker_twist_server/marker_server": (_NO_TOPICS, {"~cmd_vel": "cmd_vel"}),
     "joint_state_publisher/joint_state_publisher": (_NO_TOPICS, {"joint_states": "joints"}),
     "kobuki_safety_controller/SafetyControllerNodelet": (_NO_TOPICS, {"~cmd_vel": "cmd_vel"}),
     "laser_filters/scan_to_scan_filter_chain": ({"scan": "scan"}, {"scan_filtered": "scan"}),
