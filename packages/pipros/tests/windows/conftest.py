@@ -31,7 +31,7 @@ def workspace(environment: None) -> None:
         shutil.copytree(EXAMPLES, DRIVE / "ws" / "src")
         made = WindowsProgram(["catkin_make"], folder=DRIVE / "ws")
         try:
-            assert made.wait(120) == 0, made.output
+            assert made.wait(300) == 0, made.output
         finally:
             windows.end_all()
             made.close()

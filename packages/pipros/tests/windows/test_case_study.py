@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import signal
 
+import pytest
+
 from tests.support import windows
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 from tests.support.windows import DRIVE, WindowsProgram
 from tests.windows.conftest import StartOnWindows
+
+pytestmark = pytest.mark.timeout(500)  # on busy processors, building a workspace takes minutes under Wine
 
 
 def ends_with_nothing_left(program: WindowsProgram, seconds: float = 30) -> int:

@@ -10,6 +10,8 @@ import pytest
 from tests.support import windows
 from tests.support.windows import DRIVE, WindowsProgram
 
+pytestmark = pytest.mark.timeout(500)  # on busy processors, building a workspace takes minutes under Wine
+
 _FILE = """\
 cmake_minimum_required(VERSION 3.0.2)
 project(found_scripts)
