@@ -43,6 +43,7 @@ def masks_for(folder: Path) -> dict[str, str]:
         folder: "FOLDER",
         PROGRAMS: "BIN",
         Path(pipros.__file__).parent: "PIPROS",
+        Path(pipros.__file__).resolve().parent: "PIPROS",  # where `build` has links
     }
     masks = {re.escape(str(place)): name for place, name in places.items()}
     masks |= {rf"\b{re.escape(version('pipros'))}\b": "VERSION"}
