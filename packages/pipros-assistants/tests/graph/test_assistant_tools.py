@@ -302,8 +302,8 @@ def test_texts_of_the_robot_stand_in_data_only(
         ("list_parameters", {}),
         ("read_logs", {"wait_s": 0.5}),
         ("read_diagnostics", {"wait_s": 0.5}),
-        ("list_frames", {"wait_s": 0.5}),
-        ("find_transform", {"target": "x", "source": "y", "wait_s": 0.5}),
+        ("list_frames", {"wait_s": 2.0}),
+        ("find_transform", {"target": "x", "source": "y", "wait_s": 2.0}),
         ("show_topic", {"topic": "/image"}),
     ]
     for tool, arguments in calls:

@@ -20,7 +20,10 @@ def shared_environment(distro: str, folder: Path) -> Path:
 
     It has what pip would install: the wheels, pipros as an editable distribution, and its requirements.
     """
-    subprocess.run(["cp", "-al", environment(distro), folder], check=True)
+    made = environment(distro)
+    # Temporary files may be in another file system, to which there are no hard links.
+    option = "-al" if made.stat().st_dev == folder.parent.stat().st_dev else "-a"
+    subprocess.run(["cp", option, made, folder], check=True)
     site = folder / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
     for name in _REQUIRED:
         module = find_spec(name)
