@@ -149,7 +149,7 @@ def test_a_search_shows_hidden_topics_and_the_address_holds_it(system: RosSystem
     expect(tab.locator('[data-key="node:/lonely"]')).to_be_visible()
     tab.get_by_label("Search nodes and topics").fill("unheard")
     expect(tab.locator(".bar [role=status]")).to_have_text("0 found, 1 hidden: show")
-    tab.get_by_role("button", name="1 hidden: show").click()
+    tab.locator(".bar [role=status]").get_by_role("button", name="1 hidden: show").click()
     expect(tab.locator('[data-key="topic:/unheard"]')).to_be_visible()
     tab.get_by_label("Search nodes and topics").press("Enter")  # selects the only hit
     expect(tab.locator("aside h2")).to_have_text("/unheard")
