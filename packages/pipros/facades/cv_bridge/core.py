@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+import sensor_msgs.msg  # noqa: F401 - star imports of the genuine module bind it
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
