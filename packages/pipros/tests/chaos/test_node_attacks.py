@@ -1,8 +1,7 @@
 """During attacks on a node, others are served, and it recovers when the attackers leave.
 
 The node runs in its own process with 256 descriptors, which every attack exceeds. Responses may be slow on
-a machine with other load; a locked-up node does not respond at all. `benchmarks/node_attacks.py` measures
-the times.
+a machine with other load; a locked-up node does not respond at all.
 """
 
 from __future__ import annotations

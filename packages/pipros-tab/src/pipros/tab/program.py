@@ -58,9 +58,7 @@ def run_with(port: Port, program: Mapping[str, Any]) -> int:
     turns = WorkerTurns(network)
     install(network, turns.wait_for_network)
     one_thread.turns = turns
-    time.sleep = lambda seconds: turns.sleep(
-        float(seconds)
-    )  # callbacks run while a program sleeps, as everywhere
+    time.sleep = turns.sleep  # callbacks run while a program sleeps, as everywhere
     signal.set_wakeup_fd = lambda *_args, **_options: -1  # a tab's sockets have no descriptors
     os.environ.update({"ROS_IP": HERE, "ROS_MASTER_URI": f"http://{HERE}:11311/", **program["env"]})
     for path, content in program["files"].items():

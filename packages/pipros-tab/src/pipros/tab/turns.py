@@ -16,7 +16,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, SupportsIndex
 
 from pipros.tab.network import LONGEST_WAIT_S, Network
 
@@ -44,11 +44,11 @@ class WorkerTurns:
         """Take turns until `is_over` returns True; return False if the timeout expires first."""
         return self._wait(is_over, timeout_s, self._take_turn)
 
-    def sleep(self, seconds: float) -> None:
-        """Take turns for some time, and at least one."""
+    def sleep(self, seconds: float | SupportsIndex) -> None:
+        """Take turns for some time, and at least one. Replaces `time.sleep`."""
         self._network.receive(0.0)
         self._take_turn()
-        self.wait(lambda: False, seconds)
+        self.wait(lambda: False, float(seconds))
 
     def wait_for_network(self, is_over: Callable[[], bool], timeout_s: float | None) -> bool:
         """Like `wait`, but run only event loops, no jobs. For code that may hold a lock."""
