@@ -111,6 +111,7 @@ def test_builds_in_other_folders_times_and_umasks_are_the_same_bytes(wheel: Path
     assert build_wheel(tmp_path, source).read_bytes() == wheel.read_bytes()
 
 
+@pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
 def test_the_source_archive_has_all_files_of_the_repository(tmp_path: Path) -> None:
     build = [sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path)]
     subprocess.run(build, cwd=REPOSITORY, check=True, capture_output=True)
