@@ -191,6 +191,7 @@ pointcloud_to_laserscan pointcloud_to_laserscan_node
 robot_localization ekf_localization_node
 robot_localization navsat_transform_node
 robot_localization ukf_localization_node
+robot_pose_ekf robot_pose_ekf
 robot_state_publisher robot_state_publisher
 robot_state_publisher state_publisher
 rosapi rosapi_node

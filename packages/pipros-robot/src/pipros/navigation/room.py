@@ -17,6 +17,7 @@ ROOM = Room(
         "move_base",
         "navfn",
         "robot_localization",
+        "robot_pose_ekf",
         "uuid_msgs",
     ),
     extras={"navigation": ("pipros[vision]",)},
