@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import math
+import random
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
 from pipros.msg import load_message_class, load_service_class
+from pipros.msg.time import Time
 from pipros.navigation.dwa.dwa_node import DwaLocalPlanner
 from pipros.navigation.move_base.move_base_node import MoveBase
 from pipros.navigation.move_base.recovery import Rotate
 from pipros.navigation.navfn.navfn_node import NavfnPlanner
 from pipros.navigation.world import NavigationWorld
 from pipros.workspace.index import SHARED_PACKAGES
+from tests.support.edge_values import edge_messages
 from tests.support.ros import RosSystem
+from tests.support.unlinked_node import message, posed, scan, transforms
 
 APARTMENT = str(SHARED_PACKAGES / "pipros_sim" / "maps" / "apartment.yaml")
 START, KITCHEN, STUDY = (2.9, 1.0, 1.2), (7.8, 1.5, 0.0), (7.4, 5.9, -0.8)
@@ -115,6 +121,50 @@ def test_a_goal_that_cannot_be_reached_stops_a_driving_robot_at_once(drive: Driv
     drive.world.run_for(1.0)
     assert not any(drive.commands[count:])
     assert math.dist(place[:2], drive.world.pose[:2]) < 0.1
+    drive.reaches_the_study()
+
+
+HOSTILE = re.compile(r"nan|inf|e\+308|e\+38|is empty")
+"""Changes of fields that make a message hostile; others leave it valid."""
+
+
+def hostile_messages() -> Iterator[tuple[str, str, Any]]:
+    """Yield the topics, changes and values of forty messages that are not goals."""
+    odometry = message("nav_msgs/Odometry", "odom", child_frame_id="base_footprint")
+    odometry.pose.pose.orientation.w = 1.0
+    good = {"scan": scan(), "odom": odometry, "initialpose": posed("map"),
+            "tf": transforms("odom", "base_footprint")}  # fmt: skip
+    dice = random.Random(1)  # noqa: S311 # no secret
+    for topic, one in good.items():
+        bad = [each for each in edge_messages(one) if HOSTILE.search(each[0])]
+        yield from ((topic, *each) for each in dice.sample(bad, 10))
+
+
+def test_fifty_hostile_messages_end_no_node_and_cause_no_wild_command(drive: Drive) -> None:
+    """A bad goal stops the robot; after any other message, it stops, or drives within its limits."""
+    node, publishers, goals = drive.world.node, {}, itertools.cycle((STUDY, KITCHEN))
+    for change in BAD.values():
+        drive.send(change)
+        assert drive.commands[-1] == 0
+        drive.world.send_goal(*next(goals))
+        drive.world.run_for(1.0)
+    moved = []
+    for topic, change, made in hostile_messages():
+        if topic not in publishers:
+            publishers[topic] = node.advertise(f"/{topic}", type(made), queue_size=10)
+        for each in getattr(made, "transforms", [made]):
+            each.header.stamp = Time(*divmod(round(drive.world.time_s * 1e9), 1_000_000_000))
+        drive.world.send_goal(*next(goals))
+        drive.world.run_for(0.6)
+        count, place = len(drive.commands), drive.world.pose
+        publishers[topic].publish(made)
+        drive.world.run_for(0.6)
+        new = drive.commands[count:]
+        assert new, f"{topic}: {change}"
+        assert all(math.isfinite(each) and abs(each) <= 2.0 for each in new), f"{topic}: {change}"
+        moved.append(place != drive.world.pose)
+    assert sum(moved) > len(moved) / 2
+    drive.statuses.clear()
     drive.reaches_the_study()
 
 
