@@ -40,6 +40,8 @@ from pipros.navigation.mapping.settings import MappingSettings
 from pipros.navigation.mapping.slam import GridSlam
 from pipros.navigation.mapping.survey import Survey
 from pipros.navigation.navfn.plan import plan
+from pipros.navigation.trajectory.planner import TrajectoryPlanner
+from pipros.navigation.trajectory.settings import TrajectorySettings
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
 from tests.support.drives import drive
@@ -123,7 +125,7 @@ def amcl_look_up():
     return step
 
 
-def window_of_velocities():
+def window_of_velocities(kind):
     """Return a function that chooses among 20 x 20 velocities, in a local costmap of 60 x 60 cells."""
     grid = CostGrid()
     grid.resize(60, 60, 0.05, -1.5, -1.5)
@@ -133,6 +135,9 @@ def window_of_velocities():
         vx_samples=20, vy_samples=1, vth_samples=20,
     )  # fmt: skip
     planner = DwaPlanner(settings)
+    if kind is TrajectoryPlanner:
+        limits = {"max_vel_theta": 1.8, "min_vel_theta": -1.8, "holonomic_robot": False, "sim_period": 0.1}
+        planner = TrajectoryPlanner(TrajectorySettings(**limits))
     plan = [(x / 20, 0.3 * np.sin(x / 10)) for x in range(30)]
 
     def choose():
@@ -262,7 +267,11 @@ OPERATIONS = {
     "local update of 60 x 60 cells, 360 rays": (local_update, lambda: distance_transform(60)),
     "plan on 400 x 400 cells": (lambda: path_search(400), lambda: neighbours_of_all(400)),
     "plan on 2,000 x 2,000 cells": (lambda: path_search(2000), lambda: neighbours_of_all(2000)),
-    "DWA, 20 x 20 velocities": (window_of_velocities, outlines_of_poses),
+    "DWA, 20 x 20 velocities": (lambda: window_of_velocities(DwaPlanner), outlines_of_poses),
+    "TrajectoryPlanner, 20 x 20 velocities": (
+        lambda: window_of_velocities(TrajectoryPlanner),
+        outlines_of_poses,
+    ),
 }
 
 
