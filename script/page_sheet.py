@@ -63,6 +63,8 @@ PROGRAMS = {
     "windows": ("python3", "viewer.py"),
 }
 SETTLED_MS = 2000
+SLOWEST_MS = 120_000
+"""Maximum time for a picture: a browser without a graphics card shares the processor with other programs."""
 RECORDED_S = 10
 
 
@@ -113,6 +115,7 @@ def take_sheet(
             color_scheme=scheme,  # type: ignore[arg-type]
             has_touch=size == "390",
         )
+        context.set_default_timeout(SLOWEST_MS)
         tab = context.new_page()
         for name, address in views.items():
             _go(tab, address)

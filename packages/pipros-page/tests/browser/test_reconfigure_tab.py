@@ -70,6 +70,9 @@ def test_each_kind_of_parameter_is_changed_on_the_page(
     tab = open_tab(Page(ros, "--control", command="rqt_reconfigure"), f"reconfigure/%2F{side}")
     gain = tab.get_by_label("gain", exact=True)
     expect(gain).to_have_value("1.5")
+    tab.set_viewport_size({"width": 390, "height": 844})
+    expect(gain).to_be_visible()
+    tab.set_viewport_size({"width": 800, "height": 700})
     gain.fill("-99")
     gain.press("Enter")
     expect(gain).to_have_value("-10")  # the server clips the value to its bounds

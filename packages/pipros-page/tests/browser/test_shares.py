@@ -1,4 +1,4 @@
-"""Pictures have most of the window, and labels are legible."""
+"""Pictures have most of the window, nothing in the head is cut, and labels are legible."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.chromium import OpenTab
+from tests.browser.every_tab import TABS, page_with_every_tab, visited
 from tests.browser.shares import share_of_pictures
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -26,6 +27,17 @@ LEAST = {
     "plot//imu/angular_velocity/x": (0.7, 0.4),
 }
 SIZES = ((1440, 900), (390, 844))
+HEAD = "header > :not(.skip, [popover]), .group:not([hidden]) > .name, .group:not(.closed) a"
+CUT = f"""() => [...document.querySelectorAll("{HEAD}")]
+  .filter((each) => each.checkVisibility() && each.clientWidth)
+  .filter((each) => each.getBoundingClientRect().right > innerWidth + 1
+    || each.scrollWidth > each.clientWidth + 1)
+  .map((each) => each.outerHTML.slice(0, 100))"""
+SHOWN = "each.checkVisibility({ visibilityProperty: true })"
+OVERFULL = f"""() => [...document.querySelectorAll(".toolbar")].filter((row) => row.checkVisibility()
+  && (row.clientHeight > 52 || [...row.children].some((each) => {SHOWN}
+    && each.getBoundingClientRect().right > row.getBoundingClientRect().right + 1)))
+  .map((row) => row.outerHTML.slice(0, 100))"""
 SMALL_TEXTS = """() => [...document.querySelectorAll(".graph svg text")]
   .filter((each) => each.checkVisibility() && each.textContent)
   .map((each) => parseFloat(getComputedStyle(each).fontSize) * each.getScreenCTM().a)
@@ -86,7 +98,20 @@ def test_cameras_have_most_of_their_column(page: Page, open_tab: OpenTab) -> Non
     expect(images.first.get_by_label("Topic", exact=True)).to_be_visible()
 
 
-@pytest.mark.parametrize("size", [(1440, 900), (1000, 500), (390, 844)])
+@pytest.mark.parametrize("width", [1440, 1280, 800, 390])
+def test_nothing_is_cut_at_any_width(ros: RosSystem, open_tab: OpenTab, tmp_path: Path, width: int) -> None:
+    tab = open_tab(page_with_every_tab(ros, tmp_path), "graph", (width, 900))
+
+    def cut() -> list[str]:
+        is_wide = tab.evaluate("document.documentElement.scrollWidth > innerWidth")
+        return [*tab.evaluate(CUT), *tab.evaluate(OVERFULL), *(["the page"] if is_wide else [])]
+
+    for place in visited(tab):
+        wait_until(lambda: not cut(), 20, lambda place=place: f"{place}: {cut()}")  # type: ignore[misc]
+    assert len(TABS) > 20
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1000, 500), (800, 900), (390, 844)])
 def test_labels_of_the_graph_are_legible(page: Page, open_tab: OpenTab, size: tuple[int, int]) -> None:
     tab = open_tab(
         page, "graph/;mode=all;hide_dead_sinks=false;hide_leaf_topics=false;hide_debug=false", size

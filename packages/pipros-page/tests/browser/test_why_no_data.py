@@ -77,7 +77,10 @@ def test_topics_mark_a_wrong_type_and_say_why_there_are_no_data(page: Page, open
     tab.get_by_role("row", name="/battery_voltage").click()
     expect(tab.locator("aside .message")).to_contain_text("12.5")
     expect(tab.locator("aside .why")).to_be_hidden()  # messages arrive
-    tab.get_by_role("row", name="/detections").click()
+    expect(tab.locator("aside .wrong-type")).to_contain_text("/logger_node wants std_msgs/Float32")
+    tab.evaluate("() => { location.hash = 'topics/detections'; }")  # a name without its leading slash
+    expect(tab.locator("aside h2")).to_have_text("/detections")
+    expect(tab.get_by_role("row", name="/detections")).to_be_focused()  # no outline is left on another row
     ask(tab, "/detections")
     expect(tab.locator("aside .why")).to_contain_text("connected, but sent nothing on [/detections]")
     expect(tab.locator("aside .why .fails")).to_contain_text("messages: ")

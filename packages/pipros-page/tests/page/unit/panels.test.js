@@ -3,7 +3,7 @@ import test from "node:test";
 import { MAX_PANELS, appended, beside, layoutText, leaf, leavesOf, moved, parsedLayout, placesOf, resized, withLeaf,
   without } from "../page/panels/layout.js";
 import { TimeLink } from "../page/panels/time_link.js";
-import { placeIn, placeOf } from "../page/place.js";
+import { completed, placeIn, placeOf } from "../page/place.js";
 import { VECTORS, close } from "./vectors.js";
 
 const TABS = ["plot", "console", "images", "topics"];
@@ -14,7 +14,8 @@ test("texts become the panels and boxes that their numbers mean", () => {
   assert.ok(VECTORS.layouts.length > 200);
   for (const [text, panels] of VECTORS.layouts) {
     const layout = parsedLayout(text, TABS);
-    assert.deepEqual(leavesOf(layout).map(({ tab, argument }) => [tab, argument]), panels.map(([tab, argument]) => [tab, argument]), text);
+    const wanted = panels.map(([tab, argument]) => [tab, completed(tab, argument)]);
+    assert.deepEqual(leavesOf(layout).map(({ tab, argument }) => [tab, argument]), wanted, text);
     boxesOf(layout).forEach((box, index) => close(box, panels[index][2], 1e-9, text));
     const again = parsedLayout(layoutText(layout), TABS);
     boxesOf(again).forEach((box, index) => close(box, panels[index][2], 0.1, "written and read"));
@@ -72,4 +73,15 @@ test("linked plots have the times of all, and others their own", () => {
   times.isOn = true;
   times.forget("b");
   assert.deepEqual(times.range("a", 10, 13), [10, 13]);
+});
+
+test("names in addresses may lack their leading slash", () => {
+  for (const [tab, argument, whole] of [
+    ["topics", "odom", "/odom"], ["topics", "/odom", "/odom"], ["topics", "", ""], ["images", "left/image;with=right/image;over=/found",
+      "/left/image;with=/right/image;over=/found"], ["images", ";with=a", ";with=/a"], ["graph", "node:robot", "node:/robot"],
+    ["graph", "topic:/imu;mode=all", "topic:/imu;mode=all"], ["graph", ";mode=all", ";mode=all"], ["graph", "events:", "events:"],
+    ["tf", "/base_link>/camera", "base_link>camera"], ["bags", "run.bag", "run.bag"], ["teleop", "cmd_vel", "/cmd_vel"],
+  ]) assert.equal(completed(tab, argument), whole, `${tab}/${argument}`);
+  assert.deepEqual(placeIn("#services/robot/reset"), ["services", "/robot/reset"]);
+  assert.equal(leavesOf(parsedLayout("row(images/camera/image~console)", TABS))[0].argument, "/camera/image");
 });

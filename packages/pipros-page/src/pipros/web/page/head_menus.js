@@ -29,7 +29,7 @@ function fitGroups(tabs) {
     return views.length;
   });
   const hasSelected = (group) => group.querySelector("[aria-selected=true]") !== null;
-  const isWide = () => groups.reduce((sum, each) => sum + each.offsetWidth, 0) > tabs.clientWidth;
+  const isWide = () => groups.reduce((sum, each) => sum + each.getBoundingClientRect().width, 0) > tabs.clientWidth;
   const closing = groups.filter((each) => !each.matches(".single")).reverse()
     .sort((one, other) => Number(hasSelected(one)) - Number(hasSelected(other)));
   for (const each of closing) {

@@ -76,7 +76,9 @@ export function dataTable(columns, options) {
 
   function mark(key) {
     chosen = key;
-    for (const [other, { element: row }] of shown) row.setAttribute("aria-selected", String(other === key));
+    const row = shown.get(key)?.element;
+    if (row && body.contains(document.activeElement) && !row.contains(document.activeElement)) row.focus({ preventScroll: true });
+    for (const [other, made] of shown) made.element.setAttribute("aria-selected", String(other === key));
   }
 
   element.addEventListener("copy", copyRow);

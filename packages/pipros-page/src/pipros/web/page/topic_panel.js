@@ -45,7 +45,7 @@ export function topicPanel(side, name, context, onClose) {
     type = topic.type;
     define();
     if (!("message" in topic)) {
-      const text = topic.count ? "cannot be decoded" : "none received yet";
+      const text = topic.count ? "cannot be decoded" : topic.publishers.length ? "none received yet" : "no node publishes this topic";
       if (!topic.count || topic.error) morph(message.firstChild, h("div", {}, h("span", { class: "key" }, text)));
       return;
     }
@@ -61,6 +61,7 @@ export function topicPanel(side, name, context, onClose) {
 
 const figuresOf = (topic) => [
   ["Type", topic.type || "unknown"],
+  ...(topic.wrong ? [["Wrong type", h("span", { class: "wrong-type" }, topic.wrong)]] : []),
   ["Rate", topic.stale ? [staleMark(), `: the last message is ${ageText(topic.stale)} old`] : topic.latched && !topic.rate ? LATCHED
     : rateText(hertz(topic.rate))],
   ["Bandwidth", rateText(bandwidth(topic.bandwidth))],

@@ -124,9 +124,11 @@ class TopicViews:
         return found._full_text[:LONGEST_DEFINITION]
 
     def _registered(self, name: str) -> Mapping[str, Any]:
-        state = self._system.observation.state
+        observation = self._system.observation
+        state = observation.state
         return {
-            "type": self._system.observation.types.get(name, ""),
+            "type": observation.types.get(name, ""),
+            "wrong": _wrong_types(observation).get(name, ""),
             "publishers": bounded_list(state.publishers.get(name, ()), share=50),
             "subscribers": bounded_list(state.subscribers.get(name, ()), share=50),
         }
@@ -195,10 +197,7 @@ def topic_rows(
     """
     traffic = topic_traffic(observation) if traffic is None else traffic
     state = observation.state
-    wrong = {
-        each.topic: f"{each.publisher} sends {types.sent}, {each.subscriber} wants {types.wanted}"
-        for each, types in observation.wrong_types.items()
-    }
+    wrong = _wrong_types(observation)
     for topic in state.topics():
         if not state.publishers.get(topic) and list(state.subscribers.get(topic, ())) == [own]:
             continue
@@ -214,6 +213,14 @@ def topic_rows(
             "wrong": wrong.get(topic, ""),
             "stale": (stale or {}).get(topic),
         }
+
+
+def _wrong_types(observation: GraphObservation) -> Mapping[str, str]:
+    """Return, by topic, which type a node sends and which other type a node wants."""
+    return {
+        each.topic: f"{each.publisher} sends {types.sent}, {each.subscriber} wants {types.wanted}"
+        for each, types in observation.wrong_types.items()
+    }
 
 
 def percentage(message: object) -> float | None:

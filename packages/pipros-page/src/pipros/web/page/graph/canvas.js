@@ -7,7 +7,7 @@ const FAR_SCALE = 3; // units per pixel beyond which labels are hidden: there is
 const FONT = 13; // units, as in page.css; labels grow so that they have at least LEAST pixels, while boxes have room for that
 const LEAST = 11;
 const CROWDED_SCALE = 1.6; // units per pixel beyond which only the names of nodes and frames are shown
-const phone = matchMedia("(max-width: 700px)"); // there, `fit` leaves all names, and the rest is reached by dragging
+const narrow = matchMedia("(max-width: 900px)"); // there, `fit` leaves all names, and the rest is reached by dragging
 const LARGEST_SCALE = 1.6; // pixels per unit after `fit`
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
@@ -155,7 +155,7 @@ export function graphCanvas(label, onSelect) {
     if (!scene || !width || !height) return;
     const clear = height - CORNER_PX; // the buttons lie over the rest
     const whole = Math.min(LARGEST_SCALE, width / scene.width, clear / scene.height);
-    const scale = phone.matches ? Math.max(whole, 1 / CROWDED_SCALE) : whole;
+    const scale = narrow.matches ? Math.max(whole, 1 / CROWDED_SCALE) : whole;
     const left = Math.min(scene.width - width / scale, 0) / 2; // what is too wide or high begins at its left or top
     const top = Math.min(scene.height - clear / scale, 0) / 2;
     setBox({ x: left, y: top, w: width / scale, h: height / scale });

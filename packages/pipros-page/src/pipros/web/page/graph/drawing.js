@@ -8,7 +8,7 @@ import { LATCHED } from "../stale.js";
 
 const NOTHING = "Nothing to show: no node is connected to another one, or everything is hidden.";
 
-const narrow = matchMedia("(max-width: 700px)"); // there, arrows lead downwards
+const narrow = matchMedia("(max-width: 900px)"); // there, arrows lead downwards
 const THIN = 1.2; // width of lines (px); tenfold rates are THICKER more
 const THICKER = 0.9;
 

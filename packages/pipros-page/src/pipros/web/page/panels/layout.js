@@ -3,6 +3,8 @@
 // A leaf is {id, tab, argument}; a split is {direction: "row" | "column", parts, sizes}, whose sizes add up to 100.
 // In text: row(plot//imu/x*60~column(images//camera~console)*40). The numbers are sizes; parts without one get the average.
 
+import { completed } from "../place.js";
+
 const DEEPEST = 20;
 export const MAX_PANELS = 16;
 const SMALLEST = 5; // percent of a split
@@ -42,7 +44,7 @@ export function parsedLayout(text, tabs) {
     const view = take(/([a-z0-9]+)(?:\/([^()~*]*))?/y);
     if (!view) return fail("lacks the name of a view");
     if (!tabs.includes(view[1])) fail(`names an unknown view, ${view[1]}`);
-    return leaf(view[1], unescaped(view[2] ?? ""));
+    return leaf(view[1], completed(view[1], unescaped(view[2] ?? "")));
   }
 
   function parts(direction, depth) {

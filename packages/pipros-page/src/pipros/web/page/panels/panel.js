@@ -109,7 +109,7 @@ export function panel(first, tabs, board) {
 
 // Shows or folds the controls of a panel's view.
 function toggleControls(element, gear, isWanted = !element.classList.contains("tools")) {
-  gear.hidden = !element.querySelector(".toolbar");
+  gear.hidden = !element.querySelector(".toolbar > :not(.title, .more)");
   element.classList.toggle("tools", isWanted);
   gear.setAttribute("aria-pressed", String(isWanted));
 }

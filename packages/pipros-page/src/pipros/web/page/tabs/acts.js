@@ -20,9 +20,11 @@ export function open(view, _argument, context) {
   const hint = h("div", { class: "note" }, NOTHING); // not an empty state, which would hide the acts of the past
   const answered = h("div", { class: "note", role: "status" });
   const waiting = h("div", { class: "waiting", role: "list", "aria-label": "Acts that wait" });
+  const past = h("div", { class: "scroll", hidden: true });
   const table = dataTable(COLUMNS, { label: "Acts", keyOf: ({ key }) => key, sortBy: "Time" });
   view.append(h("div", { class: "column" }, toolbar({ title: "Acts" }, h("span", { class: "spring" }), table.csvButton("acts")), error,
-    hint, waiting, answered, h("div", { class: "scroll" }, table.element)));
+    hint, waiting, answered, past));
+  past.append(table.element);
   const cards = new Map(); // by id
 
   // The buttons of a card that has appeared or moved act only after a moment: a click may be meant for another card.
@@ -77,6 +79,7 @@ export function open(view, _argument, context) {
       replace(cards.get(act.id).left, `${act.left_s.toFixed(0)} s`);
     }
     settle();
+    past.hidden = !data.acts.length;
     table.show(data.acts.map((act, at) => ({ ...act, key: `${act.process} ${act.time} ${act.outcome} ${data.acts.length - at}` })));
   }, (problem) => {
     replace(error, problem);

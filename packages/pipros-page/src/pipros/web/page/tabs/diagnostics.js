@@ -76,6 +76,7 @@ export function open(view, argument, context) {
   context.watch("diagnostics", {}, (data) => {
     if (data.fresh) known = new Map();
     for (const component of data.components) known.set(component.name, component);
+    if (!known.has(selected) && known.has(`/${selected}`)) selected = `/${selected}`; // an address without the slash
     components = [...known.values()].sort((a, b) => (a.name < b.name ? -1 : 1)).map((component) => {
       const { age, level } = levelNow(component, data);
       return { ...component, age: age.toFixed(1), level };

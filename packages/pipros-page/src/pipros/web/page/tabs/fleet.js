@@ -29,7 +29,7 @@ function stateText({ level, message, age }) {
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
-  const hint = emptyState("⛬", "No fleet agent reports. An agent runs beside a master: pipros fleet join NAME.");
+  const hint = emptyState("⚑", "No fleet agent reports. An agent runs beside a master: pipros fleet join NAME.");
   const table = dataTable(COLUMNS, { label: "Fleet", keyOf: ({ key }) => key, sortBy: "Member" });
   view.append(h("div", { class: "column" }, toolbar({ title: "Fleet" }, h("span", { class: "spring" }), table.csvButton("fleet")), error,
     hint, h("div", { class: "scroll" }, table.element)));

@@ -3,6 +3,7 @@
 import { runningNote } from "../bags/running_note.js";
 import { h, replace, uniqueId } from "../dom.js";
 import { publisherList, startPublisher } from "../publishers.js";
+import { toolbar } from "../toolbar.js";
 import { yaml } from "./services.js";
 
 export function open(view, argument, context) {
@@ -16,7 +17,8 @@ export function open(view, argument, context) {
   const topics = h("datalist", { id: topic.getAttribute("list") });
   const error = h("div", { class: "error", role: "alert" });
   const list = publisherList(context.signal);
-  view.append(h("div", { class: "column" }, runningNote(context.signal), error, h("div", { class: "scroll form" },
+  const head = [runningNote(context.signal), toolbar({ title: "Publish" }), error];
+  view.append(h("div", { class: "column" }, head, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
     h("p", {}, h("button", { disabled: !control, title: "Control+Enter", "aria-keyshortcuts": "Control+Enter", onclick: () => publish() },

@@ -2,6 +2,7 @@
 
 import { runningNote } from "../bags/running_note.js";
 import { h, replace } from "../dom.js";
+import { LOADING } from "../empty_state.js";
 import { reconfigureForm } from "../reconfigure_form.js";
 import { sections } from "../sections.js";
 import { toolbar } from "../toolbar.js";
@@ -11,7 +12,7 @@ export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter servers", oninput: () => drawServers() });
   const error = h("div", { class: "error", role: "alert" });
   const list = h("ul", { class: "servers", "aria-label": "Servers" });
-  const body = h("div", { class: "scroll settings" });
+  const body = h("div", { class: "scroll settings" }, h("div", { class: "note" }, LOADING));
   view.append(h("div", { class: "column" }, runningNote(context.signal),
     toolbar({ title: "Reconfigure" }, sections("reconfigure"), filter, h("span", { class: "spring" }),
     h("span", { class: "key" }, control ? "" : "Start with --control to change parameters.")), error,
@@ -72,6 +73,7 @@ export function open(view, argument, context) {
     if (server) replace(error, servers.includes(server) ? error.textContent === gone() ? "" : error.textContent : gone());
     else if (argument) select(argument);
     else if (servers.length) select(servers[0]);
+    else replace(body);
   }, (problem) => replace(error, problem));
   return { go: (name) => { if (name) select(name); } };
 }

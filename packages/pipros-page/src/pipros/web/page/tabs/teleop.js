@@ -4,7 +4,10 @@ import { runningNote } from "../bags/running_note.js";
 import { h, replace, uniqueId } from "../dom.js";
 import { live } from "../live.js";
 import { steeringStick } from "../steering_stick.js";
+import { toolbar } from "../toolbar.js";
 
+const HINT = "Hold the arrow keys or W, A, S, D, or drag the knob. Letting go stops the robot. The server stops it, too, if this page " +
+  "is silent for half a second.";
 const TYPE = "geometry_msgs/Twist";
 const USUAL = "/cmd_vel";
 const PERIOD_MS = 100;
@@ -21,12 +24,11 @@ export function open(view, argument, context) {
   const stick = steeringStick((position) => { wanted = position; draw(); send(); }, context.signal);
   const figures = h("div", { class: "figures", role: "status" });
   const error = h("div", { class: "error", role: "alert" });
-  view.append(h("div", { class: "column" }, runningNote(context.signal), error, h("div", { class: "scroll form steering" },
+  view.append(h("div", { class: "column" }, runningNote(context.signal), toolbar({ title: "Teleop" }), error,
+    h("div", { class: "scroll form steering" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to steer."),
     h("label", {}, "Topic", topic), names, h("label", {}, "Speed limit, m/s", fastest), h("label", {}, "Turn limit, rad/s", quickest),
-    h("p", {}, power), stick.element, figures,
-    h("p", { class: "note" }, "Hold the arrow keys or W, A, S, D, or drag the knob. Letting go stops the robot. The server stops it, " +
-      "too, if this page is silent for half a second."))));
+    h("p", {}, power), stick.element, figures, h("p", { class: "note" }, HINT))));
   const session = commandSession(context, (problem) => { if (isOn) replace(error, problem); });
   let isOn = false;
   let isChosen = Boolean(argument); // whether the user chose the topic
