@@ -63,6 +63,10 @@ class StubsHook(BuildHookInterface[Any]):
             absent = Path(self._folder.name, "left_out.json")
             absent.write_text(json.dumps(rooms.absent_commands()))
             included[str(absent)] = "pipros/left_out.json"
+        if folder != root:  # its own pyproject.toml can only name licences in its folder
+            names = ["LICENSE", *(["THIRD_PARTY.md"] if any(folder.glob("src/pipros/*/page/vendor")) else [])]
+            licences = f"{self.metadata.name.replace('-', '_')}-{self.metadata.version}.dist-info/licenses"
+            included.update({str(root / name): f"{licences}/{name}" for name in names})
         modules = {file.parent.name for file in root.glob("packages/*/facades/*/__init__.py")}
         for file in write_stubs(
             packages,
