@@ -158,9 +158,3 @@ for end in (subprocess.Popen.terminate, interrupt):
         "Unsupported signal: 8",
         "['KeyboardInterrupt']",
     ]
-
-
-def test_the_workflow_for_other_systems_says_that_it_has_never_run() -> None:
-    text = (REPOSITORY / ".github/workflows/other-systems.yml").read_text()
-    assert text.startswith("# Never run so far.")
-    assert "system: [windows-latest, macos-latest]" in text
