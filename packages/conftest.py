@@ -20,7 +20,6 @@ from tests.support import (
     npm,
     outcomes,
     pyright,
-    quick,
     ros2_wheels,
     windows,
 )
@@ -50,7 +49,6 @@ _GENUINE_ROS2 = ("test_gateway_with_genuine_ros2.py", "test_one_environment.py")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     outcomes.add_options(parser)
-    quick.add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -93,7 +91,6 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     outcomes.leave_out(config, items)
-    quick.leave_out(config, items)
 
 
 @pytest.hookimpl(tryfirst=True)

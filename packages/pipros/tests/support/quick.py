@@ -1,57 +1,111 @@
-"""The tests that `script/test --quick` runs, according to tests/quick.txt.
+"""The tests that `script/test --quick` runs: those of the rooms that the working tree touches, and chosen ones.
 
-`python -m tests.support.quick` prints the folders and files to pass to pytest. With pytest's option
-`--quick`, the slow tests in them are deselected.
+`python -m tests.support.quick` prints the folders and files to pass to pytest. With files that
+`script/test --outcomes-to=FILE` wrote, it chooses again, and writes the files to tests/quick.txt.
+`python -m tests.support.quick gate` runs them all, and fails if that takes more than `PROCESSOR_S`.
 """
 
 from __future__ import annotations
 
+import resource
+import subprocess
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-import pytest
-
 from tests.support.environments import REPOSITORY, TESTS
+from tests.support.outcomes import Outcome, read_outcomes
 
 LIST = TESTS / "quick.txt"
-_BASES = ("packages/*/tests/tree", "packages/*/tests/unit")
+PROCESSOR_S = 60
+_COUNT = 1000
+_PARTS = ("/tests/unit/", "/tests/graph/", "/tests/tree/")
+_DEAR_S = 0.1
+"""Files whose tests take more processor time each, on average, are not chosen."""
 
 
-def listed(sign: str) -> list[str]:
-    """Return the entries with the sign `+` (also run) or `-` (slow): files, or tests without parameters."""
-    lines = LIST.read_text(encoding="utf-8").splitlines()
-    return [line[2:] for line in lines if line.startswith(f"{sign} ")]
+def listed() -> list[str]:
+    """Return the files of tests/quick.txt."""
+    return [line for line in LIST.read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
 
 
-def add_options(parser: pytest.Parser) -> None:
-    """Add the option `--quick`."""
-    parser.addoption("--quick", action="store_true", help="leave out the slow tests of tests/quick.txt")
+def changed() -> list[str]:
+    """Return the files in which the working tree differs from its commit, or [] without git or a repository."""
+    command = ["git", "-c", "core.quotePath=off", "status", "--porcelain", "--untracked-files=all", "--no-renames"]
+    try:
+        ended = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return []
+    return [line[3:].strip('"') for line in ended.stdout.splitlines()]
 
 
-def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Remove the slow tests from `items` if `--quick` is given."""
-    if not config.getoption("--quick"):
-        return
-    slow = set(listed("-"))
+def tests_of(path: str) -> str | None:
+    """Return the file or folder with the tests of a file of the tree, or None if nothing belongs to it alone.
 
-    def is_slow(item: pytest.Item) -> bool:
-        test = item.nodeid.partition("[")[0]
-        return test in slow or test.partition("::")[0] in slow
+    A test belongs to itself; a module, to the deepest folder of unit tests that is named like one of its
+    folders; another file of a package other than the core, to all unit tests of this package.
+    """
+    top, package, part, *folders, name = Path(path).parts if path.count("/") > 2 else ("", "", "", "")
+    if top != "packages":
+        return None
+    if part == "tests":
+        is_test = name.startswith("test_") and name.endswith(".py")
+        return path if is_test and Path(REPOSITORY, path).is_file() else None
+    unit = Path(REPOSITORY, top, package, "tests", "unit")
+    named = folders[1:] if part == "src" else []
+    deepest = next(
+        (folder for end in range(len(named), 0, -1) if (folder := unit.joinpath(*named[:end])).is_dir()), unit
+    )
+    if not deepest.is_dir() or (deepest == unit and package == "pipros"):
+        return None
+    return str(deepest.relative_to(REPOSITORY))
 
-    config.hook.pytest_deselected(items=[item for item in items if is_slow(item)])
-    items[:] = [item for item in items if not is_slow(item)]
+
+def to_run(paths: Iterable[str]) -> list[str]:
+    """Return what to pass to pytest if these files changed, each test once."""
+    chosen = sorted({*listed(), *filter(None, map(tests_of, paths))})
+    return [path for path in chosen if not any(path.startswith(f"{other}/") for other in chosen)]
 
 
-def missing() -> list[str]:
-    """Return the entries of tests/quick.txt whose file or function does not exist."""
-    found = []
-    for entry in [*listed("+"), *listed("-")]:
-        file, *names = entry.split("::")
-        path = Path(REPOSITORY, file)
-        if not path.is_file() or not all(name in path.read_text(encoding="utf-8") for name in names):
-            found.append(entry)
-    return found
+def choose(outcomes: Sequence[Outcome]) -> list[str]:
+    """Return at least a thousand tests, as files: of every folder, those that take least for each test."""
+    files: defaultdict[str, list[Outcome]] = defaultdict(list)
+    for outcome in outcomes:
+        file = outcome.test.partition("::")[0]
+        if outcome.result == "passed" and any(part in file for part in _PARTS):
+            files[file].append(outcome)
+    folders: defaultdict[str, list[str]] = defaultdict(list)
+    for file in files:
+        folders[file.rpartition("/")[0]].append(file)
+    share = _COUNT / sum(map(len, files.values()))
+    return sorted(file for folder in folders.values() for file in _quickest(folder, files, share))
+
+
+def _quickest(folder: Sequence[str], files: dict[str, list[Outcome]], share: float) -> Iterator[str]:
+    wanted = share * sum(len(files[file]) for file in folder)
+    cost = {file: sum(outcome.processor_s for outcome in files[file]) / len(files[file]) for file in folder}
+    for file in sorted(folder, key=lambda file: (cost[file], file)):
+        if wanted <= 0 or cost[file] > _DEAR_S:
+            return
+        yield file
+        wanted -= len(files[file])
+
+
+def _gate() -> int:
+    code = subprocess.call([REPOSITORY / "script" / "test", "--quick"])
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    taken = used.ru_utime + used.ru_stime
+    print(f"script/test --quick: {taken:.0f} s of processor time; at most {PROCESSOR_S} are allowed")
+    return code or int(taken > PROCESSOR_S)
 
 
 if __name__ == "__main__":
-    folders = [str(path.relative_to(REPOSITORY)) for base in _BASES for path in sorted(REPOSITORY.glob(base))]
-    print(" ".join([*folders, *listed("+")]))
+    if sys.argv[1:] == ["gate"]:
+        sys.exit(_gate())
+    if len(sys.argv) > 1:
+        outcomes = [outcome for file in sys.argv[1:] for outcome in read_outcomes(Path(file))]
+        head = "# Chosen by `python -m tests.support.quick FILE…`: see packages/pipros/tests/support/quick.py.\n"
+        LIST.write_text(head + "".join(f"{file}\n" for file in choose(outcomes)), encoding="utf-8")
+    else:
+        print(" ".join(to_run(changed())))

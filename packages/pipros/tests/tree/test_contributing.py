@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from pipros.safe import yaml
-from tests.support import quick
 from tests.support.absent_rooms import DELETED
 from tests.support.environments import REPOSITORY
 
@@ -74,8 +73,3 @@ def test_an_unknown_part_of_continuous_integration_is_refused() -> None:
     ended = subprocess.run([REPOSITORY / ".ci" / "run", "spelling"], capture_output=True, text=True)
     assert (ended.returncode, ended.stdout) == (2, "")
     assert "one of: install check docs fuzz fresh user wheel pyodide lacks windows test" in ended.stderr
-
-
-def test_the_list_of_quick_tests_names_tests_that_exist() -> None:
-    assert quick.listed("+")
-    assert quick.missing() == []
