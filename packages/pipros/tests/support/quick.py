@@ -1,4 +1,4 @@
-"""The tests that `script/test --quick` runs: those of the rooms that the working tree touches, and chosen ones.
+"""The tests that `script/test --quick` runs: those of touched rooms, and chosen ones.
 
 `python -m tests.support.quick` prints the folders and files to pass to pytest. With files that
 `script/test --outcomes-to=FILE` wrote, it chooses again, and writes the files to tests/quick.txt.
@@ -31,8 +31,16 @@ def listed() -> list[str]:
 
 
 def changed() -> list[str]:
-    """Return the files in which the working tree differs from its commit, or [] without git or a repository."""
-    command = ["git", "-c", "core.quotePath=off", "status", "--porcelain", "--untracked-files=all", "--no-renames"]
+    """Return the files in which the working tree differs from its commit; none without git."""
+    command = [
+        "git",
+        "-c",
+        "core.quotePath=off",
+        "status",
+        "--porcelain",
+        "--untracked-files=all",
+        "--no-renames",
+    ]
     try:
         ended = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):
@@ -105,7 +113,9 @@ if __name__ == "__main__":
         sys.exit(_gate())
     if len(sys.argv) > 1:
         outcomes = [outcome for file in sys.argv[1:] for outcome in read_outcomes(Path(file))]
-        head = "# Chosen by `python -m tests.support.quick FILE…`: see packages/pipros/tests/support/quick.py.\n"
+        head = (
+            "# Chosen by `python -m tests.support.quick FILE…`: see packages/pipros/tests/support/quick.py.\n"
+        )
         LIST.write_text(head + "".join(f"{file}\n" for file in choose(outcomes)), encoding="utf-8")
     else:
         print(" ".join(to_run(changed())))

@@ -20,7 +20,10 @@ def test_the_listed_files_exist_and_each_is_run_once() -> None:
     ("changed", "tests"),
     [
         ("packages/pipros/src/pipros/bag/writer.py", "packages/pipros/tests/unit/bag"),
-        ("packages/pipros/src/pipros/libraries/markers/new/x.py", "packages/pipros/tests/unit/libraries/markers"),
+        (
+            "packages/pipros/src/pipros/libraries/markers/new/x.py",
+            "packages/pipros/tests/unit/libraries/markers",
+        ),
         ("packages/pipros-data/src/pipros/data/table.py", "packages/pipros-data/tests/unit/data"),
         ("packages/pipros-data/facades/x.py", "packages/pipros-data/tests/unit"),
         ("packages/pipros/facades/rospy/core.py", None),
