@@ -32,9 +32,9 @@ import numpy as np
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
 from pipros.launch.roscore import Core
-from pipros.libraries.clouds.points import cloud_of
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros.perception.clouds.points import cloud_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "build"))
 from tests.support.pictures_of_cameras import camera_info, depths, image, picture

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from pipros.basics.env import Environment
-from pipros.libraries.clouds.pcd import formatted, parse
-from pipros.libraries.clouds.points import cloud_of, positions, rows_of
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.time import Time
 from pipros.node import Node
+from pipros.perception.clouds.pcd import formatted, parse
+from pipros.perception.clouds.points import cloud_of, positions, rows_of
 from tests.support.bags import Row, bag_bytes
 from tests.support.environments import TESTS
 from tests.support.nodes import Inbox

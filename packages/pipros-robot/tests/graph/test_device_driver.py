@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import pytest
 
-from pipros.libraries.drivers.streams import Stream, StreamLost
 from pipros.libraries.nodes.retrying import DeviceError, Driver, Port
+from pipros.perception.drivers.streams import Stream, StreamLost
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
 

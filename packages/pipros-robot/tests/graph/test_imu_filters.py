@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.imu.nodes import ComplementaryNode, MadgwickNode
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.perception.imu.nodes import ComplementaryNode, MadgwickNode
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.unlinked_node import UnlinkedNode, message

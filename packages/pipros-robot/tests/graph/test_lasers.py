@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.clouds.points import cloud_of
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
+from pipros.perception.clouds.points import cloud_of
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until

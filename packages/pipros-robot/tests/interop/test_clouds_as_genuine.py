@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipros.libraries.clouds import filter_nodes, segmentation_nodes
-from pipros.libraries.clouds.pcd import formatted, parse
-from pipros.libraries.clouds.pcd_nodes import CloudWriter
-from pipros.libraries.clouds.points import cloud_of, column, positions, rows_of
 from pipros.msg import load_message_class
+from pipros.perception.clouds import filter_nodes, segmentation_nodes
+from pipros.perception.clouds.pcd import formatted, parse
+from pipros.perception.clouds.pcd_nodes import CloudWriter
+from pipros.perception.clouds.points import cloud_of, column, positions, rows_of
 from tests.support.ros import RosSystem, Side
 from tests.support.twin_nodes import Twins, differences, twins
 from tests.support.waiting import wait_until

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from pipros.libraries.drivers.rplidar.lidar import Lidar
-from pipros.libraries.drivers.rplidar.samples import Point
-from pipros.libraries.drivers.rplidar.turns import TurnCollector
-from pipros.libraries.drivers.streams import serial_port
+from pipros.perception.drivers.rplidar.lidar import Lidar
+from pipros.perception.drivers.rplidar.samples import Point
+from pipros.perception.drivers.rplidar.turns import TurnCollector
+from pipros.perception.drivers.streams import serial_port
 from tests.support.environments import TESTS
 from tests.support.genuine import is_required
 from tests.support.processes import Processes

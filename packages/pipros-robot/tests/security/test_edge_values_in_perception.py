@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.libraries.clouds.points import cloud_of
-from pipros.libraries.imu.nodes import ComplementaryNode
-from pipros.libraries.laser.assembler_node import LaserScanAssembler
-from pipros.packages.nodelets import PLUGINS, python_nodelet
+from pipros.packages.nodelets import python_nodelet, shipped_nodelets
+from pipros.perception.clouds.points import cloud_of
+from pipros.perception.imu.nodes import ComplementaryNode
+from pipros.perception.laser.assembler_node import LaserScanAssembler
 from pipros.simulation.fake_localization import FakeLocalization
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.robots_node import RobotsNode
@@ -208,7 +208,7 @@ def has_effect(node: UnlinkedNode, inputs: Inputs, output: str) -> bool:
     return False
 
 
-@pytest.mark.parametrize("plugin", sorted(PLUGINS))
+@pytest.mark.parametrize("plugin", sorted(shipped_nodelets()))
 def test_a_nodelet_goes_on(make: Any, plugin: str) -> None:
     inputs, output, parameters = NODELETS[plugin]
     node = make(parameters)

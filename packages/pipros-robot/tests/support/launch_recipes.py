@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from pipros.libraries.clouds.pcd import formatted
-from pipros.libraries.clouds.points import cloud_of
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
-from pipros.packages.nodelets import PLUGINS
+from pipros.packages.nodelets import shipped_nodelets
+from pipros.perception.clouds.pcd import formatted
+from pipros.perception.clouds.points import cloud_of
 from tests.support.bags import Row
 from tests.support.pictures_of_cameras import camera_info, depths, picture
 
@@ -205,7 +205,7 @@ def launch_file(namespace: str, programs: Sequence[str], folder: Path) -> tuple[
         node, arguments = f"n{index}", one.arguments
         if name == MANAGER:
             node = "manager"
-        elif name in PLUGINS and package != "laser_filters":  # whose programs have the names of its plugins
+        elif name in shipped_nodelets() and package != "laser_filters":  # it has programs of these names
             arguments = f"load {name} manager" if MANAGER in programs else f"standalone {name}"
             package = program = "nodelet"
         words = one.remaps.split()

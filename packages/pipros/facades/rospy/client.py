@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
+from pipros.basics.after_import import after_import as _after_import
 from pipros.basics.env import Environment
 from pipros.basics.errors import Interrupted, InvalidName, NotFound, Refused, Unreachable
 from pipros.basics.interruptible_wait import OnceEvent
@@ -16,7 +17,6 @@ from pipros.basics.names import is_legal_remapping, parse_arguments
 from pipros.basics.shared_names import share_names
 from pipros.msg import time as msg_time
 from pipros.node.codec import AnyMessage
-from pipros.server.windows import install as _windows
 from rospy.core import add_client_shutdown_hook, is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.logs import DEBUG as DEBUG
@@ -116,8 +116,16 @@ def init_node(
         rpc_port=xmlrpc_port,
         tcpros_port=tcpros_port,
     )
-    if session.node is not None:
-        _windows.show_windows_on_page(session.node)
+    _after_import("cv2", _show_windows)
+
+
+def _show_windows(cv2: Any) -> None:
+    """Let a room show OpenCV's windows. Only programs with OpenCV pay for a search of the rooms."""
+    from pipros.basics.rooms import offered
+
+    show = offered("windows")
+    if show is not None and session.node is not None:
+        show(cv2, session.node)
 
 
 def spin() -> None:

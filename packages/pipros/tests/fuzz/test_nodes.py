@@ -18,13 +18,13 @@ from pipros.msg import load_message_class
 from pipros.msg.language.spec import INTEGERS, OCTETS
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.packages.nodelets import PLUGINS
+from pipros.packages.nodelets import shipped_nodelets
 from tests.support.launch_recipes import MANAGER, RECIPES, TWIST, launch_file, moment, write_files
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-NODELETS = [name for name in PLUGINS if name in RECIPES]
+NODELETS = [name for name in shipped_nodelets() if name in RECIPES]
 """Those that answer to messages of the bag; tests/security has the velocity multiplexer and the bumpers."""
 ROUNDS = 40
 STRANGE_PER_ROUND = 10

@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 
-from pipros.libraries.laser.filters.base import FilterHost, ScanFilter
 from pipros.libraries.nodes.params import (
     InvalidParameter,
     PrivateParameters,
@@ -24,6 +23,7 @@ from pipros.libraries.nodes.params import (
     private,
 )
 from pipros.libraries.reconfiguring.server import Setting
+from pipros.perception.laser.filters.base import FilterHost, ScanFilter
 
 ROWS: list[dict[str, Any]] = json.loads(
     (Path(__file__).parent / "roscpp_parameters.json").read_text(), parse_int=int

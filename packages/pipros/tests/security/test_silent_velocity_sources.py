@@ -10,9 +10,9 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.libraries.teleoperation.twist_mux_node import TwistMux
 from pipros.libraries.teleoperation.velocity_mux import VelocityMux, VelocitySource
-from pipros.libraries.teleoperation.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
-from pipros.libraries.teleoperation.velocity_smoother_node import SmootherNode
 from pipros.msg import load_message_class
+from pipros.navigation.velocities.velocity_smoother import Feedback, VelocityLimits, VelocitySmoother
+from pipros.navigation.velocities.velocity_smoother_node import SmootherNode
 from pipros.node import Node
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem

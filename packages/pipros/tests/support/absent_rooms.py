@@ -15,12 +15,12 @@ PACKAGES = {
     "pipros-data": ("data",),
     "pipros-fleet": ("fleet",),
     "pipros-page": ("web",),
-    "pipros-robot": ("navigation", "simulation", "clouds", "drivers", "images", "imu", "laser"),
+    "pipros-robot": ("navigation", "perception", "simulation"),
     "pipros-ros2": ("ros2",),
     "pipros-tab": ("tab",),
     "pipros-wheels": ("wheels",),
 }
-"""The folders of `packages` that can be deleted, with their rooms and libraries."""
+"""The folders of `packages` that can be deleted, with their rooms."""
 
 DELETED = [name for name in PACKAGES if not (REPOSITORY / "packages" / name).is_dir()]
 DELETED_ROOMS = {room for name in DELETED for room in PACKAGES[name]}
@@ -32,7 +32,7 @@ def names_deleted_room(text: str) -> bool:
     A test that uses only its commands has a comment `# needs the rooms: NAME, NAME`.
     """
     names = "|".join(DELETED_ROOMS)
-    ways = rf"\bpipros[./](?:libraries[./])?(?:{names})\b|^# needs the rooms: .*\b(?:{names})\b"
+    ways = rf"\bpipros[./](?:{names})\b|^# needs the rooms: .*\b(?:{names})\b"
     return bool(names) and re.search(ways, text, re.MULTILINE) is not None
 
 

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -43,13 +44,11 @@ LAYERS: list[list[set[str]]] = [
         {"actions", "reconfiguring"},
         {"teleoperation"},
         {"server"},
-        {"images", "imu"},
-        {"clouds"},
-        {"drivers", "laser"},
     ],
     [
         {"testing", "health"},
-        {"assistants", "bridges", "data", "fleet", "ros2", "simulation", "tab", "web", "wheels"},
+        {"assistants", "bridges", "data", "fleet", "perception", "ros2"},
+        {"simulation", "tab", "web", "wheels"},
         {"navigation"},
     ],
     [{"cli"}],
@@ -285,6 +284,47 @@ def banned_constructs(file: Path) -> Iterator[str]:
 
 def test_imports_point_down_only() -> None:
     assert [wrong for file in FILES for wrong in wrong_imports(file)] == []
+
+
+MAX_FLOORS = 14
+
+
+def imported_folders() -> dict[str, set[str]]:
+    """Return the folders of `pipros`, and the facades as one, each with those that it imports."""
+    names = facade_names(ROOTS)
+    found: dict[str, set[str]] = {}
+    for file in FILES:
+        own = parts_of(file)[1] if parts_of(file)[0] == "pipros" else "facades"
+        imports = found.setdefault(own, set())
+        for _, module in imported_modules(parsed(file), file):
+            top, folder, *_ = [*module.split("."), ""]
+            imports |= {"facades"} if top in names else {folder} - {""} if top == "pipros" else set()
+        imports.discard(own)
+    return {folder: imports & found.keys() for folder, imports in found.items()}
+
+
+def floors(imports: Mapping[str, set[str]]) -> dict[str, int]:
+    """Return the floor of each folder: 1 if it imports none, otherwise one above the highest that it imports.
+
+    Raises:
+        CycleError: folders import each other.
+    """
+    found: dict[str, int] = {}
+    for folder in TopologicalSorter(imports).static_order():
+        found[folder] = 1 + max((found[each] for each in imports[folder]), default=0)
+    return found
+
+
+def test_a_drawing_of_the_folders_has_few_floors_and_no_circle() -> None:
+    found = floors(imported_folders())
+    assert found["libraries"] < found["server"] < found["facades"]
+    assert max(found.values()) <= MAX_FLOORS
+
+
+def test_each_floor_and_circle_is_noticed() -> None:
+    assert floors({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == {"c": 1, "b": 2, "a": 3}
+    with pytest.raises(CycleError):
+        floors({"a": {"b"}, "b": {"a"}})
 
 
 def module_name(file: Path) -> str:

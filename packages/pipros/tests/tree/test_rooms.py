@@ -128,7 +128,7 @@ def test_what_rooms_declare_exists() -> None:
     for room in ROOMS.values():
         verbs = [each for commands in room.verbs.values() for each in commands.values()]
         targets = [each.target for each in (*room.programs.values(), *room.subcommands.values(), *verbs)]
-        for target in (*targets, room.limits, room.check, *room.offers.values()):
+        for target in (*targets, room.limits, room.check, *room.offers.values(), *room.nodelets.values()):
             assert not target or target.startswith(f"pipros.{room.name}.")
             assert not target or loaded(target)
         assert set(room.needs) <= set(ROOMS)
@@ -147,13 +147,13 @@ def test_declarations_import_only_the_class_of_rooms() -> None:
     assert set(ended.stdout.split()) == {"pipros.basics", "pipros.basics.rooms", *packages}
 
 
-def test_a_node_imports_no_room() -> None:
+def test_a_node_imports_neither_a_room_nor_the_server() -> None:
     code = "import rospy, sys; print(*(each for each in sys.modules if each.startswith('pipros.')))"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
 
     modules = ended.stdout.split()
     assert "pipros.node.node" in modules
-    assert [each for each in modules if each.split(".")[1] in ROOMS] == []
+    assert [each for each in modules if each.split(".")[1] in {"server", *ROOMS}] == []
 
 
 def test_the_table_of_rooms_is_complete() -> None:
@@ -239,7 +239,4 @@ def test_the_rooms_that_can_be_deleted_are_those_of_each_package() -> None:
     folders = REPOSITORY / "packages"
     for package in {path.name for path in folders.glob("pipros-*")} - {"pipros-internals"}:
         rooms = {file.parent.name for file in folders.glob(f"{package}/src/pipros/*/room.py")}
-        libraries = {
-            file.parent.name for file in folders.glob(f"{package}/src/pipros/libraries/*/__init__.py")
-        }
-        assert set(PACKAGES[package]) == rooms | libraries
+        assert set(PACKAGES[package]) == rooms

@@ -18,7 +18,7 @@ RENAMES = {
     "basics/log_file.py": "a node does not wait for a reader of its log",
     "basics/windows.py": "is the function to use",
     "launch/logs.py": "replaces a link",
-    "libraries/teleoperation/cmd_vel_mux_node.py": "replaces inputs, not files",
+    "navigation/velocities/cmd_vel_mux_node.py": "replaces inputs, not files",
     "net/local_socket.py": "Linux only",
 }
 """Modules that rename files, and why they need not wait for programs that have the file open."""

@@ -9,12 +9,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from pipros.libraries.clouds.points import cloud_of
 from pipros.libraries.nodes.wiring import stamped
 from pipros.libraries.transforms.messages import pose_of
 from pipros.libraries.transforms.pose import Pose, roll_pitch_yaw
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
+from pipros.perception.clouds.points import cloud_of
 
 Triple = tuple[float, float, float]
 Poses = NDArray[np.float64]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from pipros.libraries.laser.assembler_node import LaserScanAssembler
-from pipros.libraries.laser.chain_node import ScanToCloudFilterChain, ScanToScanFilterChain
-from pipros.libraries.laser.filters.chain import TYPES
 from pipros.msg.time import Time
+from pipros.perception.laser.assembler_node import LaserScanAssembler
+from pipros.perception.laser.chain_node import ScanToCloudFilterChain, ScanToScanFilterChain
+from pipros.perception.laser.filters.chain import TYPES
 from tests.support.recordings import Recording
 from tests.support.ros import RosSystem
 from tests.support.twin_nodes import Twins, differences, twins

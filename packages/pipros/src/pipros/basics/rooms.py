@@ -52,6 +52,7 @@ class Room(NamedTuple):
             parts pass to `offered`.
         share: its ROS packages in `pipros/share`.
         facades: its packages in `facades`, which have Noetic's names.
+        nodelets: the classes of its nodelets, as `module:name`, by plugin name.
         extras: the distribution's extras that it uses, with their requirements.
     """
 
@@ -66,6 +67,7 @@ class Room(NamedTuple):
     offers: Mapping[str, str] = {}
     share: tuple[str, ...] = ()
     facades: tuple[str, ...] = ()
+    nodelets: Mapping[str, str] = {}
     extras: Mapping[str, tuple[str, ...]] = {}
 
 

@@ -19,7 +19,7 @@ from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.input_file import read_file, read_text
 from pipros.launch.substitute import Substitution, anonymous_name
 from pipros.packages.apt_names import PLUGIN_PACKAGES, PROGRAM_PACKAGES
-from pipros.packages.nodelets import PLUGINS, package_of, python_nodelet
+from pipros.packages.nodelets import package_of, python_nodelet, shipped_nodelets
 from pipros.packages.system_packages import PROGRAM_FOLDER, SYSTEM_SHARE
 from pipros.safe.xml import Element, XmlError, parse
 from pipros.workspace.executables import find_executables
@@ -220,7 +220,7 @@ class Providers:
             return Owner.UNKNOWN
         is_plugin, name = "/" in use.nodelet, use.provider
         if is_plugin and name not in self._without and python_nodelet(use.nodelet):
-            return Owner.SHIPPED if use.nodelet in PLUGINS else Owner.WORKSPACE
+            return Owner.SHIPPED if use.nodelet in shipped_nodelets() else Owner.WORKSPACE
         package = self._index.get(name)
         is_local = package is not None and _owner(package.path) is Owner.WORKSPACE
         path = _path(package, use) if package else None

@@ -1,7 +1,8 @@
 """Look up nodelets by name: Python nodelets, and C++ plugins installed on this machine.
 
-`PLUGINS` lists pipros's nodelets. Other distributions add nodelets through entry points in the group
-`pipros.nodelets`, whose names are plugin names (`my_package/MyNodelet`) and whose values name classes.
+Rooms declare their nodelets. Other distributions add nodelets through rooms of their own, or through entry
+points in the group `pipros.nodelets`, whose names are plugin names (`my_package/MyNodelet`) and whose values
+name classes.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
+from pipros.basics.rooms import own_rooms, rooms
 from pipros.packages.system_packages import manifest_folders
 from pipros.safe import xml
 from pipros.safe.tolerant_xml import strict_text
@@ -26,33 +28,6 @@ CHOICE_VARIABLE: Final = "PIPROS_NODELETS"
 
 OURS: Final = "ours"
 GENUINE: Final = "genuine"
-
-PLUGINS: Final[Mapping[str, str]] = {
-    "depth_image_proc/convert_metric": "images.depth_nodelets:ConvertMetric",
-    "depth_image_proc/point_cloud_xyz": "images.depth_nodelets:PointCloudXyz",
-    "depth_image_proc/point_cloud_xyzrgb": "images.depth_nodelets:PointCloudXyzrgb",
-    "depth_image_proc/register": "images.depth_nodelets:Register",
-    "depthimage_to_laserscan/DepthImageToLaserScanNodelet": "laser.depth_to_scan_node:DepthToScanNode",
-    "image_proc/debayer": "images.debayer:Debayer",
-    "image_proc/rectify": "images.rectify:Rectify",
-    "imu_filter_madgwick/ImuFilterNodelet": "imu.nodes:MadgwickNode",
-    "kobuki_safety_controller/SafetyControllerNodelet": "teleoperation.safety_controller_node:SafetyNode",
-    "laser_filters/scan_to_cloud_filter_chain": "laser.chain_node:ScanToCloudFilterChain",
-    "laser_filters/scan_to_scan_filter_chain": "laser.chain_node:ScanToScanFilterChain",
-    "pcl/CropBox": "clouds.filter_nodes:CropBox",
-    "pcl/EuclideanClusterExtraction": "clouds.segmentation_nodes:EuclideanClusterExtraction",
-    "pcl/ExtractIndices": "clouds.filter_nodes:ExtractIndices",
-    "pcl/PassThrough": "clouds.filter_nodes:PassThrough",
-    "pcl/SACSegmentation": "clouds.segmentation_nodes:SacSegmentation",
-    "pcl/StatisticalOutlierRemoval": "clouds.filter_nodes:StatisticalOutlierRemoval",
-    "pcl/VoxelGrid": "clouds.filter_nodes:VoxelGrid",
-    "pointcloud_to_laserscan/pointcloud_to_laserscan_nodelet": "laser.cloud_to_scan_node:CloudToScanNode",
-    "stereo_image_proc/disparity": "images.disparity:Disparity",
-    "stereo_image_proc/point_cloud2": "images.stereo_cloud:StereoCloud",
-    "yocs_cmd_vel_mux/CmdVelMuxNodelet": "teleoperation.cmd_vel_mux_node:CmdVelMuxNode",
-    "yocs_velocity_smoother/VelocitySmootherNodelet": "teleoperation.velocity_smoother_node:SmootherNode",
-}
-"""pipros's nodelets. Their modules are relative to `pipros.libraries`."""
 
 _PACKAGE_OF_PREFIX = {"jsk_pcl": "jsk_pcl_ros", "jsk_pcl_utils": "jsk_pcl_ros_utils", "pcl": "pcl_ros"}
 """Packages by prefix of plugin names, for prefixes that are not package names."""
@@ -74,16 +49,21 @@ def chosen(variables: Mapping[str, str] = os.environ) -> str:
     return value
 
 
+@cache
+def shipped_nodelets() -> Mapping[str, str]:
+    """Return the classes of pipros's nodelets as `module:name`, by plugin name."""
+    return {plugin: target for room in own_rooms() for plugin, target in room.nodelets.items()}
+
+
 def python_nodelet(plugin: str) -> str | None:
     """Return the class of a Python nodelet as `module:name`, or None if no Python nodelet has this name."""
-    if plugin in PLUGINS:
-        return f"pipros.libraries.{PLUGINS[plugin]}"
-    return _of_others().get(plugin)
+    return shipped_nodelets().get(plugin) or _of_others().get(plugin)
 
 
 @cache
 def _of_others() -> Mapping[str, str]:
-    return {point.name: point.value for point in entry_points(group=ENTRY_POINTS)}
+    found = {plugin: target for room in rooms() for plugin, target in room.nodelets.items()}
+    return found | {point.name: point.value for point in entry_points(group=ENTRY_POINTS)}
 
 
 def package_of(plugin: str) -> str:

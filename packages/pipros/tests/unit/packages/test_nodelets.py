@@ -3,19 +3,18 @@ from __future__ import annotations
 import pytest
 
 from pipros.libraries.nodelets.hosting import CannotLoad, class_of
-from pipros.packages.nodelets import PLUGINS, package_of, python_nodelet
+from pipros.packages.nodelets import package_of, python_nodelet, shipped_nodelets
 
 
-@pytest.mark.parametrize("plugin", PLUGINS)
+@pytest.mark.parametrize("plugin", shipped_nodelets())
 def test_every_nodelet_can_be_imported(plugin: str) -> None:
     assert callable(class_of(plugin))
 
 
 def test_nodelets_that_cannot_be_imported_are_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     assert python_nodelet("my_package/Nothing") is None
-    monkeypatch.setattr(
-        "pipros.packages.nodelets.PLUGINS", {"a/A": "nodelets.nothing:A", "a/B": "nodelets.hosting:Nothing"}
-    )
+    wrong = {"a/A": "pipros.libraries.nodelets.nothing:A", "a/B": "pipros.libraries.nodelets.hosting:Nothing"}
+    monkeypatch.setattr("pipros.packages.nodelets.shipped_nodelets", lambda: wrong)
     for plugin in ("a/A", "a/B"):
         with pytest.raises(CannotLoad, match=f"of {plugin} cannot be imported"):
             class_of(plugin)

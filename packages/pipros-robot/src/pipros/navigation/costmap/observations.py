@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipros.libraries.clouds.points import exact_matrix_of, moved, positions, rows_of
-from pipros.libraries.laser.projection import projected, valid_beams
-from pipros.libraries.laser.scan import Scan
 from pipros.libraries.transforms.pose import Pose
 from pipros.navigation.costmap.grid import Numbers
+from pipros.perception.clouds.points import exact_matrix_of, moved, positions, rows_of
+from pipros.perception.laser.projection import projected, valid_beams
+from pipros.perception.laser.scan import Scan
 
 Points3D = npt.NDArray[np.float32]
 
