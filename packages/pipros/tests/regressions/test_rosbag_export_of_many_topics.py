@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from std_msgs.msg import Int32
 
-from pipros.bag import reader
+from pipros.bag import contents
 from pipros.cli.rosbag import main
 from tests.support.bags import bag_bytes
 
@@ -19,13 +19,13 @@ def test_each_chunk_is_read_once(topics: int, tmp_path: Path, monkeypatch: pytes
     rows: list[Any] = [(f"/t{number % topics}", Int32(number), number, 0) for number in range(600)]
     Path("run.bag").write_bytes(bag_bytes(rows, chunk_bytes=5000))
     reads: list[int] = []
-    read_chunk_index = reader.read_chunk_index
+    read_chunk_index = contents.read_chunk_index
 
     def counted(*arguments: Any) -> Any:
         reads.append(arguments[2].position)
         return read_chunk_index(*arguments)
 
-    monkeypatch.setattr(reader, "read_chunk_index", counted)
+    monkeypatch.setattr(contents, "read_chunk_index", counted)
     assert main(["export", "run.bag", "out"]) == 0
 
     assert len(set(reads)) > 3

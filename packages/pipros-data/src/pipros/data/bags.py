@@ -16,13 +16,14 @@ from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError, BagFormatError, NoMessages
 from pipros.bag.info import bag_info, info_html
 from pipros.bag.merge import merged_raw
+from pipros.bag.message_groups import MessageGroup, grouped, joined_groups
 from pipros.bag.opening import is_ros1_bag, open_bag
-from pipros.bag.reader import BagReader, ns_of, received_at
+from pipros.bag.reader import BagReader
+from pipros.bag.times import ns_of, received_at
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import listed
 from pipros.basics.rooms import offered
-from pipros.data.chunks import MessageGroup, grouped, joined_groups, message_groups
 from pipros.data.limits import DataLimits
 from pipros.data.table import RECEIPT, Table, joined_tables
 from pipros.msg.bulk.columns import Column
@@ -283,7 +284,7 @@ class Bags:
             return
         for bag in bags:
             wanted = bag.connections_of(topic)
-            yield from message_groups(bag, wanted, start, end, limit)
+            yield from bag.message_groups(wanted, start, end, limit)
 
 
 def _malformed(plan: MessagePlan, part: MessageGroup, first: int) -> Iterator[tuple[int, str]]:

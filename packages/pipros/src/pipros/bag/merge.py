@@ -8,7 +8,8 @@ from itertools import repeat
 from operator import itemgetter
 
 from pipros.bag.connection import Connection
-from pipros.bag.reader import BagMessage, BagReader, Stamp, ns_of
+from pipros.bag.reader import BagMessage, BagReader
+from pipros.bag.times import Stamp, ns_of
 from pipros.msg.time import NS_PER_S, Time
 
 Choice = Callable[[Connection], bool]

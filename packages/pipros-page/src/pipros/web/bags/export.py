@@ -11,7 +11,8 @@ from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagError
 from pipros.bag.images import image_file
 from pipros.bag.left_out import LeftOut
-from pipros.bag.reader import BagReader, received_at
+from pipros.bag.reader import BagReader
+from pipros.bag.times import received_at
 from pipros.bag.writer import BagWriter
 from pipros.basics.limits import limit_text
 from pipros.graph.message_path import Part

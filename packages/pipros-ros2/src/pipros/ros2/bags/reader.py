@@ -14,8 +14,9 @@ from pipros.bag.index import ChunkHeader, ChunkInfo
 from pipros.bag.layout import BagLayout
 from pipros.bag.mcap_files import AFTER_ALL
 from pipros.bag.opening import open_bag
-from pipros.bag.reader import BagReader, received_at
+from pipros.bag.reader import BagReader
 from pipros.bag.records import Version
+from pipros.bag.times import received_at
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.language.digest import complete
 from pipros.msg.language.spec import MessageSpec

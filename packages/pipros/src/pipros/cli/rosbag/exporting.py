@@ -12,7 +12,8 @@ from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
 from pipros.bag.images import check_image, image_array_file, image_file
 from pipros.bag.left_out import LeftOut
-from pipros.bag.reader import BagReader, received_at
+from pipros.bag.reader import BagReader
+from pipros.bag.times import received_at
 from pipros.basics.extras import install_command
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed

@@ -12,8 +12,9 @@ from pipros.bag.errors import BagError
 from pipros.bag.filter_expression import MessageExpression
 from pipros.bag.left_out import LeftOut
 from pipros.bag.opening import writer_for
-from pipros.bag.reader import BagReader, received_at
+from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import copy_chosen, replaced_file
+from pipros.bag.times import received_at
 from pipros.basics.printable import listed, printable_lines
 from pipros.cli.rosbag.other_bags import add_reading_options, opened, warned
 from pipros.cli.rosbag.progress import Progress

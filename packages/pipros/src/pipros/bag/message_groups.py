@@ -6,16 +6,17 @@ follow from the index. Other bags, MCAP files and ROS 2 bags are read message by
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pipros.bag.chunk_data import LARGE_BYTES, ChunkStore, check_chunk
+from pipros.bag.chunk_messages import usual_headers
 from pipros.bag.compression import NONE
 from pipros.bag.connection import Connection
-from pipros.bag.reader import BagReader, usual_headers
+from pipros.bag.contents import BagContents
 from pipros.bag.records import TIMES_NS
 from pipros.basics.limits import process_limits
 from pipros.msg.bulk.cursors import joined_parts, values_at
@@ -63,29 +64,30 @@ class _Unusual(Exception):
     """The messages must be read one by one, or are read faster that way."""
 
 
-def message_groups(
-    bag: BagReader,
+def groups_of(
+    bag: BagContents | None,
     connections: Sequence[Connection],
     start_ns: int | None,
     end_ns: int | None,
     limit: int,
+    fields: Callable[[], Iterator[tuple[Connection, int, Any, int, int]]],
 ) -> Iterator[MessageGroup]:
-    """Yield the messages of `BagReader.stored_fields` in groups, in the same order.
+    """Yield what `BagReader.message_groups` describes.
 
     Args:
-        limit: approximate maximum size of a group in bytes. A chunk that is read as a whole may exceed it.
-
-    Raises:
-        BagFormatError: the bag is damaged.
+        bag: a bag with chunks as rosbag writes them; None if it has none.
+        fields: returns the same messages, one by one.
     """
     done = 0
-    try:
-        for group in _of_chunks(bag, connections, start_ns, end_ns, limit):
-            yield group
-            done += len(group.sizes)
-    except _Unusual:
-        fields = bag.stored_fields(connections, start_ns, end_ns, as_views=True)
-        yield from grouped(islice(fields, done, None), limit)
+    if bag is not None and bag.layout.version.number == 200:
+        try:
+            for group in _of_chunks(bag, connections, start_ns, end_ns, limit):
+                yield group
+                done += len(group.sizes)
+            return
+        except _Unusual:
+            pass
+    yield from grouped(islice(fields(), done, None), limit)
 
 
 def grouped(fields: Iterable[tuple[Connection, int, Any, int, int]], limit: int) -> Iterator[MessageGroup]:
@@ -119,10 +121,8 @@ def _group(pieces: list[bytes], times: list[int]) -> MessageGroup:
 
 
 def _of_chunks(
-    bag: BagReader, connections: Sequence[Connection], start_ns: int | None, end_ns: int | None, limit: int
+    bag: BagContents, connections: Sequence[Connection], start_ns: int | None, end_ns: int | None, limit: int
 ) -> Iterator[MessageGroup]:
-    if type(bag) is not BagReader or bag.layout.version.number != 200:
-        raise _Unusual
     wanted = {each.id for each in connections}
     chunks = [
         (chunk, number)
@@ -202,7 +202,7 @@ class _ChunkReader:
     Uncompressed chunks share a buffer, because touching new memory is slower than reading.
     """
 
-    def __init__(self, bag: BagReader) -> None:
+    def __init__(self, bag: BagContents) -> None:
         self._bag = bag
         self._limits = process_limits()
         self._buffer: NDArray[np.uint8] = np.empty(0, np.uint8)
@@ -226,7 +226,7 @@ class _ChunkReader:
 
 
 def _messages(
-    bag: BagReader, number: int, rank_of: Mapping[int, int], data: NDArray[np.uint8]
+    bag: BagContents, number: int, rank_of: Mapping[int, int], data: NDArray[np.uint8]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Return the times, positions and sizes of the messages in a chunk, in the order of `BagReader`."""
     index = bag.chunk_index(number)

@@ -1,0 +1,140 @@
+"""Read the messages in the chunks of a bag in format 2.0 or older, in time order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import islice
+from typing import Any
+
+from pipros.bag.chunk_data import ChunkStore, are_large
+from pipros.bag.connection import Connection
+from pipros.bag.contents import BagContents
+from pipros.bag.errors import BagFormatError
+from pipros.bag.records import U32, Op, checked_time, field_bytes, op_of, parse_head
+from pipros.bag.records import number as number_of
+from pipros.bag.runs import Entry, Span, runs_in_time_order, sorted_entries
+from pipros.basics.limits import Limits
+
+_MESSAGE_HEADER_BYTES = 38
+"""Size of the message record header that rosbag and rosbag_storage write."""
+
+
+def fields_of_chunks(
+    bag: BagContents,
+    connections: Sequence[Connection],
+    start_ns: int | None,
+    end_ns: int | None,
+    limits: Limits,
+    *,
+    as_views: bool,
+) -> Iterator[tuple[Connection, int, Any, int, int]]:
+    """Yield what `BagReader.stored_fields` describes."""
+    ranks = {connection.id: rank for rank, connection in enumerate(connections)}
+    spans = _spans(bag, ranks, start_ns, end_ns)
+    order = [span.number for span in sorted(spans, key=lambda span: (span.start_ns, span.number))]
+    next_of = {number: at + 1 for at, number in enumerate(order)}
+    known = [(connection, *usual_headers(connection.id)) for connection in connections]
+    store = ChunkStore(bag.source, bag.chunk_header, limits)
+    left: dict[int, int] = {}  # number of message bytes still allowed in each chunk
+    unpack = U32.unpack_from
+    try:
+        for run in runs_in_time_order(spans, partial(_sorted_entries, bag, ranks, start_ns, end_ns)):
+            number = run.number
+            size = bag.chunk_header(number).size
+            is_view = as_views and are_large(size, len(run.entries))
+            upcoming = order[next_of[number] : next_of[number] + 8]
+            data = store.get(number, upcoming, is_reusable=is_view)
+            content: Any = memoryview(data) if is_view and data is not None else data
+            whole = 0 if data is None else len(data)
+            chunk_position = bag.layout.chunks[number].position
+            left_bytes = left.get(number, size)
+            entries: Iterable[Entry] = run.entries
+            if run.begin or run.end < len(run.entries):
+                entries = islice(run.entries, run.begin, run.end)
+            for time_ns, rank, offset in entries:
+                connection, usual, as_in_cpp = known[rank]
+                if data is not None and (
+                    data.startswith(usual, offset) or data.startswith(as_in_cpp, offset)
+                ):
+                    begin = offset + _MESSAGE_HEADER_BYTES + 8
+                    after = begin + unpack(data, begin - 4)[0] if begin <= whole else whole + 1
+                    if after > whole:
+                        raise _misplaced(bag, number, offset, "the message is truncated")
+                    body = content[begin:after]
+                    left_bytes += begin - after
+                else:
+                    body = _message_at(bag, number, data, offset, connection)
+                    left_bytes -= len(body)
+                if left_bytes < 0:
+                    raise _misplaced(bag, number, offset, "the messages are larger than their chunk")
+                yield connection, time_ns, body, chunk_position, offset
+            left[number] = left_bytes
+            if run.is_last:
+                store.drop(number)
+                del left[number]
+    finally:
+        store.close()
+
+
+def _spans(
+    bag: BagContents, ranks: Mapping[int, int], start_ns: int | None, end_ns: int | None
+) -> list[Span]:
+    """Return the chunks that may contain messages of the connections in `ranks` within the period."""
+    return [
+        Span(number, chunk.start_ns)
+        for number, chunk in enumerate(bag.layout.chunks)
+        if not ranks.keys().isdisjoint(chunk.counts.keys())
+        and (start_ns is None or chunk.end_ns >= start_ns)
+        and (end_ns is None or chunk.start_ns <= end_ns)
+    ]
+
+
+def _sorted_entries(
+    bag: BagContents, ranks: Mapping[int, int], start_ns: int | None, end_ns: int | None, number: int
+) -> list[Entry]:
+    """Return a chunk's sorted index entries for the connections in `ranks` within the period."""
+    index = bag.chunk_index(number)
+    packed = [(ranks[key], data) for key, data in index.items() if key in ranks]
+    entries = sorted_entries(packed, start_ns, end_ns)
+    if entries:
+        checked_time(entries[-1][0], _place(bag, number, entries[-1][2]))
+    return entries
+
+
+def _message_at(
+    bag: BagContents, number: int, data: bytes | bytearray | None, offset: int, connection: Connection
+) -> bytes:
+    """Return a message that has an unusual header, or that is read individually from the file."""
+    header = bag.chunk_header(number)
+
+    def read(position: int, size: int) -> bytes:
+        if position + size > header.size:
+            raise _misplaced(bag, number, offset, "the message does not fit into its chunk")
+        if data is not None:
+            return bytes(data[position : position + size])
+        return bag.source.read(header.data_position + position, size)
+
+    where = _place(bag, number, offset)
+    fields, data_position, data_size = parse_head(read, offset, where)
+    is_own = "conn" not in fields or number_of(fields, "conn", 4, where) == connection.id
+    if op_of(fields, where) != Op.MESSAGE or not is_own:
+        raise _misplaced(bag, number, offset, f"there is no message of {connection.topic}")
+    return read(data_position, data_size)
+
+
+def _place(bag: BagContents, number: int, offset: int) -> str:
+    return f"{bag.source.name}, chunk at byte {bag.layout.chunks[number].position}, offset {offset}"
+
+
+def _misplaced(bag: BagContents, number: int, offset: int, what: str) -> BagFormatError:
+    return BagFormatError(
+        f"{_place(bag, number, offset)}: {what}; the index or the chunk is damaged. Try rosbag reindex"
+    )
+
+
+def usual_headers(connection: int) -> tuple[bytes, bytes]:
+    """Return the bytes that precede the timestamp in rosbag's and in rosbag_storage's message records."""
+    op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
+    start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
+    return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time
