@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import inspect
 import re
 import subprocess
@@ -110,11 +109,3 @@ def test_import_rospy_adds_nothing_to_modules_of_the_standard_library() -> None:
     )
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ran.stdout == ""
-
-
-def test_the_upgrade_notes_name_modules_that_moved() -> None:
-    text = (REPOSITORY / "docs/upgrading.md").read_text()
-    moved = re.findall(r"^\| `(pipros\.\w+)` \| `(pipros[\w.]+)` \|$", text, re.MULTILINE)
-    assert len(moved) == 15
-    assert [old for old, _ in moved if importlib.util.find_spec(old) is not None] == []
-    assert [new for _, new in moved if importlib.util.find_spec(new) is None] == []
