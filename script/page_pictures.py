@@ -2,8 +2,8 @@
 """Takes the pictures of the page in docs/. `script/pictures --page [NAME…]` calls it, for all or for some.
 
 `script/pictures --page sheet [FOLDER [VIEW…]]` calls `take_all` instead. The pictures show a small robot,
-which consists of programs in tests/browser/programs and of relays. The picture `battery` shows the package
-vehicle_battery. Chromium, Playwright and Pillow are needed.
+which consists of programs in `tests.browser.programs` and of relays. The picture `battery` shows the
+package vehicle_battery. Chromium, Playwright and Pillow are needed.
 """
 
 from __future__ import annotations

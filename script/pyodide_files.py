@@ -1,7 +1,7 @@
 """Writes the files that run pipros in a browser: Pyodide from npm, the wheel of this tree, and libraries.
 
 Run it with `.venv/bin/python script/pyodide_files.py FOLDER`. `script/docs` calls `on_post_build` for the
-documentation, and `tests/pyodide` runs programs with the same files under Node.js.
+documentation, and `tests.pyodide` runs programs with the same files under Node.js.
 """
 
 from __future__ import annotations

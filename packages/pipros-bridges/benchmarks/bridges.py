@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The speed of the servers for browsers and for Foxglove.
 
-    benchmarks/bridges.py [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
+    script/bench bridges [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
 
 images: a node publishes images of 1 MB as fast as it can, and one Foxglove client reads them: through
 `pipros foxglove`, and in the same run through a pipros node with the server of foxglove-sdk, if that is

@@ -1,6 +1,6 @@
 """Time to make tables from bags.
 
-    python benchmarks/data.py [--count 20000] [--rounds 5]
+    script/bench data [--count 20000] [--rounds 5]
 
 Writes one bag with messages of four types, and reads each topic by turns: as a table
 (`pipros.data`), with `rosbag.Bag.read_messages(raw=True)`, in a loop that decodes with rosbags, and as a

@@ -1,21 +1,17 @@
 #!/usr/bin/env python3
-"""The fleet link beside bare Zenoh and direct TCPROS, in one run.
+"""The costs of a fleet: agents, many members, and a narrow link.
 
-    benchmarks/fleet.py [--only trip,flow,cost,robots,slow,wan] [--rounds 3] [--seconds 2] [--robots 100]
+    script/bench fleet [--only cost,robots,slow,wan] [--seconds 2] [--robots 100]
         [--quick]
 
-trip: round trip of a message between two nodes: on one master, there also with a pause of a millisecond
-before each trip (`paused`), between two sessions of Zenoh over a router, and between the masters of two
-members. flow: messages per second that arrive, sent as fast as possible by a sender that waits for room.
 cost: memory and processor time of an agent, idle and at 1,000 messages/s. robots: members with 20 topics
 each in two processes, without masters: the time until an operator knows all directories; until an agent
 shows all topics on its master, if they are at most 5,000; until all members are back after a restart of the
 router; and until half of them, whose process is stopped, count as gone, and are back. slow: two operators
 receive 10 messages/s of 10 kB from each of up to 100 robots; one of them handles only 100/s. wan (only if
 named, as root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of delay each way and
-1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth. Each side is its
-own process. The sides take turns, and the median of the rounds counts. Nothing else should be
-running.
+1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth.
+Nothing else should be running.
 """
 
 import argparse
@@ -23,15 +19,13 @@ import contextlib
 import os
 import signal
 import socket
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
 
-from fleet_workers import DEADLINE_S, PAUSED, TOPICS
+from fleet_workers import DEADLINE_S, TOPICS
 
-SIZES = [16, 1_000, 100_000, 1_000_000]
 WORKERS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "fleet_workers.py")
 MAX_TOPICS = 5000  # the limit fleet_topics
 
@@ -121,46 +115,14 @@ class System:
             for name, master in zip("ab", self.masters, strict=True)
         ]
 
-    def ends(self, side):
-        """Return the master or router, the sent and the received topic, for the near and for the far end."""
-        if side == "zenoh":
-            return (self.router, "/near", "/far"), (self.router, "/far", "/near")
-        if side in ("tcpros", PAUSED):
-            return (self.masters[0], "/near", "/far"), (self.masters[0], "/far", "/near")
-        return (self.masters[0], "/to_b", "/b/to_a"), (self.masters[1], "/to_a", "/a/to_b")
-
-
-def trip(system, side, size, seconds):
-    near, far = system.ends(side)
-    with contextlib.ExitStack() as stack:
-        worker(stack, "echo", side, *far)
-        return float(worker(stack, "trips", side, *near, size, seconds, wait="").line().split()[0])
-
-
-def flow(system, side, size, seconds):
-    near, far = system.ends(side)
-    with contextlib.ExitStack() as stack:
-        counter = worker(stack, "count", side, *far)
-        worker(stack, "flood", side, *near, size, 0)
-        give_up = time.monotonic() + DEADLINE_S
-        while counter.ask() < 5:
-            if time.monotonic() > give_up:
-                raise SystemExit(f"{side}: no message arrives")
-            time.sleep(0.1)
-        time.sleep(0.5)
-        begin, first = time.monotonic(), counter.ask()
-        time.sleep(seconds)
-        return (counter.ask() - first) / (time.monotonic() - begin)
-
 
 def cost(system, seconds):
     agent = system.agents[0]
     with contextlib.ExitStack() as stack:
         for what in ("idle", "1000/s"):
             if what != "idle":
-                near, far = system.ends("fleet")
-                counter = worker(stack, "count", "fleet", *far)
-                worker(stack, "flood", "fleet", *near, 100, 1000)
+                counter = worker(stack, "count", system.masters[1], "/to_a", "/a/to_b")
+                worker(stack, "flood", system.masters[0], "/to_b", "/b/to_a", 100, 1000)
                 while counter.ask() < 100:
                     time.sleep(0.1)
             begin, before = time.monotonic(), agent.usage()
@@ -204,16 +166,16 @@ def wan(seconds):
                 stack, "fleet", "join", name, "--router", router, *options,
                 wait="joined", ROS_MASTER_URI=uri, **where,
             )  # fmt: skip
-        worker(stack, "echo", "fleet", far, "/to_operator", "/from_operator", **robot)
-        images = worker(stack, "count", "fleet", near, "/unused", "/robot/images", **here)
+        worker(stack, "echo", far, "/to_operator", "/from_operator", **robot)
+        images = worker(stack, "count", near, "/unused", "/robot/images", **here)
         for what in ("alone", "with images"):
             if what != "alone":
-                worker(stack, "flood", "fleet", far, "/images", "/unused", 25_000, 10, **robot)
+                worker(stack, "flood", far, "/images", "/unused", 25_000, 10, **robot)
                 while images.ask() < 2:
                     time.sleep(0.1)
             before, begin = images.ask(), time.monotonic()
             line = worker(
-                stack, "trips", "fleet", near, "/robot/from_operator", "/robot/to_operator", 100, seconds,
+                stack, "trips", near, "/robot/from_operator", "/robot/to_operator", 100, seconds,
                 wait="", **here,
             ).line()  # fmt: skip
             median, slow, number = map(float, line.split())
@@ -332,34 +294,18 @@ def slow(number, seconds):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--only", default="trip,flow,cost,robots,slow")
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--only", default="cost,robots,slow")
     parser.add_argument("--seconds", type=int, default=2)
     parser.add_argument("--robots", type=int, default=100)
-    parser.add_argument("--quick", action="store_true", help="one round of one second, 20 robots")
+    parser.add_argument("--quick", action="store_true", help="one second, 20 robots")
     options = parser.parse_args()
     if options.quick:
-        options.rounds, options.seconds, options.robots = 1, 1, 20
+        options.seconds, options.robots = 1, 20
     wanted = options.only.split(",")
     print(f"load before the run: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
-    with contextlib.ExitStack() as stack:
-        system = System(stack) if {"trip", "flow", "cost"} & set(wanted) else None
-        for name, measure, unit, sides in (
-            ("trip", trip, "us", ["tcpros", PAUSED, "zenoh", "fleet"]),
-            ("flow", flow, "messages/s", ["tcpros", "zenoh", "fleet"]),
-        ):
-            if name not in wanted:
-                continue
-            print(f"{name}, {unit:12} " + " ".join(f"{side:>10}" for side in sides))
-            for size in SIZES:
-                rounds = [
-                    [measure(system, side, size, options.seconds) for side in sides]
-                    for _ in range(options.rounds)
-                ]
-                medians = [statistics.median(each) for each in zip(*rounds, strict=True)]
-                print(f"{size:>9} B         " + " ".join(f"{each:10.0f}" for each in medians), flush=True)
-        if "cost" in wanted:
-            cost(system, 5 * options.seconds)
+    if "cost" in wanted:
+        with contextlib.ExitStack() as stack:
+            cost(System(stack), 5 * options.seconds)
     if "robots" in wanted:
         robots(options.robots)
     if "slow" in wanted:

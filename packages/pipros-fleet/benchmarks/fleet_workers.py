@@ -1,15 +1,12 @@
-"""The processes that benchmarks/fleet.py starts: `fleet_workers.py NAME ARGUMENT...`."""
+"""The processes that `script/bench fleet` starts: `fleet_workers.py NAME ARGUMENT...`."""
 
 import contextlib
-import json
 import os
 import statistics
 import sys
 import threading
 import time
 
-PAUSED = "paused"
-PAUSE_S = 0.001  # about the time between the messages of a round trip over a fleet link; threads sleep
 DEADLINE_S = 60.0
 TOPICS = 20
 
@@ -38,37 +35,7 @@ class TcprosEnd:
         self._publisher.publish(self._class(data=body))
 
 
-class ZenohEnd:
-    """One end of a path, as a Zenoh session with Zenoh's own callbacks, the fastest way in Python."""
-
-    def __init__(self, router, sends, receives, on_message):
-        import zenoh
-
-        config = zenoh.Config()
-        for key, value in {
-            "mode": "client",
-            "connect/endpoints": [router],
-            "scouting/multicast/enabled": False,
-            "transport/shared_memory/enabled": False,
-        }.items():
-            config.insert_json5(key, json.dumps(value))
-        self._session = zenoh.open(config)
-        self._key = f"bench{sends}"
-        self._subscriber = self._session.declare_subscriber(
-            f"bench{receives}",
-            zenoh.handlers.Callback(lambda sample: on_message(sample.payload.to_bytes()), indirect=False),
-        )
-        self._how = {"congestion_control": zenoh.CongestionControl.BLOCK, "express": True}
-
-    def send(self, body):
-        self._session.put(self._key, body, **self._how)
-
-
-def end_of(side, place, sends, receives, on_message):
-    return (ZenohEnd if side == "zenoh" else TcprosEnd)(place, sends, receives, on_message)
-
-
-def echo(side, place, sends, receives):
+def echo(place, sends, receives):
     """Send each message back."""
     end = None
     ready = threading.Event()
@@ -77,33 +44,33 @@ def echo(side, place, sends, receives):
         ready.wait(DEADLINE_S)
         end.send(body)
 
-    end = end_of(side, place, sends, receives, back)
+    end = TcprosEnd(place, sends, receives, back)
     ready.set()
     print("ready", flush=True)
     sys.stdin.read()
 
 
-def count(side, place, sends, receives):
+def count(place, sends, receives):
     """Count the messages. Print the count for each line of input."""
     seen = [0]
 
     def add(_):
         seen[0] += 1
 
-    end = end_of(side, place, sends, receives, add)
+    end = TcprosEnd(place, sends, receives, add)
     print("ready", flush=True)
     for _ in sys.stdin:
         print(seen[0], flush=True)
     del end  # keeps the session open until here
 
 
-def trips(side, place, sends, receives, size, seconds):
+def trips(place, sends, receives, size, seconds):
     """Print the median and the 95th percentile of the round trip times in us, and their number.
 
     At least two messages must return.
     """
     arrived = threading.Semaphore(0)
-    end = end_of(side, place, sends, receives, lambda _: arrived.release())
+    end = TcprosEnd(place, sends, receives, lambda _: arrived.release())
     body = body_of(size)
     give_up = time.monotonic() + DEADLINE_S
     while True:  # until the path exists
@@ -111,14 +78,12 @@ def trips(side, place, sends, receives, size, seconds):
         if arrived.acquire(timeout=0.2):
             break
         if time.monotonic() > give_up:
-            raise SystemExit(f"{side}: no message came back")
+            raise SystemExit(f"{place}: no message came back")
     while arrived.acquire(timeout=0.5):
         pass
     found = []
     stop = time.monotonic() + seconds
     while time.monotonic() < stop:
-        if side == PAUSED:
-            time.sleep(PAUSE_S)
         begin = time.perf_counter()
         end.send(body)
         if arrived.acquire(timeout=5):
@@ -126,9 +91,9 @@ def trips(side, place, sends, receives, size, seconds):
     print(1e6 * statistics.median(found), 1e6 * statistics.quantiles(found, n=20)[-1], len(found), flush=True)
 
 
-def flood(side, place, sends, receives, size, rate):
+def flood(place, sends, receives, size, rate):
     """Send, at `rate` per second or as fast as possible, until standard input ends."""
-    end = end_of(side, place, sends, receives, lambda _: None)
+    end = TcprosEnd(place, sends, receives, lambda _: None)
     body = body_of(size)
     print("ready", flush=True)
     is_over = threading.Event()

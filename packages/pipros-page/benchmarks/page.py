@@ -1,25 +1,21 @@
 #!/usr/bin/env python3
 """Costs of rqt_graph's page, with many browsers that show fast topics and large images.
 
-    benchmarks/page.py [--browsers 20] [--seconds 10] [--heap 5,30] [--quick]
+    script/bench page [--browsers 20] [--seconds 10] [--heap 5,30] [--quick]
 
 A publisher sends a number 1,000 times and images of 1 MB 30 times a second. There are four runs: without a
 page; with a page but no browser; with browsers that show the number, its curve, the image and the graph; and
 with one more browser that has stopped reading. Each row has the publisher's rate and processor usage, the
 number of images that each browser received, and the server's processor time and memory.
 
-Before that, if Chromium and Playwright are installed, it measures the page's first paint, the time to draw a
-graph of 300 nodes and 1,000 topics, and its frame times during panning and zooming; then the frame times of
-four panels that show the curve of the number, the image, the topic and the log, and how many samples of the
-curve were lost. `--heap 5,30` also measures the browser's heap after garbage collection, 5 and 30 minutes
-after these panels were opened. `--quick` takes 3 seconds per run. Nothing else should be running.
+With `--heap 5,30`, it first measures the heap of a browser that shows four panels (the curve of the number,
+the image, the topic and the log) after garbage collection, 5 and 30 minutes after they were opened, with
+Chromium and Playwright. `--quick` takes 3 seconds per run. Nothing else should be running.
 """
 
 import argparse
 import asyncio
 import contextlib
-import importlib.util
-import itertools
 import json
 import os
 import re
@@ -63,34 +59,8 @@ while not rospy.is_shutdown():
         told, seen = now, count
     time.sleep(max(0.0, begin + count / 1000 - now))
 """
-NODES, TOPICS = 300, 1000
-FRAMES = """
-async () => {
-  const canvas = document.querySelector("svg.canvas");
-  const send = (kind, x, y) => canvas.dispatchEvent(
-    new PointerEvent(kind, {pointerId: 1, clientX: x, clientY: y}));
-  canvas.setPointerCapture = () => {};
-  const zoom = (i) => canvas.dispatchEvent(
-    new WheelEvent("wheel", {deltaY: i < 60 ? -40 : 40, clientX: 400, clientY: 300, cancelable: true}));
-  const pan = (i) => send("pointermove", 400 + 200 * Math.sin(i / 10), 300 + 100 * Math.cos(i / 10));
-  const frames = async (step) => {
-    const times = [];
-    let last = await new Promise(requestAnimationFrame);
-    for (let i = 0; i < 120; i += 1) {
-      step(i);
-      const now = await new Promise(requestAnimationFrame);
-      times.push(now - last);
-      last = now;
-    }
-    return times.sort((a, b) => a - b);
-  };
-  const zooming = await frames(zoom);
-  send("pointerdown", 400, 300);
-  const panning = await frames(pan);
-  send("pointerup", 400, 300);
-  return {zooming, panning};
-}
-"""
+
+
 VIEWS = (
     ("topic", {"name": "/number"}),
     ("plot", {"field": "/number/data"}),
@@ -101,33 +71,6 @@ VIEWS = (
 
 PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//number~console))"
 # Records the samples of curves that the browser receives.
-NOTE_SAMPLES = """
-window.samples = [];
-window.lost = 0;
-window.WebSocket = class extends WebSocket {
-  constructor(...args) {
-    super(...args);
-    this.addEventListener("message", ({data}) => {
-      if (typeof data !== "string" || !data.includes('"samples"')) return;
-      const {data: found} = JSON.parse(data);
-      window.lost += found.lost;
-      for (const [, value] of found.samples) window.samples.push(value);
-    });
-  }
-};
-"""
-MEASURE_FRAMES = """
-async (seconds) => {
-  const times = [];
-  const begin = await new Promise(requestAnimationFrame);
-  for (let last = begin; last - begin < seconds * 1000;) {
-    const now = await new Promise(requestAnimationFrame);
-    times.push(now - last);
-    last = now;
-  }
-  return times.sort((a, b) => a - b);
-}
-"""
 
 
 def main():
@@ -138,11 +81,8 @@ def main():
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
     seconds = 3.0 if options.quick else options.seconds
-    if shutil.which("chromium") and importlib.util.find_spec("playwright"):
-        print(drawing(3 if options.quick else 9), flush=True)
-        print(four_panels(seconds), flush=True)
-        if options.heap:
-            print(heap([float(minutes) for minutes in options.heap.split(",")]), flush=True)
+    if options.heap:
+        print(heap([float(minutes) for minutes in options.heap.split(",")]), flush=True)
     titles = f"{'publisher':>9} {'its CPU':>8} {'images each':>12} {'server CPU':>11} {'server memory':>14}"
     print(f"{'':28} {titles}")
     with tempfile.TemporaryDirectory() as home:
@@ -153,57 +93,9 @@ def main():
             print(row(name, home, browsers, is_stuck, seconds), flush=True)
 
 
-def drawing(rounds):
-    import random
-    from xmlrpc.client import ServerProxy
-
-    from playwright.sync_api import sync_playwright
-
-    with tempfile.TemporaryDirectory() as home:
-        port = free_port()
-        environment = {**os.environ, "ROS_HOME": home, "ROS_MASTER_URI": f"http://127.0.0.1:{port}"}
-        master_command = [os.path.join(SCRIPTS, "rosmaster"), "-p", str(port)]
-        started = [subprocess.Popen(master_command, env=environment, stdout=subprocess.DEVNULL)]
-        try:
-            with ServerProxy(environment["ROS_MASTER_URI"]) as master:
-                fill(master, random.Random(1))  # noqa: S311 - the same graph each time
-            options = [os.path.join(SCRIPTS, "rqt_graph"), "--no-browser"]
-            pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-            server = subprocess.Popen(options, env=environment, text=True, **pipes)
-            started.append(server)
-            url = re.search(r"http\S+", server.stderr.readline())[0]
-            with sync_playwright() as playwright:
-                browser = playwright.chromium.launch(
-                    executable_path=shutil.which("chromium"), args=["--no-sandbox"]
-                )
-                paints = sorted(first_paint(browser, url) for _ in range(rounds))
-                page = browser.new_context(bypass_csp=True).new_page()
-                page.add_init_script(
-                    "localStorage['pipros.graph.options'] = JSON.stringify({mode: 'all', "
-                    "hide_dead_sinks: false, hide_leaf_topics: false, hide_debug: false})"
-                )
-                page.goto(url)
-                page.locator("g.vertex").nth(NODES + TOPICS - 1).wait_for(state="attached")
-                drawn = page.evaluate("performance.now()")
-                frames = page.evaluate(FRAMES)
-                browser.close()
-        finally:
-            for process in reversed(started):
-                process.terminate()
-                process.wait()
-    lines = [
-        f"first paint, cold: median {paints[rounds // 2]:.0f} ms, longest {paints[-1]:.0f} ms",
-        f"{NODES} nodes, {TOPICS} topics: drawn after {drawn:.0f} ms",
-    ]
-    for what, times in frames.items():
-        middle, most = times[len(times) // 2], times[int(len(times) * 0.99)]
-        lines.append(f"frames while {what}: median {middle:.0f} ms, 99 % within {most:.0f} ms")
-    return "\n".join(lines)
-
-
 @contextlib.contextmanager
-def four_panels_page(script=""):
-    """Yield a page with four panels in a browser that runs `script` first."""
+def four_panels_page():
+    """Yield a page with four panels in a browser."""
     from playwright.sync_api import sync_playwright
 
     with tempfile.TemporaryDirectory() as home:
@@ -233,7 +125,6 @@ def four_panels_page(script=""):
                     executable_path=shutil.which("chromium"), args=["--no-sandbox"]
                 )
                 page = browser.new_page(viewport={"width": 1600, "height": 900}, bypass_csp=True)
-                page.add_init_script(script)
                 page.goto(f"{url.rpartition('/')[0]}/{PANELS}")
                 page.locator(".picture canvas:visible").wait_for()
                 yield page
@@ -247,23 +138,6 @@ def four_panels_page(script=""):
 def drain(stream):
     """Read a stream in a thread, so that its program is never blocked by a full pipe."""
     threading.Thread(target=lambda: [None for _ in stream], daemon=True).start()
-
-
-def four_panels(seconds):
-    """Measure the frame times of four panels, and count the samples at 1,000 Hz that their curve lost.
-
-    Return the results as text.
-    """
-    with four_panels_page(NOTE_SAMPLES) as page:
-        page.wait_for_function("window.samples.length > 1000")
-        frames = page.evaluate(MEASURE_FRAMES, seconds)
-        samples, lost = page.evaluate("[window.samples, window.lost]")
-    gaps = sum((after - before) % 100 != 1 for before, after in itertools.pairwise(samples))
-    middle, most = frames[len(frames) // 2], frames[int(len(frames) * 0.99)]
-    return (
-        f"four panels: frames median {middle:.0f} ms, 99 % within {most:.0f} ms; "
-        f"{len(samples)} samples of a curve, {lost + gaps} lost"
-    )
 
 
 def heap(moments):
@@ -288,36 +162,6 @@ def heap(moments):
         f"{size:.2f} MB after {minutes:g} min" for minutes, size in zip(moments, found, strict=True)
     )
     return f"heap with four panels: {sizes} ({100 * (found[-1] / found[0] - 1):+.0f} %)"
-
-
-def first_paint(browser, url):
-    """Return the time to the first text in a browser with an empty cache, in milliseconds."""
-    context = browser.new_context()
-    page = context.new_page()
-    page.goto(url)
-    page.locator("#tabs a").first.wait_for()
-    paint = None
-    while paint is None:
-        paint = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? null")
-    context.close()
-    return paint
-
-
-def fill(master, random):
-    """Register fictitious nodes with topics, as soon as the master is ready."""
-    while True:
-        try:
-            master.getPid("/benchmark")
-            break
-        except ConnectionRefusedError:
-            time.sleep(0.05)
-    for topic in range(TOPICS):
-        for kind in (master.registerPublisher, master.registerSubscriber):
-            node = random.randrange(NODES)
-            uri = f"http://127.0.0.1:9/node{node}"
-            code, text, _ = kind(f"/node{node}", f"/topic{topic}", "std_msgs/String", uri)
-            if code != 1:
-                raise SystemExit(f"the master refused a registration: {text}")
 
 
 def row(name, home, browsers, is_stuck, seconds):

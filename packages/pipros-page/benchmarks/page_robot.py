@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A robot with all that the page shows: pictures, script time, memory and transfer of the Scene tab.
 
-    benchmarks/page_robot.py [--seconds 10] [--only TEXT] [--minutes 10]
+    script/bench page_robot [--seconds 10] [--only TEXT] [--minutes 10]
 
 Needs Chromium and Playwright, which draw in software, in a window of 1440 x 900 pixels with the page's
 defaults: anti-aliased, at most 30 pictures a second. The robot is that of page_robot_programs.py, with

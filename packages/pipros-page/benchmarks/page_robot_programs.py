@@ -1,4 +1,4 @@
-"""Nodes of the robot that benchmarks/page_robot.py shows: `page_robot_programs.py ROLE`.
+"""Nodes of the robot that `script/bench page_robot` shows: `page_robot_programs.py ROLE`.
 
 robot: tf at 50 Hz, a scan, a cloud of 20,000 points, a map, a path, odometry, an imu and 30 markers.
 cameras: two images of 640 x 480 at 10 Hz. logger: 300 log entries a second, and a subscriber with a wrong

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A long run of the Scene tab, with a bag that loops in simulated time: no stale objects, no growing memory.
 
-    benchmarks/scene_soak.py [--minutes 60]
+    script/bench scene_soak [--minutes 60]
 
 Prints a line per loop. The exit status is 1 if an object of the end of the bag is shown at its beginning, or
 if page or server have over 10 % more memory in the last ten loops than in ten loops after the first 20 (some

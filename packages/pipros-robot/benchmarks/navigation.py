@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Processor time of the operations of navigation, and of the bare numpy operation beside each.
 
-    benchmarks/navigation.py [--repetitions 500]
+    script/bench navigation [--repetitions 500]
 
 The median of all repetitions, or of those that fit into five seconds, counts. Other programs hardly disturb
 it: only the processor time of this process is measured, in one thread.

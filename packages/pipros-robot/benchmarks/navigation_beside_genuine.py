@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Processor time of pipros's navigation nodes, beside recorded times of the genuine ones for the same work.
 
-    benchmarks/navigation_beside_genuine.py [localise] [keep_a_costmap] [plan] [follow_a_plan] [build_a_map]
+    script/bench navigation_beside_genuine [localise] [keep_a_costmap] [plan] [follow_a_plan] [build_a_map]
         [filter_odometry]
 
 The time of the node's processes counts from the first message to the last, without the start. The other

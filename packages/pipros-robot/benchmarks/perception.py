@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Processor time of nodes for images, clouds and lidars: pipros's and Debian's genuine ones, in one run.
 
-    benchmarks/perception.py [--only rectify,cloud,chain,voxels,lidar] [--seconds 10]
+    script/bench perception [--only rectify,cloud,chain,voxels,lidar] [--seconds 10]
 
 A row is one node, or a chain of nodes. The benchmark publishes the inputs at a fixed rate, subscribes to the
 last output, and reads the processor time of the nodes' processes from /proc. Chains run in one manager, and

@@ -1,20 +1,11 @@
 #!/usr/bin/env python3
 """The speed of the DDS engine and the gateway, and of bare Cyclone DDS in C and bare Zenoh, in one run.
 
-    benchmarks/ros2.py [--rounds 3] [--only discovery,flow,...] [--quick]
+    script/bench ros2 [--rounds 3] [--only flow,gateway,trip] [--quick]
 
-discovery: from the start of a subscriber to its first message from a publisher that runs, including the start
-of the program. --rounds 50 is the acceptance run.
-latched: the same for a late subscriber and the latched message; bare Zenoh keeps none.
-rate: 100 bytes at 1 kHz, without and with 5 % of the datagrams to and from pipros lost: messages that did not
-arrive.
 flow: messages of 20 bytes and of 1 MB, sent as fast as possible: messages per second that arrive.
-large: 8 MB at 10 Hz.
-service: the mean time of a call, without the start; and four clients of each vendor at once.
 trip: the median time from ROS 1 to ROS 2 through the gateway, and from pipros to pipros by DDS alone.
 gateway: messages per second from ROS 1 to Cyclone DDS through the gateway; those of 1 MB five at a time.
-end: how long `close` takes, and when a peer notices the end, announced or by SIGKILL.
-idle: the processor time and the memory of two participants with 200 writers and 200 readers.
 The benchmark runs in its own network, so it needs root. It also needs the peers of tests/dds: python -m
 tests.support.dds_peers lists their packages. Nothing else should be running.
 """
@@ -43,22 +34,6 @@ PAIRS = [
     *((OURS, OURS), (OURS, CYCLONE), (CYCLONE, OURS), (OURS, FAST), (FAST, OURS)),
     *((CYCLONE, CYCLONE), (ZENOH, ZENOH)),
 ]
-
-IDLE = """
-import sys, time, psutil
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.qos import Qos
-with Participant(Discovery(3)) as participant, Participant(Discovery(3)) as peer:
-    for number in range(200):
-        participant.add_writer(f"rt/a{number}", "T", Qos())
-        participant.add_reader(f"rt/b{number}", "T", Qos(), print)
-    me = psutil.Process()
-    time.sleep(3)
-    before = sum(me.cpu_times()[:2])
-    time.sleep(10)
-    print((sum(me.cpu_times()[:2]) - before) * 10, me.memory_info().rss / 1e6)
-"""
 
 
 class Program:
@@ -139,20 +114,6 @@ def enter_network():
         subprocess.run(["ip", *words.split()], check=True)
 
 
-def discovery(writer, reader):
-    with running(writer, "pub", TOPIC, 100_000, 20, 1000, "reliable") as talker:
-        talker.wait_for("ready")
-        with running(reader, "sub", TOPIC, "reliable") as listener:
-            return f"{listener.wait_for('got') - listener.began:.2f} s"
-
-
-def latched(writer, reader):
-    with running(writer, "pub", TOPIC, 1, 20, 0, "latched") as talker:
-        talker.wait_for("published")
-        with running(reader, "sub", TOPIC, "latched") as listener:
-            return f"{listener.wait_for('got') - listener.began:.2f} s"
-
-
 def rate(writer, reader, loss=0.0, count=10_000, size=100, period_us=1000, timeout_s=5.0):
     """Return the number of lost messages, and the number that arrived per second."""
     with running(reader, "sub", TOPIC, "reliable", loss=loss) as listener:
@@ -166,28 +127,6 @@ def rate(writer, reader, loss=0.0, count=10_000, size=100, period_us=1000, timeo
                     last, changed_at = arrived, time.perf_counter()
                 time.sleep(0.01)
     return count - last, last / max(changed_at - began, 1e-3)
-
-
-def service(server, client, count):
-    with running(server, "server", "/add") as offered:
-        offered.wait_for("ready")
-        with running(client, "client", "/add", count) as caller:
-            caller.wait_for(f"right {count}", 120)
-            caller.wait_for("\\d+ us")
-            return re.search(r"\d+ us", caller.text())[0]
-
-
-def crowd(count):
-    """Let eight clients call a service concurrently. Return text: how many calls returned the right sum."""
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(running(OURS, "server", "/add")).wait_for("ready")
-        callers = [
-            stack.enter_context(running(kind, "client", "/add", count)) for kind in [FAST, CYCLONE] * 4
-        ]
-        for caller in callers:
-            caller.wait_for("right", 120)
-        right = sum(int(re.search(r"right (\d+)", caller.text())[1]) for caller in callers)
-    return f"{right} of {8 * count} correct"
 
 
 @contextlib.contextmanager
@@ -293,41 +232,6 @@ def trips(count):
             )
 
 
-def ends():
-    from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
-    from pipros.ros2.rtps.events import PeerChanged
-    from pipros.ros2.rtps.participant import Participant
-    from pipros.ros2.rtps.qos import Qos
-
-    discovery = Discovery(1, DiscoveryRange.SUBNET)
-    changes = queue.SimpleQueue()
-    seen = lambda event: changes.put(event.is_present) if isinstance(event, PeerChanged) else None  # noqa: E731
-    with Participant(discovery, on_event=seen):
-        ending = Participant(discovery)
-        for number in range(100):
-            ending.add_writer(f"rt/a{number}", "T", Qos())
-            ending.add_reader(f"rt/b{number}", "T", Qos(), print)
-        changes.get(timeout=10)
-        began = time.perf_counter()
-        ending.close()
-        closed = time.perf_counter()
-        changes.get(timeout=20)
-        yield "closing 200 endpoints", OURS, f"{closed - began:.2f} s"
-        yield "detection of an announced shutdown", OURS, f"{time.perf_counter() - began:.2f} s"
-        for kind in (OURS, CYCLONE, FAST):
-            with running(kind, "sub", TOPIC, "reliable") as listener:
-                listener.wait_for("ready")
-                changes.get(timeout=10)
-                listener.process.kill()
-                began = time.perf_counter()
-                changes.get(timeout=30)
-                yield (
-                    "detection of SIGKILL",
-                    f"{kind}, detected by {OURS}",
-                    f"{time.perf_counter() - began:.1f} s",
-                )
-
-
 def wait_until(condition, timeout_s=20.0):
     end = time.perf_counter() + timeout_s
     while not condition():
@@ -336,37 +240,12 @@ def wait_until(condition, timeout_s=20.0):
         time.sleep(0.005)
 
 
-def idle():
-    shown = subprocess.run([sys.executable, "-c", IDLE], capture_output=True, text=True, check=True).stdout
-    per_cent, megabytes = map(float, shown.split())
-    return f"{per_cent:.1f} % of one processor, {megabytes:.0f} MB"
-
-
-def seconds(figure):
-    return float(figure.removesuffix(" s"))
-
-
 def measure(arguments):
     """Yield rows, each with a workload, a pair of implementations, and the figure."""
     wanted = arguments.only.split(",")
     count = 1000 if arguments.quick else 10_000
     for writer, reader in PAIRS:
         pair = f"{writer} to {reader}"
-        is_ours = OURS in (writer, reader)
-        if "discovery" in wanted:
-            times = [discovery(writer, reader) for _ in range(arguments.rounds)]
-            yield f"start and discovery, slowest of {arguments.rounds}", pair, max(times, key=seconds)
-        if "latched" in wanted and writer != ZENOH:  # bare Zenoh keeps no messages
-            yield (
-                f"start and latched message, slowest of {arguments.rounds}",
-                pair,
-                max((latched(writer, reader) for _ in range(arguments.rounds)), key=seconds),
-            )
-        if "rate" in wanted:
-            yield f"{count} x 100 B at 1 kHz", pair, f"{rate(writer, reader, count=count)[0]} lost"
-            if is_ours:
-                lost, _ = rate(writer, reader, 0.05, count=count)
-                yield f"{count} x 100 B at 1 kHz, 5 % loss", pair, f"{lost} lost"
         if "flow" in wanted:
             flows = [
                 rate(writer, reader, count=2 * count, size=20, period_us=0, timeout_s=1.0)
@@ -383,14 +262,6 @@ def measure(arguments):
                 pair,
                 f"{statistics.median(flow for _, flow in images):,.0f}/s, {lost} lost",
             )
-        if "large" in wanted:
-            lost, _ = rate(writer, reader, count=30, size=8_000_000, period_us=100_000)
-            yield "30 x 8 MB at 10 Hz", pair, f"{lost} lost"
-    if "service" in wanted:
-        for server, client in ((OURS, OURS), (FAST, OURS), (CYCLONE, OURS), (ZENOH, ZENOH)):
-            pair = f"{server} serves {client}"
-            yield "mean time of a service call", pair, service(server, client, count // 10)
-        yield "calls by 4 Fast DDS and 4 Cyclone DDS clients", OURS, crowd(count // 10)
     if "trip" in wanted:
         yield from trips(count // 10)
     if "gateway" in wanted:
@@ -402,10 +273,6 @@ def measure(arguments):
                 f"ROS 1 to {CYCLONE}",
                 f"{flow:,.0f}/s, {lost} lost",
             )
-    if "end" in wanted:
-        yield from ends()
-    if "idle" in wanted:
-        yield "idle, two participants, 200 writers and readers", OURS, idle()
 
 
 def main():
@@ -413,7 +280,7 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--only", default="discovery,latched,rate,flow,large,service,trip,gateway,end,idle")
+    parser.add_argument("--only", default="flow,gateway,trip")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()

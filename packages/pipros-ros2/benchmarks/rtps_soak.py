@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A long run of an RTPS participant whose peers start and end, to measure resources and lost messages.
 
-    benchmarks/rtps_soak.py [--minutes 30]
+    script/bench rtps_soak [--minutes 30]
 
 This process has a writer at 50 Hz (100 bytes, and 1 MB once per second), a latched writer, a reader, and a
 service. Eight peers on pipros, Fast DDS and Cyclone DDS subscribe, publish or call for 5 to 20 seconds;

@@ -2,7 +2,7 @@
 """Real ROS 1 packages under pipros: what builds, what launches, what lacks a name.
 
     script/fresh bookworm survey            # on a bare Debian, without genuine ROS; the result is survey.txt
-    benchmarks/survey.py [--only NAME,NAME] [--sources FOLDER] [--no-start]
+    script/bench survey [--only NAME,NAME] [--sources FOLDER] [--no-start]
 
 The sources are downloaded from PyPI and Debian, in the versions below; apt-get must be configured for
 Debian. Each is built by `catkin_make` in its own workspace. Every launch file is checked as by

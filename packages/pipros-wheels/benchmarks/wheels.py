@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Time and processor time of wheels for message packages, beside catkin_make: the figures in docs/pip.md.
 
-    benchmarks/wheels.py [--packages 1,40] [--rounds 3]
+    script/bench wheels [--packages 1,40] [--rounds 3]
 
 Each package has one message. `pipros wheel` builds the wheels of a new workspace; pipros's `catkin_make`
 and, if it is installed, that of genuine ROS build the same workspace. The commands take turns; the medians

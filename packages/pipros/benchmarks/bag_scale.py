@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Bags at scale: `info` on 10 GB, memory, playing at 1 kHz, recording images; genuine rosbag in the same run.
 
-    benchmarks/bag_scale.py [--only info,memory,play,record,page] [--dir FOLDER]
+    script/bench bag_scale [--only info,memory,play,record,page] [--dir FOLDER]
 
 `info` creates sparse bags, in which all records exist but the messages are holes. `memory` prints the maximum
 resident size. `play` plays at 1 kHz to genuine `record`, whose reception times show the delays. `record`

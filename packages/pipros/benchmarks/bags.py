@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Time to write, open and read bags: pipros and genuine rosbag, in one run.
 
-    benchmarks/bags.py [--rounds 3] [--only none,index] [--dir FOLDER]
+    script/bench bags [--rounds 3] [--only none,index] [--dir FOLDER]
 
 Each implementation runs in its own Python, on the same disk. They alternate, round by round, and the best
 round of each counts, so that other load affects both alike.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Throughput and latency of rospy: pipros and genuine rospy, in one run.
 
-    benchmarks/client.py [--only flow,trip] [--rounds 3] [--seconds 2] [--quick]
+    script/bench client [--only flow,trip] [--rounds 3] [--seconds 2] [--quick]
 
 Every workload is one script that uses the public rospy API and is run with each implementation in turn; the
 median of the rounds counts. "tuned" is genuine rospy with an allocator that keeps freed memory. "roscpp" is

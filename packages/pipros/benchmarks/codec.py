@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Time to write and read messages: pipros and genuine genpy, in one run.
 
-    benchmarks/codec.py [--rounds 5] [--only Image,Path]
+    script/bench codec [--rounds 5] [--only Image,Path]
 
 Both run in the Python of genuine ROS. They alternate, round by round, and the best round of each counts, so
 that other load affects both alike. "buffers" is pipros's list of buffers, which its transport sends, compared

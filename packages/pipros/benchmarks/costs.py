@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 """Costs of single operations: the figures in docs/SECURITY.md and docs/architecture.md.
 
-    benchmarks/costs.py [--only hook,owner,definition,numpy,turtlesim,robots] [--connections 3000]
+    script/bench costs [--only hook,owner,numpy,turtlesim,robots] [--connections 3000]
 
-`hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the
-user of a connection in /proc/net/tcp. `definition`: time and memory of the largest message definitions that
-a peer may send. `numpy`: the import time and size that it would add to the default installation. `turtlesim`:
-processor time of a node with two moving turtles and a subscriber for each of their topics. `robots`:
-processor time of pipros_sim with ten robots and subscribers for their odometry, transforms and scans (360
-rays at 10 Hz). Only pipros is measured, because genuine ROS has no counterpart to most of these.
+`hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the user of
+a connection in /proc/net/tcp. `numpy`: the import time and size that it would add to the default
+installation. `turtlesim`: processor time of a node with two moving turtles and a subscriber for each of their
+topics. `robots`: processor time of pipros_sim with ten robots and subscribers for their odometry, transforms
+and scans (360 rays at 10 Hz). Only pipros is measured, because genuine ROS has no counterpart to most of
+these.
 """
 
 from __future__ import annotations
@@ -30,10 +30,8 @@ import numpy
 import psutil
 
 from pipros.basics.env import Environment
-from pipros.basics.limits import Limits
 from pipros.launch.roscore import Core
 from pipros.msg import load_message_class, load_service_class
-from pipros.msg.dynamic import message_classes_from_text
 from pipros.net.this_machine import ThisMachineCaller
 from pipros.node import Node, Publisher
 from pipros.workspace.index import SHARED_PACKAGES
@@ -88,23 +86,6 @@ def measure_owner(connections: int) -> None:
             print(
                 f"user of one of {count:5} connections            {statistics.median(times) * 1000:6.1f} ms"
             )
-
-
-def measure_definitions() -> None:
-    """Compile each definition in its own process, and measure the maximum memory size."""
-    for kind in DEFINITIONS:
-        print(f"definition of {kind:15}", end="", flush=True)
-        subprocess.run([sys.executable, __file__, "--one-definition", kind], check=True)
-
-
-def compile_definition(kind: str) -> None:
-    limit = Limits().definition_fields
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    start = time.process_time()
-    message_classes_from_text("a/A", DEFINITIONS[kind](limit - 20))
-    took = time.process_time() - start
-    mib = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-    print(f"{limit - 20:6} fields {took:6.2f} s {mib:6.0f} MiB")
 
 
 def measure_numpy() -> None:
@@ -210,15 +191,9 @@ def measure_robots(seconds: float = 10.0) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Costs of single pipros operations.")
-    parser.add_argument(
-        "--only", default="hook,owner,definition,numpy,turtlesim,robots", help="default: %(default)s"
-    )
+    parser.add_argument("--only", default="hook,owner,numpy,turtlesim,robots", help="default: %(default)s")
     parser.add_argument("--connections", type=int, default=3000, help="for owner; default: %(default)s")
-    parser.add_argument("--one-definition", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.one_definition:
-        compile_definition(options.one_definition)
-        return
     chosen = options.only.split(",")
     if "hook" in chosen:
         measure_hook()
@@ -227,8 +202,6 @@ def main() -> None:
         wanted = 2 * options.connections + 100
         resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(wanted, hard)), hard))
         measure_owner(options.connections)
-    if "definition" in chosen:
-        measure_definitions()
     if "numpy" in chosen:
         measure_numpy()
     if "turtlesim" in chosen:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Run all benchmarks one after another, and print one Markdown table of the results.
 
-    benchmarks/everything.py [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update [FILE]]
+    script/bench [--quick] [--rounds 3] [--seconds 2] [--only client,codec] [--update [FILE]]
 
 Genuine rospy and pipros alternate in each benchmark. The ratio is the factor by which pipros is better,
 followed by the range of the ratios in individual rounds. Benchmarks without a counterpart in genuine ROS
@@ -31,10 +31,6 @@ GENUINE = os.path.exists("/usr/lib/python3/dist-packages/rospy")
 # The options for each benchmark: for a full run, with {rounds}, {seconds} and {svg}, and for a quick run.
 BENCHMARKS = {
     "client": ("--rounds {rounds} --seconds {seconds}", "--quick --rounds 1 --seconds 0.7"),
-    "contended": (
-        "--rounds {rounds} --seconds {seconds}",
-        "--rounds 1 --seconds 0.7 --only pinned,cpu,publisher",
-    ),
     "master": (
         "--rounds {rounds} --only params,dictionary,registration,together,start_up",
         "--rounds 1 --only params",
@@ -47,20 +43,16 @@ BENCHMARKS = {
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
 NEEDS_GENUINE = ("codec", "bags")
-# Benchmarks that print their own tables. `scene` and half of `page` need
-# Playwright and Chromium, `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
+# Benchmarks that print their own tables. `ros2` needs cyclonedds, `data` needs rosbags-dataframe and pandas.
 OWN_TABLES = {
-    "local": "--rounds {rounds} --seconds 1",
     "data": "--rounds {rounds}",
     "navigation": "--repetitions 200",
     "navigation_beside_genuine": "",
     "perception": "--seconds 5",
     "wheels": "--rounds {rounds}",
-    "assistants": "--calls 200",
     "page": "--seconds 5",
-    "fleet": "--rounds {rounds} --seconds 2",
+    "fleet": "--seconds 2",
     "ros2": "--rounds {rounds}",
-    "scene": "--seconds 5",
     "costs": "--only turtlesim,robots",
 }
 PR_SET_CHILD_SUBREAPER = 36  # from linux/prctl.h
@@ -74,14 +66,8 @@ BOUNDS = (
     ("String 16 B", "Python code: some 3 us for each message at the subscriber"),
     ("Imu,", "Python code: decoding, and calling the callback"),
     ("round trip 1 MB", "copies, and four thread wake-ups"),
-    ("round trip 16 B, both ends", "two context switches each way, where busy polling does not help"),
     ("round trip", "four thread wake-ups"),
     ("1 to 10 processes", "ten send calls, all in one thread; two processors for eleven processes"),
-    ("10 processes to 1", "ten threads receive, but only one decodes at a time"),
-    ("subscriber at 25,000 Hz, evenly", "a thread wake-up for each message"),
-    ("subscriber at 25,000 Hz", "Python code for each message, and thread wake-ups"),
-    ("subscriber at", "a thread wake-up for each message, and cold caches"),
-    ("Publisher()", "the call to the master"),
     ("service call", "two wake-ups each way; a call to the master for each call unless persistent"),
     ("requestTopic", "the interpreter lock, which the thread that encodes the map also needs"),
     ("200 topics", "one thread for each link"),

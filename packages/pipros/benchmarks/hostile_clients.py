@@ -1,6 +1,6 @@
 """Memory and pauses that hostile clients of `pipros serve` cause, alone and as twenty.
 
-    python benchmarks/hostile_clients.py [--control]
+    script/bench hostile_clients [--control]
 
 Another client calls a service of rosapi all the time. For each attack, a line shows how much the server grew
 at most, how much of this was left 10 s after the attackers had gone, the longest time that the other client

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Speed of the libraries built on rospy: pipros and the genuine libraries, in one run.
 
-    benchmarks/libraries.py [--only tf,listener,filter,action,import] [--rounds 3] [--seconds 3]
+    script/bench libraries [--only tf,listener,filter,action,import] [--rounds 3] [--seconds 3]
 
 Every workload is one script that uses the public API of tf2_ros, message_filters or actionlib, and is run
 with each implementation in turn; the median of the rounds counts. The ratio is the factor by which pipros is

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Speed of the master: pipros and genuine rosmaster, in one run.
 
-    benchmarks/master.py [--only params,dictionary] [--crowd 1000]
+    script/bench master [--only params,dictionary] [--crowd 1000]
 
 Each master is called by its own client: the genuine master by `rosgraph.Master` in genuine ROS's Python, and
 pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of three rounds counts, so
@@ -270,51 +270,6 @@ def start_up(world):
     }
 
 
-def endurance():
-    """Return a master's growth over 100,000 register/unregister cycles and 10,000 connections."""
-    master = MasterProcess("pipros", ["rosmaster", "--core"])
-    sys.path.insert(0, SOURCES)
-    client = PiprosClient(master.uri)
-    pid = master.process.pid
-
-    def state():
-        with open(f"/proc/{pid}/status") as lines:
-            fields = dict(line.split(":", 1) for line in lines)
-        resident = int(fields["VmRSS"].split()[0]) / 1024
-        return resident, int(fields["Threads"]), len(os.listdir(f"/proc/{pid}/fd"))
-
-    def cycles(count):
-        for number in range(count):
-            topic = f"/t{number % 100}"
-            client.registerPublisher(topic, "std_msgs/String", "http://127.0.0.1:9/")
-            client.unregisterPublisher(topic, "http://127.0.0.1:9/")
-
-    def connections(count):
-        for _ in range(count):
-            socket.create_connection(("127.0.0.1", master.port)).close()
-
-    def settled():
-        """Return the state once the closed connections have also been closed on the other side."""
-        while True:
-            time.sleep(0.5)
-            if state()[2] <= at_start[2] + 2:
-                return state()
-
-    at_start = state()
-    cycles(1000)
-    connections(10_000)
-    before = settled()
-    cycles(100_000)
-    connections(10_000)
-    after = settled()
-    master.stop()
-    names = ("memory, MB", "threads", "descriptors")
-    return {
-        f"grown by 100,000 cycles and 10,000 connections: {name}": b - a
-        for name, a, b in zip(names, before, after, strict=True)
-    }
-
-
 def measure(world, workload, uri):
     python = GENUINE_PYTHON if world == "genuine" else sys.executable
     environment = {"HOME": tempfile.gettempdir(), "PATH": "/usr/bin:/bin"}
@@ -350,15 +305,13 @@ def main():
             crowd_register(rest[0], rest[1], int(rest[2]))
         return
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--only", help="some of: " + ", ".join([*WORKLOADS, "start_up", "crowd", "endurance"])
-    )
+    parser.add_argument("--only", help="some of: " + ", ".join([*WORKLOADS, "start_up", "crowd"]))
     parser.add_argument("--json", help="also write the rows to this file")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--crowd", type=int, default=1000, help="the number of nodes in the crowd")
     options = parser.parse_args()
     heed_interrupts()
-    chosen = options.only.split(",") if options.only else [*WORKLOADS, "start_up", "crowd", "endurance"]
+    chosen = options.only.split(",") if options.only else [*WORKLOADS, "start_up", "crowd"]
     worlds = ["genuine", "pipros"] if os.path.exists("/usr/bin/rosmaster") else ["pipros"]
     results, taken = {world: {} for world in worlds}, {}
     if set(chosen) & set(WORKLOADS):
@@ -380,8 +333,6 @@ def main():
         master = MasterProcess("pipros", ["rosmaster", "--core"])
         results["pipros"].update(crowd(master.uri, options.crowd))
         master.stop()
-    if "endurance" in chosen:
-        results["pipros"].update(endurance())
     print(f"{'':66}" + "".join(f"{world:>12}" for world in worlds) + f"{'ratio':>9}")
     if options.json:
         write_json(options.json, rows_of(taken, results))

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Cost over scale of rospy and the master: pipros and genuine ROS, in one run.
 
-    benchmarks/scale.py [--only size,subscribers,topics,nodes] [--rounds 3] [--seconds 2] [--svg FILE]
+    script/bench scale [--only size,subscribers,topics,nodes] [--rounds 3] [--seconds 2] [--svg FILE]
 
-As in benchmarks/client.py, every workload is one script that uses the public rospy API and is run with each
+As in script/bench client, every workload is one script that uses the public rospy API and is run with each
 implementation in turn; the median of the rounds counts. Processor time is that of whole processes, user and
 system, while messages are sent at a rate that both implementations reach; a lost message ends the benchmark
 with an error. `--svg` draws a chart of the figures. `--quick` measures the smaller half of each scale.
@@ -24,7 +24,6 @@ from collections.abc import Callable
 from xml.sax.saxutils import escape
 
 from client import answer, finish, init, open_worlds, say
-from contended import tell
 from table import Load, Row, as_text, heed_interrupts, markdown, write_json
 
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -150,6 +149,11 @@ def workers(world):
     finally:
         for process in processes:
             finish(process)
+
+
+def tell(process):
+    process.stdin.write("\n")
+    process.stdin.flush()
 
 
 def processor_s(process):

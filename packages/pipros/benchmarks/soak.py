@@ -1,12 +1,12 @@
 """A long run of a graph whose nodes start and end, to measure the resources in use and lost messages.
 
-    python benchmarks/soak.py --minutes 30 [--system | --everything]
+    script/bench soak --minutes 30 [--system | --everything]
 
 This process contains the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in
 its own process, run for a while. They listen, reply, call the service, and end; every third node is ended
 with SIGKILL. A line is printed every ten seconds; the exit status is 1 if this process uses clearly more
 resources at the end than before, or if a message was lost between connected nodes. With --system, a whole
-system runs instead; with --everything, all parts of pipros. See benchmarks/soak_system.py and
+system runs instead; with --everything, all parts of pipros. See soak_system.py and
 soak_everything.py.
 """
 

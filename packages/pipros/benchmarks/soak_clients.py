@@ -1,4 +1,4 @@
-"""The clients of `benchmarks/soak_everything.py`: of rosbridge, Foxglove and MCP, and two pages in Chromium.
+"""The clients of `soak_everything.py`: of rosbridge, Foxglove and MCP, and two pages in Chromium.
 
 Each one counts its work in a Counter. An error is printed and counted as a failure, and the client goes on.
 Only if a page cannot be opened does its client end, and the run with it.

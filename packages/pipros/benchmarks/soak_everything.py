@@ -1,6 +1,6 @@
 """All parts of pipros in one system, for a long run.
 
-Started by `benchmarks/soak.py --everything`. In addition to `benchmarks/soak_system.py`, it has the Scene tab
+Started by `script/bench soak --everything`. In addition to `soak_system.py`, it has the Scene tab
 in Chromium (frames, markers, a cloud, a robot model, a scan) and another page with four panels, a rosbridge
 and a Foxglove client that reconnect every 20 s, a fleet of two masters with topics in both directions and a
 service, the ROS 2 gateway with peers that listen and publish (on Cyclone DDS if its wheel is installed, else

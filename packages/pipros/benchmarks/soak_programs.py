@@ -1,4 +1,4 @@
-"""The programs that run in the system of `benchmarks/soak_system.py`."""
+"""The programs that run in the system of `soak_system.py`."""
 
 NODES = {
     "talker": """

@@ -1,4 +1,4 @@
-"""The resources of processes over time, for `benchmarks/soak_system.py`."""
+"""The resources of processes over time, for `soak_system.py`."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """A long run of a whole system, to measure the resources of each process.
 
-Started by `benchmarks/soak.py --system`. The system consists of roscore, a page that is being viewed, a
+Started by `script/bench soak --system`. The system consists of roscore, a page that is being viewed, a
 recorder for all topics, frames and a listener, an action server and a client, parameter changes, service
 calls, and a launch with two nodes that end repeatedly and are restarted. `--everything` adds the parts of
-`benchmarks/soak_everything.py`. Every ten seconds, the memory, threads, descriptors and processor time of
+`soak_everything.py`. Every ten seconds, the memory, threads, descriptors and processor time of
 each process are recorded. The verdict compares the last fifth of the time with the second fifth. In addition,
 the work of each part must continue to the end without a failure, and all of them together must use at most
 70 % of the processors.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The time that users wait for commands and launches: pipros and genuine ROS, in one run.
 
-    benchmarks/startup.py [--rounds 5] [--only rostopic,roslaunch]
+    script/bench startup [--rounds 5] [--only rostopic,roslaunch]
 
 Both implementations alternate, each with its own master, and the median counts. If genuine ROS 1 is not
 installed, only pipros is measured. Other load affects the figures more than the ratio. --python measures

@@ -102,7 +102,7 @@ class World:
         return self.spawn([self.python, os.path.abspath(script), "--worker", json.dumps([role, *arguments])])
 
     def work(self, role, *arguments):
-        """Start a worker of benchmarks/client.py."""
+        """Start a worker of script/bench client."""
         return self.start(os.path.join(HERE, "client.py"), role, *arguments)
 
     def has(self, _measure, _arguments):

@@ -1,4 +1,4 @@
-"""The Scene tab draws and says what genuine rviz did: `script/record-rviz` recorded tests/golden."""
+"""The Scene tab draws and says what genuine rviz did: `script/record-rviz` recorded tests.golden."""
 
 from __future__ import annotations
 

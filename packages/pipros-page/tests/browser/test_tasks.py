@@ -1,6 +1,6 @@
 """Fifteen everyday tasks, each done with the keyboard alone and once more with the mouse.
 
-    pytest -s tests/browser/test_tasks.py
+    pytest -s packages/pipros-page/tests/browser/test_tasks.py
 
 prints the keys and the clicks. None may need more than the table in docs/page-internals.md says.
 A typed text counts as one key, and not as a click; in a form, it may contain Tab, which leads to the next

@@ -1,7 +1,7 @@
 """Displays, with and without errors, whose status texts must be equal in genuine rviz and the Scene tab.
 
-`script/record-rviz statuses` records the texts of genuine rviz in tests/golden/rviz_statuses.json.
-`scene_program.py` and `bad_scene_program.py` in `tests/browser/programs` publish the messages.
+`script/record-rviz statuses` records the texts of genuine rviz in `rviz_statuses.json`.
+`scene_program.py` and `bad_scene_program.py` in `tests.browser.programs` publish the messages.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A tab whose workers run Pyodide in Node.js (`tests/pyodide/tab.mjs`)."""
+"""A tab whose workers run Pyodide in Node.js (`packages/pipros-tab/tests/pyodide/tab.mjs`)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Programs of nodes without threads: `tests/graph` runs them in processes, `tests/pyodide` in Pyodide."""
+"""Programs of nodes without threads: `tests.graph` runs them in processes, `tests.pyodide` in Pyodide."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Install wheels of ROS packages into a new environment of the running Python, and use them as users do.
 
-    python3 tests/support/installed_wheels.py FOLDER
+    python3 packages/pipros-wheels/tests/support/installed_wheels.py FOLDER
 
 FOLDER has the wheels of pipros, a folder for each set of wheels, and `checks.json`, which
-`tests/support/wheel_table.py` writes. Of each set, pip installs all wheels: each type and module is imported,
+`tests.support.wheel_table` writes. Of each set, pip installs all wheels: each type and module is imported,
 each launch file is loaded, a program of each package is started, and pip uninstalls all. Then uv does the
 same, without the launch files and programs. No ROS variable is set, except for the port of the master.
 

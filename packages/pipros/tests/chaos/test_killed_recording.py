@@ -1,7 +1,6 @@
 """A recording that is killed at any moment loses at most the current chunk.
 
-There are ten kills; `PIPROS_KILLED_RECORDINGS=200 script/test tests/chaos/test_killed_recording.py` makes
-more.
+There are ten kills; `PIPROS_KILLED_RECORDINGS=200 script/test -k killed_recording` makes more.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 NODELETS = [name for name in shipped_nodelets() if name in RECIPES]
-"""Those that answer to messages of the bag; tests/security has the velocity multiplexer and the bumpers."""
+"""Those that answer to messages of the bag; tests.security has the velocity multiplexer and the bumpers."""
 ROUNDS = 40
 STRANGE_PER_ROUND = 10
 GROWTH_BYTES = 200_000_000

@@ -1,6 +1,6 @@
 """`roslaunch --child`: its reports to the parent, the accepted commands, and when it exits.
 
-The parent is a server in the test; tests/interop/test_remote_machines.py uses a genuine one.
+The parent is a server in the test; tests.interop.test_remote_machines uses a genuine one.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The sixty most frequent combinations of programs in public launch files, fed from a bag.
 
-`tests/support/launch_combinations.py` derives them.
+`tests.support.launch_combinations` derives them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The realistic packages of tests/graph, with half of their nodes on genuine ROS."""
+"""The realistic packages of tests.graph, with half of their nodes on genuine ROS."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Test programs for Python in a browser, which has no sockets, threads or processes.
 
-`tests/tree/test_other_systems.py` runs them in a simulated browser, `tests/pyodide` in Pyodide. Each program
+`tests.tree.test_other_systems` runs them in a simulated browser, `tests.pyodide` in Pyodide. Each program
 runs in an empty folder. `BEGINNING` must be put before each.
 """
 

@@ -1,4 +1,4 @@
-"""Small CMake scripts with their results or errors, shared by unit tests and `tests/interop`."""
+"""Small CMake scripts with their results or errors, shared by unit tests and `tests.interop`."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The combinations of programs that launch files start most often, among those that pipros has.
 
 `python -m tests.support.launch_combinations NODES.csv` counts them in a CSV file of
-`roslaunch-check --csv`, and prints the list that `tests/graph/launch_combinations.txt` holds: the number of
-files, then the programs and nodelets. Windows and commands are left out, because they publish nothing by
+`roslaunch-check --csv`, and prints the list that `launch_combinations.txt` in `tests.graph` holds: the number
+of files, then the programs and nodelets. Windows and commands are left out, because they publish nothing by
 themselves.
 """
 

@@ -1,6 +1,6 @@
 """The page's table of primitive message types: `python -m tests.support.page_primitives` writes it.
 
-It is derived from `pipros.msg.language.spec`; `tests/unit/web/test_page_files.py` compares the file.
+It is derived from `pipros.msg.language.spec`; `tests.unit.web.test_page_files` compares the file.
 """
 
 from __future__ import annotations

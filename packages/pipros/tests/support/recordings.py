@@ -1,4 +1,4 @@
-"""Recorded answers of genuine nodes, in place of the nodes: see `tests/golden/recordings/README.md`.
+"""Recorded answers of genuine nodes, in place of the nodes: see README.md in `tests.golden.recordings`.
 
 Only pipros runs. A test gives its inputs to the recording, which compares them with the recorded ones, and
 asks it for what the genuine node answered to them.

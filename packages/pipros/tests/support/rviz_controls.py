@@ -1,7 +1,7 @@
 """Mouse actions on interactive markers, for genuine rviz and for the Scene tab.
 
 `script/record-rviz controls` performs them in genuine rviz, and records the feedback in
-tests/golden/rviz_controls.json. `tests/browser/programs/controls_program.py` creates the markers.
+`rviz_controls.json`. `tests.browser.programs.controls_program` creates the markers.
 """
 
 from __future__ import annotations

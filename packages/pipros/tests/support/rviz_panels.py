@@ -1,7 +1,7 @@
 """Panels of images and cameras, which must look the same in genuine rviz and in the Scene tab.
 
-`script/record-rviz panels` records colours from genuine rviz in tests/golden/rviz_panels.json, at those
-pixels of the image whose surroundings have a single colour. `tests/browser/programs/scene_program.py`
+`script/record-rviz panels` records colours from genuine rviz in `rviz_panels.json`, at those
+pixels of the image whose surroundings have a single colour. `tests.browser.programs.scene_program`
 publishes the messages.
 """
 

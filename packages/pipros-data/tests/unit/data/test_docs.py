@@ -26,7 +26,7 @@ from tests.support.environments import REPOSITORY
 TEXT = (REPOSITORY / "docs" / "data.md").read_text()
 EXAMPLES = re.findall(r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
 WITHOUT_ROBOT = [each for each in EXAMPLES if "LiveRobot" not in each[0]]
-"""`tests/graph/test_live_robot.py` runs the others."""
+"""`tests.graph.test_live_robot` runs the others."""
 COMMANDS = re.findall(
     r"^\$ (.*)\n((?:(?!\$ |```).*\n)*)",
     "".join(re.findall(r"```console\n(.*?)```", TEXT, re.DOTALL)),

@@ -1,6 +1,7 @@
 """Commands that genuine ROS lacks, or that print paths and builds, print their transcripts.
 
-`RECORD_TRANSCRIPTS=1 script/test tests/golden/cli/test_own_transcripts.py` records their current output.
+`RECORD_TRANSCRIPTS=1 script/test packages/pipros/tests/golden/cli/test_own_transcripts.py` records their
+current output.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Run tests with what another system lacks taken away: `python -m tests.support.lacks windows tests/unit`.
+"""Run tests with what another system lacks taken away: `python -m tests.support.lacks windows tests.unit`.
 
 `sitecustomize.py` takes it away, and says what remains as on Linux. Tests whose subject is missing there have
 the mark `needs` with a feature of `FEATURES`, and are skipped, as they would be on that system. On Linux,

@@ -1,4 +1,4 @@
-"""`import rosbag`. tests/interop compares both implementations on the same bags."""
+"""`import rosbag`. tests.interop compares both implementations on the same bags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rosmsg, rossrv and rosaction, beyond the transcripts of genuine ROS (tests/golden/cli)."""
+"""rosmsg, rossrv and rosaction, beyond the transcripts of genuine ROS (tests.golden.cli)."""
 
 from __future__ import annotations
 

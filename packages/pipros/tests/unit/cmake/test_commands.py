@@ -1,4 +1,4 @@
-"""The commands of CMake. `tests/golden/cmake` has the values of CMake 3.25, which `tests/interop` runs."""
+"""The commands of CMake. `tests.golden.cmake` has the values of CMake 3.25, which `tests.interop` runs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The XML language, case by case, compared with the outcome in genuine roslaunch.
 
 `cases.txt` holds launch files of one line; `@a:=1 …` gives arguments, `#…` a file without the usual
-`<launch>` around it. `genuine.jsonl` was captured by `tests/interop/programs/genuine_launch_loader.py`.
+`<launch>` around it. `genuine.jsonl` was captured by `tests.interop.programs.genuine_launch_loader`.
 """
 
 from __future__ import annotations

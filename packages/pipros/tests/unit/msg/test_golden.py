@@ -1,4 +1,4 @@
-"""Every included type, compared with the recorded one of genuine genpy (tests/golden/messages)."""
+"""Every included type, compared with the recorded one of genuine genpy (tests.golden.messages)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`sensor_msgs.point_cloud2`. tests/interop/test_point_clouds.py compares it with genuine ROS."""
+"""`sensor_msgs.point_cloud2`. tests.interop.test_point_clouds compares it with genuine ROS."""
 
 from __future__ import annotations
 

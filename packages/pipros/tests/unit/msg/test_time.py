@@ -1,4 +1,4 @@
-"""Time and Duration. All operators are compared with genpy's in tests/interop."""
+"""Time and Duration. All operators are compared with genpy's in tests.interop."""
 
 from __future__ import annotations
 

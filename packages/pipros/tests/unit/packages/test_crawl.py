@@ -1,4 +1,4 @@
-"""The results of a crawl and their cache. `tests/unit/workspace/test_index.py` tests their use."""
+"""The results of a crawl and their cache. `tests.unit.workspace.test_index` tests their use."""
 
 from __future__ import annotations
 

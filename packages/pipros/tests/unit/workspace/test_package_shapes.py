@@ -1,4 +1,4 @@
-"""Packages like those in public repositories. `tests/interop` builds them with genuine catkin."""
+"""Packages like those in public repositories. `tests.interop` builds them with genuine catkin."""
 
 from __future__ import annotations
 

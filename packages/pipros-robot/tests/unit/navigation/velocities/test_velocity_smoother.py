@@ -1,4 +1,4 @@
-"""Cases by hand; tests/golden/navigation/test_velocity_smoother_as_genuine.py has genuine commands."""
+"""Cases by hand; tests.golden.navigation.test_velocity_smoother_as_genuine has genuine commands."""
 
 from __future__ import annotations
 

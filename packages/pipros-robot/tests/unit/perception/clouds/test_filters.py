@@ -1,4 +1,4 @@
-"""Cases computed by hand, and strange clouds; tests/interop/test_clouds_as_genuine.py compares with PCL."""
+"""Cases computed by hand, and strange clouds; tests.interop.test_clouds_as_genuine compares with PCL."""
 
 from __future__ import annotations
 

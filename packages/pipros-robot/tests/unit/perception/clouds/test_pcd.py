@@ -1,4 +1,4 @@
-"""Files of point clouds; tests/interop/test_clouds_as_genuine.py exchanges them with PCL."""
+"""Files of point clouds; tests.interop.test_clouds_as_genuine exchanges them with PCL."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ def test_dense_capsules_whose_bytes_pyrplidar_swaps() -> None:
 
 
 def test_ultra_dense_capsules() -> None:
-    """Computed by hand: pyrplidar lacks them. tests/interop compares them with the vendor's library."""
+    """Computed by hand: pyrplidar lacks them. tests.interop compares them with the vendor's library."""
     values = [
         0b11111111 << 12 | 500 << 2,
         0b1000000 << 13 | 10 << 2 | 1,

@@ -1,4 +1,4 @@
-"""Cases by hand; `tests/interop/test_image_nodelets_as_genuine.py` has the genuine nodelets beside ours."""
+"""Cases by hand; `tests.interop.test_image_nodelets_as_genuine` has the genuine nodelets beside ours."""
 
 from __future__ import annotations
 

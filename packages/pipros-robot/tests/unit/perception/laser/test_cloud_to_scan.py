@@ -1,4 +1,4 @@
-"""Cases computed by hand; tests/golden/navigation/test_laser_as_genuine.py compares with the genuine node."""
+"""Cases computed by hand; tests.golden.navigation.test_laser_as_genuine compares with the genuine node."""
 
 from __future__ import annotations
 

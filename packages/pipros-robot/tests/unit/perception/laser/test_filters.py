@@ -1,6 +1,6 @@
 """Cases computed by hand, mistakes in chains, and strange scans for all filters.
 
-tests/golden/navigation/test_laser_filters_as_genuine.py compares all filters with the genuine ones.
+tests.golden.navigation.test_laser_filters_as_genuine compares all filters with the genuine ones.
 """
 
 from __future__ import annotations
