@@ -13,7 +13,7 @@ from tests.support.environments import REPOSITORY, TESTS, make_tool_folder
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
 from tests.support.programs import make_programs
-from tests.support.ros2_wheels import DISTROS
+from tests.support.ros2_wheels import DISTROS, environment
 from tests.support.shared_ros2 import shared_environment
 
 pytestmark = needs_network
@@ -41,6 +41,30 @@ rclpy.init()
 node = rclpy.create_node("listener")
 node.create_subscription(String, "/words", lambda message: print("heard", message.data, flush=True), 10)
 rclpy.spin(node)
+"""
+COUNTER = """
+import rclpy
+from std_msgs.msg import Int32
+rclpy.init()
+node = rclpy.create_node("unnamed")
+rate = node.declare_parameter("rate", 1.0).value
+names = node.declare_parameter("names", [""]).value
+gain = node.declare_parameter("gains.p", 0.0).value
+print(node.get_fully_qualified_name(), rate, names, gain, flush=True)
+publisher = node.create_publisher(Int32, "out", 10)
+node.create_timer(1 / rate, lambda: publisher.publish(Int32(data=7)))
+rclpy.spin(node)
+"""
+BOTH_SYSTEMS = """
+<launch>
+  <arg name="ros2_python"/>
+  <include file="$(find pipros)/ros2_gateway.launch"/>
+  <node ns="robot" pkg="programs" type="counter.py" name="counter" output="screen">
+    <remap from="out" to="/numbers"/>
+    <param name="rate" value="20.0"/>
+    <rosparam>{names: [a, b], gains: {p: 1.5}}</rosparam>
+  </node>
+</launch>
 """
 NUMBERS = 400
 TALKER = f"""
@@ -89,6 +113,7 @@ class Shared:
 
     def __init__(self, distro: str, folder: Path, network: LoneNetwork) -> None:
         self.bin = shared_environment(distro, folder / "env")
+        self.distro = distro
         self.folder = folder
         self.network = network
         tools = make_tool_folder(folder / "tools")
@@ -114,12 +139,14 @@ class Shared:
                 "other.py": other + OTHER,
                 "talker.py": FIRST + TALKER,
                 "half.py": HALF.read_text(),
+                "counter.py": FIRST + COUNTER,
             },
         )
         (folder / "ws" / "programs" / "both.launch").write_text(
             "<launch><node pkg='programs' type='ros1.py' name='ros1' output='screen'/>"
             "<node pkg='programs' type='ros2.py' name='ros2' output='screen'/></launch>"
         )
+        (folder / "ws" / "programs" / "both_systems.launch").write_text(BOTH_SYSTEMS)
         (folder / "ws" / "programs" / "prefix.launch").write_text(
             "<launch><node pkg='programs' type='other.py' name='other' output='screen' "
             "launch-prefix='/usr/bin/python3'/></launch>"
@@ -232,6 +259,14 @@ def test_nodes_of_other_environments_do_not_inherit_the_libraries(shared: Shared
 def test_the_python_of_a_launch_prefix_does_not_inherit_the_libraries(shared: Shared) -> None:
     launch = shared.run("roslaunch", "--no-summary", "programs", "prefix.launch")
     assert "inherited None None" in launch.output
+
+
+def test_a_launch_file_has_nodes_for_rclpy_and_the_gateway(shared: Shared) -> None:
+    python = environment(shared.distro) / "bin" / "python"  # another environment, without pipros
+    launch = shared.start("roslaunch", "programs", "both_systems.launch", f"ros2_python:={python}")
+    launch.wait_for(r"/robot/counter 20\.0 \['a', 'b'\] 1\.5")
+    assert shared.run("rostopic", "echo", "-n", "1", "/numbers").stdout[0] == "data: 7"
+    launch.end()
 
 
 def test_a_node_that_is_half_rospy_and_half_rclpy_passes_200_messages_a_second(shared: Shared) -> None:

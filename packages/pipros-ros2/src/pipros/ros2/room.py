@@ -29,6 +29,7 @@ ROOM = Room(
             "Connect the system to others",
         ),
     },
+    share=("pipros",),
     limits="pipros.ros2.limits:Ros2Limits",
     check="pipros.ros2.health:CHECK",
     offers={"bags": "pipros.ros2.commands.bags"},

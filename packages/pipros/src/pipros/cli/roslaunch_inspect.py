@@ -101,7 +101,7 @@ def print_node_args(name: str, files: Sequence[str], launch: Launch, index: Pack
         )
         return 1
     try:
-        variables, argv = command_words(node, launch.machines.get(node.machine), index)
+        variables, argv = command_words(node, launch, index)
     except CannotLaunch as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
@@ -137,7 +137,7 @@ def print_plan(launch: Launch, index: PackageIndex) -> int:
     for node in launch.nodes:
         print(f"\n# {node.full_name} ({node.package}/{node.type}){_traits(node)}")
         try:
-            variables, argv = command_words(node, launch.machines.get(node.machine), index)
+            variables, argv = command_words(node, launch, index)
         except CannotLaunch as error:
             print(f"# ERROR: {error}")
             code = 1

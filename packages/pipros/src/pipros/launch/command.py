@@ -6,20 +6,24 @@ This module starts no processes.
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.words import split_words
 from pipros.launch.model import LaunchNode, Machine, WorkingFolder
 from pipros.launch.nodelet_choice import why_not_loadable
+from pipros.launch.ros2_node import ARGUMENT, ros2_arguments, why_no_rclpy
 from pipros.packages.well_known import why_not_here
-from pipros.workspace.client_library import without_libraries
+from pipros.workspace.client_library import is_here, is_ros2_script, relayed_script, without_libraries
 from pipros.workspace.executables import Executables, find_executables, list_executables, package_of_programs
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, environment_of, program_environment
+from pipros.workspace.script_interpreter import interpreter_of
 
 
 class CannotLaunch(PiprosError):
@@ -104,25 +108,29 @@ class CommandMaker:
         log_stem: str = "",
         machine: Machine | None = None,
         extra_arguments: Sequence[str] = (),
+        params: Mapping[str, Any] = MappingProxyType({}),
     ) -> NodeCommand:
         """Return a node's command: prefix, program, arguments, remappings, name and log file, in this order.
 
+        A script that imports rclpy, and not rospy, gets ROS 2's arguments instead, and its own Python.
+
         Args:
+            params: the parameters of the launch, by full name, of which a node for rclpy gets its own.
             log_stem: the path of the node's log file without `.log`; empty for no log file.
             machine: the machine that runs the node; None for this computer.
             extra_arguments: words appended to the node's arguments.
 
         Raises:
-            CannotLaunch: the package or the program does not exist, a quote is not closed, or the nodelet
-                cannot be loaded.
+            CannotLaunch: the package or the program does not exist, a quote is not closed, the nodelet
+                cannot be loaded, there is no rclpy, or ROS 2 has no parameter for a value.
         """
         overlay = {"ROS_MASTER_URI": master_uri}
         if node.namespace != "/":
             overlay["ROS_NAMESPACE"] = node.namespace.rstrip("/")
         overlay.update(node.environment)
+        own_arguments = [*_words(node.arguments, "arguments", node), *extra_arguments]
         arguments = [
-            *_words(node.arguments, "arguments", node),
-            *extra_arguments,
+            *own_arguments,
             *(f"{source}:={target}" for source, target in node.remappings),
             f"__name:={node.name}",
         ]
@@ -134,18 +142,26 @@ class CommandMaker:
         if log_stem:
             arguments.append(f"__log:={log_stem}.log")
         program = self._program(node)
+        is_for_ros2 = is_ros2_script(program)
+        if is_for_ros2:
+            source = relayed_script(program)  # whose first line may name the Python with rclpy
+            program = source if os.access(source, os.X_OK) else program
+            arguments = [*own_arguments, *_ros2_arguments(node, params)]
         if reason := why_not_loadable(node, {**self._environment, **overlay}):
             raise CannotLaunch(reason, node)
         prefix = _words(node.launch_prefix, "launch-prefix", node)
         folder = program.parent if node.working_folder is WorkingFolder.NODE else self._ros_home
         variables = environment_of(program, self._environment)
-        if prefix:  # it may start another environment's Python
+        if prefix or (is_for_ros2 and node.ros2_python):  # it may start another environment's Python
             variables = without_libraries(variables)
         variables = {**variables, **overlay}
         if "ROS_NAMESPACE" not in overlay:
             variables.pop("ROS_NAMESPACE", None)
         try:
-            argv = [*prefix, *command_of(program, arguments, variables=variables)]
+            command = command_of(program, arguments, variables=variables)
+            if is_for_ros2 and not prefix:
+                command = _with_rclpy(command, program, node, variables)
+            argv = [*prefix, *command]
         except InvalidEnvironment as error:
             raise CannotLaunch(str(error), node) from None
         return NodeCommand(tuple(argv), variables, overlay, folder)
@@ -171,6 +187,27 @@ class CommandMaker:
                 node,
             )
         return found.runnable[0]
+
+
+def _ros2_arguments(node: LaunchNode, params: Mapping[str, Any]) -> list[str]:
+    try:
+        return ros2_arguments(node, params)
+    except ValueError as error:
+        raise CannotLaunch(str(error), node) from None
+
+
+def _with_rclpy(
+    command: list[str], program: Path, node: LaunchNode, variables: Mapping[str, str]
+) -> list[str]:
+    """Return a command that runs a script for rclpy with the Python that has it."""
+    if node.ros2_python:
+        if shutil.which(node.ros2_python) is None:
+            raise CannotLaunch(f"{ARGUMENT} names [{node.ros2_python}], which cannot be run", node)
+        return [node.ros2_python, *command[command.index(str(program)) :]]
+    chosen = interpreter_of(program, variables)
+    if chosen and chosen.interpreter and is_here(chosen.interpreter) and (reason := why_no_rclpy()):
+        raise CannotLaunch(reason, node)
+    return command
 
 
 def _words(text: str, what: str, node: LaunchNode) -> list[str]:

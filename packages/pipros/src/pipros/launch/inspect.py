@@ -8,7 +8,7 @@ from typing import Any
 from pipros.basics import names
 from pipros.basics.env import Environment
 from pipros.launch.command import CommandMaker
-from pipros.launch.model import Argument, Launch, LaunchNode, Machine
+from pipros.launch.model import Argument, Launch, LaunchNode
 from pipros.workspace.index import PackageIndex
 
 
@@ -22,10 +22,8 @@ def full_node_name(name: str) -> str:
     return names.canonicalize(names.resolve(name, "/roslaunch"))
 
 
-def command_words(
-    node: LaunchNode, machine: Machine | None, index: PackageIndex
-) -> tuple[dict[str, str], list[str]]:
-    """Return the environment variables that the launch sets for a node, and the node's command line.
+def command_words(node: LaunchNode, launch: Launch, index: PackageIndex) -> tuple[dict[str, str], list[str]]:
+    """Return the environment variables that a launch sets for its node, and the node's command line.
 
     The variables do not include ROS_MASTER_URI.
 
@@ -34,7 +32,7 @@ def command_words(
     """
     environment = Environment.from_os()
     command = CommandMaker.for_launcher(environment, index).make(
-        node, environment.master_uri, machine=machine
+        node, environment.master_uri, machine=launch.machines.get(node.machine), params=launch.params
     )
     overlay = {key: value for key, value in command.overlay.items() if key != "ROS_MASTER_URI"}
     return overlay, list(command.argv)

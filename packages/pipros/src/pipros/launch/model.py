@@ -74,6 +74,7 @@ class LaunchNode:
         output: None if unspecified; standard output is then written to the log.
         working_folder: None if unspecified; ROS_HOME is then used.
         launch_prefix: words before the command, as written.
+        ros2_python: the Python that runs a script for rclpy; empty for that of its first line.
     """
 
     package: str
@@ -90,6 +91,7 @@ class LaunchNode:
     output: Output | None = None
     working_folder: WorkingFolder | None = None
     launch_prefix: str = ""
+    ros2_python: str = ""
     place: Place | None = field(default=None, compare=False)
 
     @property

@@ -10,6 +10,7 @@ from pipros.launch.model import LaunchError, LaunchNode, Output, Test, WorkingFo
 from pipros.launch.read_params import read_param, read_rosparam
 from pipros.launch.read_scope import read_env, read_remap
 from pipros.launch.reader import ElementReader
+from pipros.launch.ros2_node import ARGUMENT as ROS2_PYTHON
 from pipros.launch.scope import LaunchScope
 
 _SHARED = ("pkg", "type", "machine", "args", "ns", "clear_params", "cwd", "launch-prefix", "required")
@@ -84,6 +85,7 @@ def _read(reader: ElementReader, name: str) -> LaunchNode:
         required=False,
         working_folder=_working_folder(reader),
         launch_prefix=reader.text("launch-prefix") or "",
+        ros2_python=inner.arguments.get(ROS2_PYTHON) or "",
         place=reader.place,
     )
 

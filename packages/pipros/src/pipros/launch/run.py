@@ -179,6 +179,7 @@ class LaunchRun:
                 log_stem=self._logs.stem(name),
                 machine=self._placement.remote_machine(node),
                 extra_arguments=extra_arguments,
+                params=self._launch.params,
             )
             output = output or self._options.output or node.output or Output.LOG
             managed = ManagedNode(name, node, command, output, number)

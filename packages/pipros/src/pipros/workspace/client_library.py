@@ -16,19 +16,39 @@ from pathlib import Path
 from pipros.msg.importing.hook import is_beside_ros2
 
 _SCRIPT_BYTES = 256 * 1024
+_ELF = b"\x7fELF"  # compiled programs
+_RELAYED = re.compile(r"""(?m)^(?:python_)?script = (['"])(.+)\1$""")
+"""How pipros's catkin_make, and genuine catkin, name the script that a script in a devel space runs."""
 _GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # set by the wheels, so that Python executes itself only once
 
 
 def is_ros1_script(program: Path) -> bool:
     """Return whether a Python script imports rospy and not rclpy."""
-    text = _start(program)
+    text = _text_of(program)
     return _imports("rospy", text) and not _imports("rclpy", text)
+
+
+def is_ros2_script(program: Path) -> bool:
+    """Return whether a Python script imports rclpy and not rospy."""
+    text = _text_of(program)
+    return _imports("rclpy", text) and not _imports("rospy", text)
+
+
+def relayed_script(program: Path) -> Path:
+    """Return the script in the source space that a script in a devel space runs, or else `program`."""
+    relayed = _RELAYED.search(_start(program))
+    return Path(relayed[2]) if relayed else program
+
+
+def _text_of(program: Path) -> str:
+    return _start(relayed_script(program))
 
 
 def _start(program: Path) -> str:
     try:
         with program.open("rb") as file:
-            return file.read(_SCRIPT_BYTES).decode("utf-8", "replace")
+            start = file.read(4)
+            return "" if start == _ELF else (start + file.read(_SCRIPT_BYTES)).decode("utf-8", "replace")
     except OSError:
         return ""
 
@@ -52,7 +72,7 @@ def beside_ros2(program: Path, interpreter: str | None, variables: Mapping[str, 
     """
     if not is_beside_ros2():
         return dict(variables)
-    if interpreter is None or not _is_here(interpreter):
+    if interpreter is None or not is_here(interpreter):
         return without_libraries(variables)
     choice = {"PIPROS_MESSAGES": "ros1"} if is_ros1_script(program) else {}
     return {**choice, **variables}
@@ -68,5 +88,6 @@ def without_libraries(variables: Mapping[str, str]) -> dict[str, str]:
     return {**kept, "LD_LIBRARY_PATH": os.pathsep.join(others)} if others else kept
 
 
-def _is_here(interpreter: str) -> bool:
+def is_here(interpreter: str) -> bool:
+    """Return whether an interpreter belongs to the environment of this process."""
     return os.path.dirname(os.path.abspath(interpreter)) == os.path.dirname(os.path.abspath(sys.executable))

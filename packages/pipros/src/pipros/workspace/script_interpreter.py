@@ -4,6 +4,7 @@
 interpreter. A first line such as `#!/usr/bin/python3` names a specific interpreter. If that interpreter has
 `rospy`, it belongs to a genuine ROS, whose other packages the script may need. If not, a node cannot run with
 it, so pipros's own interpreter runs the script, unless the script was installed with that interpreter.
+A script that imports rclpy, and not rospy, runs with the interpreter that it names.
 `rospy` is looked up in the file system, because starting an interpreter takes longer than the rest of rosrun.
 """
 
@@ -20,6 +21,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from pipros.basics.graph_variables import InvalidEnvironment
+from pipros.workspace.client_library import is_ros2_script
 
 VARIABLE = "PIPROS_INTERPRETER"
 """`own` starts Python scripts with pipros's interpreter, `script` with the interpreter that they name."""
@@ -87,6 +89,8 @@ def interpreter_of(program: Path, variables: Mapping[str, str]) -> ScriptInterpr
         return _because(by_line, f"because {VARIABLE}=script" if exists else _absent(path))
     if not exists:
         return _because(own, f"because {path}, which its first line names, does not exist")
+    if is_ros2_script(program):
+        return _because(by_line, "which its first line names, because it imports rclpy")
     if rospy := _rospy_of(path, variables):
         return _because(by_line, f"which its first line names and which has {_NEEDED} ({rospy})")
     if _is_installed_with(program, path):

@@ -33,7 +33,7 @@ def definition_folders(given: Sequence[str]) -> list[Path]:
     """Return the folders given with `--msgs`, and the `share` folders in `AMENT_PREFIX_PATH`."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
-    return [*map(Path, given), *folders_of_environment(os.environ)]
+    return [*map(Path, filter(None, given)), *folders_of_environment(os.environ)]
 
 
 def opened(path: str | os.PathLike[str], options: Any) -> BagReader:

@@ -80,11 +80,11 @@ def discovery_of(domain: int | None) -> Any:
 
 
 def distribution_of(name: str | None) -> Any:
-    """Return the distribution of a name, or None. Raise CommandError if it is unknown."""
+    """Return the distribution of a name, or None without one. Raise CommandError if it is unknown."""
     from pipros.ros2.distribution import Distribution
 
     try:
-        return None if name is None else Distribution(name)
+        return Distribution(name) if name else None
     except ValueError:
         known = ", ".join(each.value for each in Distribution)
         raise CommandError(f"--distro must be one of {known}, got [{listed(name)}]") from None
@@ -97,7 +97,7 @@ def _pairs(options: Any, distribution: Any, node: Any) -> Any:
 
     return TypePairs(
         distribution or Distribution.JAZZY,
-        merged([parse_rules(_read(file), file) for file in options.mapping]),
+        merged([parse_rules(_read(file), file) for file in options.mapping if file]),
         node.limits,
         definition_folders(options.msgs),
         is_lenient=options.force_types,
@@ -107,7 +107,7 @@ def _pairs(options: Any, distribution: Any, node: Any) -> Any:
 def _rules(file: str | None) -> Any:
     from pipros.ros2.rules import GatewayRules, parse_gateway_rules
 
-    return GatewayRules() if file is None else parse_gateway_rules(_read(file), file)
+    return parse_gateway_rules(_read(file), file) if file else GatewayRules()
 
 
 def _read(file: str) -> str:

@@ -1,0 +1,132 @@
+"""Scripts for rclpy in launch files: arguments, and the Python that runs them."""
+
+from __future__ import annotations
+
+import math
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.launch import ros2_node
+from pipros.launch.command import CannotLaunch, CommandMaker
+from pipros.launch.model import LaunchNode
+from pipros.launch.ros2_node import ros2_arguments
+from pipros.workspace.index import PackageIndex
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Path:
+    program = tmp_path / "src" / "talkers" / "talker.py"
+    program.parent.mkdir(parents=True)
+    (program.parent / "package.xml").write_text("<package><name>talkers</name></package>")
+    program.write_text("#!/usr/bin/env python3\nimport rclpy\n")
+    program.chmod(0o755)
+    return program
+
+
+@pytest.fixture
+def maker(tmp_path: Path, script: Path) -> CommandMaker:
+    return CommandMaker(PackageIndex([tmp_path / "src"]), {"PATH": "/bin"}, tmp_path / "home")
+
+
+def values(params: dict[str, Any]) -> list[str]:
+    words = ros2_arguments(LaunchNode("p", "t", "n"), params)
+    return [word for flag, word in pairwise(words) if flag == "-p"]
+
+
+def test_name_namespace_and_remappings_become_arguments() -> None:
+    node = LaunchNode("p", "t", "n", namespace="/a/b/", remappings=(("x", "/y"), ("~z", "w")))
+    assert ros2_arguments(node, {}) == [
+        "--ros-args", "-r", "__node:=n", "-r", "__ns:=/a/b", "-r", "x:=/y", "-r", "~z:=w",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (True, "true"),
+        (3, "3"),
+        (3.0, "3.0"),
+        (math.inf, ".inf"),
+        (-math.inf, "-.inf"),
+        (math.nan, ".nan"),
+        ("3", '"3"'),
+        ("on: ü", '"on: ü"'),
+        ([1, 2], "[1, 2]"),
+        ([1, 2.5], "[1.0, 2.5]"),
+        (["a", "b c"], '["a", "b c"]'),
+        ([], "[]"),
+    ],
+)
+def test_values_keep_their_types(value: Any, text: str) -> None:
+    assert values({"/n/x": value}) == [f"x:={text}"]
+
+
+def test_only_the_nodes_own_parameters_are_given_with_dots_for_slashes() -> None:
+    params = {
+        "/n/gains": {"p": 1, "deep": {"i": 2}},
+        "/n/a/b": 3,
+        "/other": 4,
+        "/nn/x": 5,
+        "/n": {"whole": 6},
+    }
+    assert values(params) == ["gains.p:=1", "gains.deep.i:=2", "a.b:=3", "whole:=6"]
+
+
+def test_simulated_time_is_the_nodes_own() -> None:
+    assert values({"/use_sim_time": True}) == ["use_sim_time:=true"]
+    assert values({"/use_sim_time": True, "/n/use_sim_time": False}) == ["use_sim_time:=false"]
+
+
+@pytest.mark.parametrize("value", [[1, "a"], [True, 1], [[1]], b"x", None])
+def test_a_value_that_ros2_lacks_is_refused_by_name(value: Any, maker: CommandMaker) -> None:
+    with pytest.raises(CannotLaunch, match=r"talkers/talker.py.*value of ~x: it must be a truth value"):
+        maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1", params={"/n/x": value})
+
+
+def test_the_named_python_runs_the_script(maker: CommandMaker, script: Path) -> None:
+    node = LaunchNode("talkers", "talker.py", "n", arguments="--fast", ros2_python=sys.executable)
+    command = maker.make(node, "http://m:1", log_stem="/log/n-1", params={"/n/rate": 5})
+    assert command.argv == (
+        sys.executable, str(script), "--fast", "--ros-args", "-r", "__node:=n", "-p", "rate:=5",
+    )  # fmt: skip
+
+
+def test_a_python_that_cannot_be_run_is_named(maker: CommandMaker) -> None:
+    node = LaunchNode("talkers", "talker.py", "n", ros2_python="/no/python")
+    with pytest.raises(CannotLaunch, match=r"ros2_python names \[/no/python\], which cannot be run"):
+        maker.make(node, "http://m:1")
+
+
+def test_the_python_of_the_first_line_runs_the_script(maker: CommandMaker, script: Path) -> None:
+    script.write_text("#!/bin/python3\nimport rclpy\n")
+    assert maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1").argv[0] == str(script)
+
+
+def test_without_rclpy_advice_names_the_ways_to_have_it(
+    maker: CommandMaker, script: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ros2_node, "find_spec", lambda _: None)
+    with pytest.raises(CannotLaunch, match=r"imports rclpy, which this Python lacks.*ros2_python:=\.\.\."):
+        maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1")
+    monkeypatch.setattr(ros2_node, "find_spec", lambda _: object())
+    assert "--ros-args" in maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1").argv
+
+
+def test_a_script_in_a_devel_space_leads_to_its_source(
+    tmp_path: Path, maker: CommandMaker, script: Path
+) -> None:
+    source = tmp_path / "source.py"
+    source.write_bytes(script.read_bytes())
+    source.chmod(0o755)
+    script.write_text(f"#!/usr/bin/env python3\nscript = {str(source)!r}\n")
+    node = LaunchNode("talkers", "talker.py", "n", ros2_python=sys.executable)
+    assert maker.make(node, "http://m:1").argv[:2] == (sys.executable, str(source))
+
+
+def test_a_script_with_both_libraries_has_the_arguments_of_ros1(maker: CommandMaker, script: Path) -> None:
+    script.write_text("#!/usr/bin/env python3\nimport rclpy\nimport rospy\n")
+    assert "__name:=n" in maker.make(LaunchNode("talkers", "talker.py", "n"), "http://m:1").argv
