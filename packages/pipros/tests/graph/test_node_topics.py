@@ -46,6 +46,15 @@ ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
 pytestmark = pytest.mark.usefixtures("transport")
 
 
+def test_types_may_be_given_by_name(make_node: MakeNode) -> None:
+    inbox = Inbox()
+    publisher = make_node("talker").advertise("chat", "std_msgs/String")
+    make_node("listener").subscribe("chat", "std_msgs/String", inbox)
+    wait_until_connected(publisher)
+    publisher.publish(String(data="hello"))
+    assert inbox.wait(1) == [String(data="hello")]
+
+
 def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> None:
     talker, one, two = make_node("talker"), make_node("one"), make_node("two")
     inboxes = Inbox(), Inbox()

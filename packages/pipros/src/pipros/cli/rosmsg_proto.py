@@ -129,7 +129,8 @@ def example(kind: str, name: str) -> Message:
         raise NoPrototype(f"{'Ambiguous' if found else 'Unknown'} message name {name}")
     try:
         if kind == "msg":
-            return load_message_class(found[0])()
+            message: Message = load_message_class(found[0])()
+            return message
         request: Message = load_service_class(found[0])._request_class()
     except PiprosError:
         raise NoPrototype(f"Unknown {noun} class: {found[0]}") from None

@@ -122,7 +122,8 @@ def _new_element(base: str, field: str) -> Message | TVal:
     if base in _TIME_CLASSES:
         return _TIME_CLASSES[base]()
     try:
-        return load_message_class(base)()
+        message_class: type[Message] = load_message_class(base)
+        return message_class()
     except PiprosError:
         raise MessageException(
             f"Cannot instantiate messages for field [{field}] : cannot load class {base}"

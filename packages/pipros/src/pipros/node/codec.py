@@ -14,6 +14,20 @@ if TYPE_CHECKING:
 AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 
+def class_named(message_class: type[Message] | str) -> type[Message]:
+    """Return the message class, which may be given by the name of its type.
+
+    Raises:
+        NotFound: the type does not exist.
+        DefinitionError: its definition is invalid.
+    """
+    if not isinstance(message_class, str):
+        return message_class
+    from pipros.msg import load_message_class
+
+    return load_message_class(message_class)
+
+
 def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
     """Return the fastest encoder for a class.
 

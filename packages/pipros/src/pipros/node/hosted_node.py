@@ -11,13 +11,12 @@ from typing import Any
 from pipros.basics import names
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.node.clock import Clock
-from pipros.node.codec import AnyMessage
 from pipros.node.identity import Identity
 from pipros.node.node import Node
 from pipros.node.open_calls import OpenCalls
 from pipros.node.publisher import Publisher
 from pipros.node.service_server import ServiceClass, ServiceServer
-from pipros.node.subscriber import NO_ARGS, Subscriber
+from pipros.node.subscriber import Subscriber
 
 
 class HostedNode(Node):
@@ -115,43 +114,6 @@ class HostedNode(Node):
         for server in self._servers:
             self.endpoints.stop_serving(server)
         self._ended.set()
-
-    def advertise(
-        self,
-        topic: str,
-        message_class: type[AnyMessage],
-        *,
-        queue_size: int | None = 10,
-        latch: bool = False,
-    ) -> Publisher[AnyMessage]:
-        """Advertise a topic until the nodelet ends; see `Node.advertise`."""
-        publisher = super().advertise(topic, message_class, queue_size=queue_size, latch=latch)
-        self._keep(publisher)
-        return publisher
-
-    def subscribe(
-        self,
-        topic: str,
-        message_class: type[AnyMessage],
-        callback: Callable[..., object] | None = None,
-        *,
-        callback_args: object = NO_ARGS,
-        queue_size: int | None = None,
-        tcp_nodelay: bool = True,
-        zero_copy: bool = False,
-    ) -> Subscriber[AnyMessage]:
-        """Subscribe to a topic until the nodelet ends; see `Node.subscribe`."""
-        subscriber = super().subscribe(
-            topic,
-            message_class,
-            callback,
-            callback_args=callback_args,
-            queue_size=queue_size,
-            tcp_nodelay=tcp_nodelay,
-            zero_copy=zero_copy,
-        )
-        self._keep(subscriber)
-        return subscriber
 
     def serve(
         self,

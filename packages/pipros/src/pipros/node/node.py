@@ -14,7 +14,7 @@ import weakref
 from collections.abc import Callable, Mapping, Sequence
 from threading import get_ident
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from pipros.basics import names, one_thread
 from pipros.basics.env import Environment
@@ -30,7 +30,7 @@ from pipros.net.master_client import MasterClient
 from pipros.net.sockets import close_in_children
 from pipros.node import asyncio_support
 from pipros.node.clock import Clock, SimulatedClock, WallClock
-from pipros.node.codec import AnyMessage
+from pipros.node.codec import AnyMessage, class_named
 from pipros.node.endpoints import Endpoints
 from pipros.node.identity import Identity
 from pipros.node.open_calls import OpenCalls
@@ -363,25 +363,55 @@ class Node:
 
     # -- topics and services ------------------------------------------------------
 
+    @overload
+    def advertise(
+        self, topic: str, message_class: str, *, queue_size: int | None = 10, latch: bool = False
+    ) -> Publisher[Any]: ...
+
+    @overload
+    def advertise(
+        self, topic: str, message_class: type[AnyMessage], *, queue_size: int | None = 10, latch: bool = False
+    ) -> Publisher[AnyMessage]: ...
+
     def advertise(
         self,
         topic: str,
-        message_class: type[AnyMessage],
+        message_class: type[Message] | str,
         *,
         queue_size: int | None = 10,
         latch: bool = False,
-    ) -> Publisher[AnyMessage]:
+    ) -> Publisher[Any]:
         """Advertise a topic. See `pipros.net.outgoing` for `queue_size`.
 
         A latched topic sends its newest message to every later subscriber.
 
+        Args:
+            message_class: a message class, or the name of its type, such as `sensor_msgs/LaserScan`.
+
         Raises:
+            NotFound: there is no type with the given name.
             TypeConflict: this node already publishes the topic with another type.
         """
-        return self.endpoints.advertise(
-            self.resolve(topic), message_class, queue_size=queue_size, latch=latch
+        publisher = self.endpoints.advertise(
+            self.resolve(topic), class_named(message_class), queue_size=queue_size, latch=latch
         )
+        self._keep(publisher)
+        return publisher
 
+    @overload
+    def subscribe(
+        self,
+        topic: str,
+        message_class: str,
+        callback: Callable[..., object] | None = None,
+        *,
+        callback_args: object = NO_ARGS,
+        queue_size: int | None = None,
+        tcp_nodelay: bool = True,
+        zero_copy: bool = False,
+    ) -> Subscriber[Any]: ...
+
+    @overload
     def subscribe(
         self,
         topic: str,
@@ -392,7 +422,19 @@ class Node:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
         zero_copy: bool = False,
-    ) -> Subscriber[AnyMessage]:
+    ) -> Subscriber[AnyMessage]: ...
+
+    def subscribe(
+        self,
+        topic: str,
+        message_class: type[Message] | str,
+        callback: Callable[..., object] | None = None,
+        *,
+        callback_args: object = NO_ARGS,
+        queue_size: int | None = None,
+        tcp_nodelay: bool = True,
+        zero_copy: bool = False,
+    ) -> Subscriber[Any]:
         """Subscribe to a topic; call `callback` with each message, in the thread that received it.
 
         If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
@@ -401,8 +443,12 @@ class Node:
         If `zero_copy` is true, the callback gets `uint8[]` fields as read-only numpy arrays over the memory
         in which the message arrived. They are valid as long as anything refers to them.
 
+        Args:
+            message_class: a message class, or the name of its type, such as `sensor_msgs/LaserScan`.
+
         Raises:
             ModuleNotFoundError: `zero_copy` is true, and numpy is not installed.
+            NotFound: there is no type with the given name.
             TypeConflict: this node already subscribes to the topic with another type.
 
         Examples:
@@ -411,15 +457,20 @@ class Node:
         """
         if callback is None and asyncio_support.is_in_event_loop():
             callback = asyncio_support.MessageStream[Any](queue_size)
-        return self.endpoints.subscribe(
+        subscriber = self.endpoints.subscribe(
             self.resolve(topic),
-            message_class,
+            class_named(message_class),
             callback,
             callback_args=callback_args,
             queue_size=queue_size,
             tcp_nodelay=tcp_nodelay,
             zero_copy=zero_copy,
         )
+        self._keep(subscriber)
+        return subscriber
+
+    def _keep(self, handle: Publisher[Any] | Subscriber[Any]) -> None:
+        """Take note of a new handle. The node of a nodelet overrides this method."""
 
     def serve(
         self,

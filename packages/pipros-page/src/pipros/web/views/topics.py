@@ -121,7 +121,8 @@ class TopicViews:
             return sent[:LONGEST_DEFINITION]
         kind = self._system.observation.types.get(name, "")
         found = await self._system.computations.run(load_message_class, kind)
-        return found._full_text[:LONGEST_DEFINITION]
+        definition: str = found._full_text
+        return definition[:LONGEST_DEFINITION]
 
     def _registered(self, name: str) -> Mapping[str, Any]:
         observation = self._system.observation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
-from typing import Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.reconfiguring.server import Reconfigurable, Setting, Value
@@ -27,6 +27,12 @@ from pipros.perception.clouds.points import (
     rows_of,
 )
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2
+    from std_msgs.msg import Header
+
+    from pipros.libraries.vision.extras import Array
 
 _WAIT_S: Final = 1.0
 _FRAMES: Final = (Setting("input_frame", ""), Setting("output_frame", ""))
@@ -54,11 +60,11 @@ class CloudFilterNodelet(LazyNode):
         self._listener_lock = threading.Lock()
         self.values: Mapping[str, Any] = {}
         Reconfigurable(node, "~", self.settings, self._configure)
-        cloud_class: Any = load_message_class("sensor_msgs/PointCloud2")
+        cloud_class: type[PointCloud2] = load_message_class("sensor_msgs/PointCloud2")
         self._inputs = CloudInputs(node, {"~output": cloud_class}, self._on_cloud, self.needs_indices)
         (self._output,) = self._inputs.outputs
 
-    def filtered(self, cloud: Any, indices: Any) -> Any:
+    def filtered(self, cloud: PointCloud2, indices: Array | None) -> PointCloud2:
         """Return the filtered cloud. Subclasses override this method.
 
         Raises:
@@ -73,7 +79,7 @@ class CloudFilterNodelet(LazyNode):
                 if self._listener is None:
                     self._listener = TransformListener(self._node)
 
-    def _on_cloud(self, cloud: Any, indices: Any) -> None:
+    def _on_cloud(self, cloud: PointCloud2, indices: Array | None) -> None:
         frame = cloud.header.frame_id
         target, back = self.values.get("input_frame"), self.values.get("output_frame")
         try:
@@ -88,7 +94,7 @@ class CloudFilterNodelet(LazyNode):
         except (InvalidCloud, TransformException) as error:
             self._errors.error("dropped a cloud: %s", error)
 
-    def _in_frame(self, cloud: Any, target: str) -> Any:
+    def _in_frame(self, cloud: PointCloud2, target: str) -> PointCloud2:
         """Return the cloud transformed to the frame `target`, with the same timestamp."""
         source = cloud.header.frame_id
         if target.removeprefix("/") == source.removeprefix("/") or self._listener is None:
@@ -96,13 +102,13 @@ class CloudFilterNodelet(LazyNode):
         pose = self._listener.at(
             target.removeprefix("/"), source.removeprefix("/"), in_ns(cloud.header.stamp), _WAIT_S
         )
-        header: Any = load_message_class("std_msgs/Header")(stamp=cloud.header.stamp, frame_id=target)
+        header: Header = load_message_class("std_msgs/Header")(stamp=cloud.header.stamp, frame_id=target)
         made = transformed(cloud, exact_matrix_of(pose))
         made.header = header
         return made
 
 
-def transformed(cloud: Any, matrix: Any) -> Any:
+def transformed(cloud: PointCloud2, matrix: Array) -> PointCloud2:
     """Transform a cloud's points, and their viewpoints, if any. Points that are not finite are unchanged."""
     rows = rows_of(cloud).copy()
     points = positions(cloud, rows)
@@ -125,7 +131,7 @@ class PassThrough(CloudFilterNodelet):
     settings = _LIMITS
     keeps_sizes = True
 
-    def filtered(self, cloud: Any, indices: Any) -> Any:  # noqa: ARG002 # as PCL's
+    def filtered(self, cloud: PointCloud2, indices: Array | None) -> PointCloud2:  # noqa: ARG002 # as PCL's
         return filters.pass_through(cloud, self.values)
 
 
@@ -139,7 +145,7 @@ class VoxelGrid(CloudFilterNodelet):
         *_LIMITS,
     )
 
-    def filtered(self, cloud: Any, indices: Any) -> Any:  # noqa: ARG002 # as PCL's
+    def filtered(self, cloud: PointCloud2, indices: Array | None) -> PointCloud2:  # noqa: ARG002 # as PCL's
         return filters.voxel_grid(cloud, self.values)
 
 
@@ -154,7 +160,7 @@ class CropBox(CloudFilterNodelet):
         *_FRAMES,
     )
 
-    def filtered(self, cloud: Any, indices: Any) -> Any:
+    def filtered(self, cloud: PointCloud2, indices: Array | None) -> PointCloud2:
         return filters.crop_box(cloud, self.values, indices)
 
 
@@ -164,7 +170,7 @@ class ExtractIndices(CloudFilterNodelet):
     settings = (Setting("negative", False),)
     needs_indices = True
 
-    def filtered(self, cloud: Any, indices: Any) -> Any:
+    def filtered(self, cloud: PointCloud2, indices: Array | None) -> PointCloud2:
         return filters.extract_indices(cloud, indices, self.values)
 
 
@@ -177,5 +183,5 @@ class StatisticalOutlierRemoval(CloudFilterNodelet):
         Setting("negative", False),
     )
 
-    def filtered(self, cloud: Any, indices: Any) -> Any:
+    def filtered(self, cloud: PointCloud2, indices: Array | None) -> PointCloud2:
         return filters.statistical_outlier_removal(cloud, self.values, indices)

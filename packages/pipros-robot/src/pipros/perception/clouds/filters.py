@@ -8,7 +8,7 @@ to their values.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.perception.clouds.points import (
     POSITION,
@@ -25,6 +25,11 @@ from pipros.perception.clouds.points import (
 from pipros.perception.extras import numpy as np
 from pipros.perception.extras import tree_of
 
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2
+
+    from pipros.libraries.vision.extras import Array
+
 Values = Mapping[str, Any]
 
 _FARTHEST: Final = 2.0**60
@@ -34,7 +39,7 @@ _NUMBERS: Final = 2.0**62
 """In voxel grids with at least this many cells, only the occupied cells are numbered."""
 
 
-def pass_through(cloud: Any, values: Values) -> Any:
+def pass_through(cloud: PointCloud2, values: Values) -> PointCloud2:
     """Return the points whose field `filter_field_name` is within the limits, or outside if negated.
 
     The other points are removed, as are points that are not finite. If `keep_organized` is true, the other
@@ -55,16 +60,18 @@ def pass_through(cloud: Any, values: Values) -> Any:
     return _without(cloud, rows, ~kept) if organized else with_rows(cloud, rows[kept], is_dense=True)
 
 
-def _within(field: Any, values: Values) -> Any:
+def _within(field: Array, values: Values) -> Array:
     """Return a mask of the values that are finite and within the limits, or outside if negated."""
     low, high = values["filter_limit_min"], values["filter_limit_max"]
     with np.errstate(invalid="ignore"):
         if values["filter_limit_negative"]:
-            return np.isfinite(field) & ((field <= low) | (field >= high))
-        return np.isfinite(field) & (field >= low) & (field <= high)
+            chosen: Array = np.isfinite(field) & ((field <= low) | (field >= high))
+        else:
+            chosen = np.isfinite(field) & (field >= low) & (field <= high)
+    return chosen
 
 
-def _without(cloud: Any, rows: Any, removed: Any) -> Any:
+def _without(cloud: PointCloud2, rows: Array, removed: Array) -> PointCloud2:
     """Return a cloud of the same shape in which the positions of the removed points are NaN."""
     changed = rows.copy()
     positions(cloud, changed)  # the fields must be of type FLOAT32
@@ -73,7 +80,7 @@ def _without(cloud: Any, rows: Any, removed: Any) -> Any:
     return reorganized(cloud, changed, is_dense=False)
 
 
-def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
+def crop_box(cloud: PointCloud2, values: Values, indices: Array | None = None) -> PointCloud2:
     """Return the points inside a box (including its faces), or outside if negated. NaN counts as inside.
 
     If `keep_organized` is true, the other points are set to NaN instead of being removed.
@@ -101,7 +108,7 @@ def crop_box(cloud: Any, values: Values, indices: Any = None) -> Any:
     return with_rows(cloud, rows[chosen[~removed]], is_dense=cloud.is_dense)
 
 
-def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
+def extract_indices(cloud: PointCloud2, indices: Array | None, values: Values) -> PointCloud2:
     """Return the points with these indices, in the order of the indices, or all other points if negated.
 
     As in PCL, the cloud is returned unchanged if there are as many indices as points, unless negated.
@@ -123,7 +130,7 @@ def extract_indices(cloud: Any, indices: Any, values: Values) -> Any:
     return with_rows(cloud, found, is_dense=False) if len(found) else emptied(cloud)
 
 
-def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
+def emptied(cloud: PointCloud2, *, keeps_sizes: bool = False) -> PointCloud2:
     """Return an empty cloud with the header and fields of `cloud`, as in PCL.
 
     `point_step` and `row_step` are 0 unless `keeps_sizes` is true.
@@ -134,7 +141,9 @@ def emptied(cloud: Any, *, keeps_sizes: bool = False) -> Any:
     return made
 
 
-def statistical_outlier_removal(cloud: Any, values: Values, indices: Any = None) -> Any:
+def statistical_outlier_removal(
+    cloud: PointCloud2, values: Values, indices: Array | None = None
+) -> PointCloud2:
     """Return the points whose mean distance to their `mean_k` - 1 nearest neighbours is not an outlier.
 
     A distance is an outlier if it exceeds the mean of the distances by more than `stddev` times their
@@ -165,7 +174,7 @@ def statistical_outlier_removal(cloud: Any, values: Values, indices: Any = None)
     return with_rows(cloud, rows[chosen[is_outlier == values["negative"]]], is_dense=cloud.is_dense)
 
 
-def voxel_grid(cloud: Any, values: Values) -> Any:
+def voxel_grid(cloud: PointCloud2, values: Values) -> PointCloud2:
     """Return one point for each grid cell with at least `min_points_per_voxel` points.
 
     Points that are not finite or outside the limits are ignored. Each field is the mean of the cell's points;
@@ -197,7 +206,7 @@ def voxel_grid(cloud: Any, values: Values) -> Any:
     return with_rows(cloud, means[enough], is_dense=True)
 
 
-def _cell_numbers(points: Any, leaf: Any) -> Any:
+def _cell_numbers(points: Array, leaf: Array) -> Array:
     """Return the cell number of each point; x varies fastest."""
     with np.errstate(over="ignore"):
         scaled = np.floor(points * (np.float32(1.0) / leaf)).astype(np.float64)
@@ -206,12 +215,13 @@ def _cell_numbers(points: Any, leaf: Any) -> Any:
     sizes = cells.max(0) + 1
     volume = np.prod(sizes.astype(np.float64))
     if volume >= _NUMBERS:
-        return np.unique(cells[:, ::-1], axis=0, return_inverse=True)[1].reshape(-1)
-    numbers = cells[:, 0] + sizes[0] * (cells[:, 1] + sizes[1] * cells[:, 2])
+        inverse: Array = np.unique(cells[:, ::-1], axis=0, return_inverse=True)[1]
+        return inverse.reshape(-1)
+    numbers: Array = cells[:, 0] + sizes[0] * (cells[:, 1] + sizes[1] * cells[:, 2])
     return numbers.astype(np.int32) if volume < 2**31 else numbers
 
 
-def leaf_sizes(values: Values) -> Any:
+def leaf_sizes(values: Values) -> Array:
     """Return a cell's size along each axis in float32. `leaf_size` applies to axes with a negative size.
 
     Raises:
@@ -225,7 +235,7 @@ def leaf_sizes(values: Values) -> Any:
     return leaf
 
 
-def _means(cloud: Any, rows: Any, starts: Any, counts: Any) -> Any:
+def _means(cloud: PointCloud2, rows: Array, starts: Array, counts: Array) -> Array:
     """Return one row for each group of consecutive rows; its fields are the means of the group's fields."""
     means = np.zeros((len(starts), rows.shape[1]), np.uint8)
     for field in cloud.fields:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.libraries.nodes.inputs import SyncInput, synchronized
 from pipros.libraries.nodes.params import private
 from pipros.libraries.topic_tools.lazy import LazyInputs
 from pipros.msg import load_message_class
 from pipros.node import Node
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2
+
+    from pipros.libraries.vision.extras import Array
+    from pipros.node.subscriber import Subscriber
 
 _CLOUD: Final = "sensor_msgs/PointCloud2"
 
@@ -25,7 +31,7 @@ class CloudInputs:
         self,
         node: Node,
         outputs: Mapping[str, Any],
-        receive: Callable[[Any, Any], object],
+        receive: Callable[[PointCloud2, Array | None], object],
         needs_indices: bool = False,
     ) -> None:
         """Advertise the outputs. Blocks until the master answers.
@@ -48,7 +54,7 @@ class CloudInputs:
         """Unsubscribe."""
         self._lazy.close()
 
-    def _subscribe(self) -> list[Any]:
+    def _subscribe(self) -> Sequence[Subscriber[PointCloud2]]:
         if self._has_indices:
             return synchronized(
                 self._node,

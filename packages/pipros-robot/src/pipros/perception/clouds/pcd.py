@@ -6,14 +6,20 @@ See https://pointclouds.org/documentation/tutorials/pcd_file_format.html. A fiel
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.libraries.transforms.pose import IDENTITY, Pose
 from pipros.msg import load_message_class
 from pipros.perception.clouds.points import CODES, FLOAT32, TYPES, rows_of
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2, PointField
+
+    from pipros.libraries.vision.extras import Array
 
 MODES: Final = ("ascii", "binary", "binary_compressed")
 
@@ -47,7 +53,7 @@ class Header:
         return sum(kind.itemsize * count for _, kind, count in self.fields)
 
 
-def parse(data: bytes) -> tuple[Any, Pose]:
+def parse(data: bytes) -> tuple[PointCloud2, Pose]:
     """Return the cloud in a file, without a frame ID or timestamp, and the pose of the sensor.
 
     Raises:
@@ -65,8 +71,8 @@ def parse(data: bytes) -> tuple[Any, Pose]:
         rows = np.frombuffer(body, np.uint8, count * step).reshape(count, step)
     else:
         rows = _from_columns(_decompressed(body, count * step), header)
-    field_class: Any = load_message_class("sensor_msgs/PointField")
-    cloud: Any = load_message_class("sensor_msgs/PointCloud2")()
+    field_class: type[PointField] = load_message_class("sensor_msgs/PointField")
+    cloud: PointCloud2 = load_message_class("sensor_msgs/PointCloud2")()
     offset = 0
     for name, kind, elements in header.fields:
         if name != "_":
@@ -78,7 +84,7 @@ def parse(data: bytes) -> tuple[Any, Pose]:
     return cloud, header.viewpoint
 
 
-def _are_finite(rows: Any, header: Header) -> bool:
+def _are_finite(rows: Array, header: Header) -> bool:
     offset = 0
     for _, kind, count in header.fields:
         end = offset + kind.itemsize * count
@@ -126,7 +132,7 @@ def _layout(header: Header) -> Any:
     return np.dtype([(f"f{at}", kind, (n,)) for at, (_, kind, n) in enumerate(header.fields)])
 
 
-def _from_text(body: memoryview, header: Header) -> Any:
+def _from_text(body: memoryview, header: Header) -> Array:
     count, width = header.width * header.height, sum(elements for _, _, elements in header.fields)
     words = bytes(body).split()
     if len(words) < count * width:
@@ -152,7 +158,7 @@ def _from_text(body: memoryview, header: Header) -> Any:
     return points.view(np.uint8).reshape(count, header.point_step)
 
 
-def _from_columns(data: bytes, header: Header) -> Any:
+def _from_columns(data: bytes, header: Header) -> Array:
     """Convert the values of a compressed file, which are stored field by field, to rows of points."""
     count = header.width * header.height
     points, at = np.zeros(count, _layout(header)), 0
@@ -205,14 +211,14 @@ def _compressed(data: bytes) -> bytes:
     return blocks.tobytes() + (bytes([len(rest) - 1]) + rest if rest else b"")
 
 
-def formatted(cloud: Any, mode: str = "ascii", viewpoint: Pose = IDENTITY) -> bytes:
+def formatted(cloud: PointCloud2, mode: str = "ascii", viewpoint: Pose = IDENTITY) -> bytes:
     """Return the contents of a PCD file for a cloud. Bytes outside the cloud's fields are omitted.
 
     Raises:
         InvalidCloud: the size of the data does not match the cloud's dimensions.
     """
     rows = rows_of(cloud)
-    columns = []
+    columns: list[tuple[str, Array]] = []
     for field in sorted(cloud.fields, key=lambda each: each.offset):
         count = max(field.count, 1)
         kind = np.dtype(TYPES.get(field.datatype, "u1"))
@@ -243,7 +249,9 @@ def formatted(cloud: Any, mode: str = "ascii", viewpoint: Pose = IDENTITY) -> by
     return header + len(packed).to_bytes(4, "little") + len(joined).to_bytes(4, "little") + packed
 
 
-def _header_text(cloud: Any, columns: Any, viewpoint: Pose, mode: str) -> bytes:
+def _header_text(
+    cloud: PointCloud2, columns: Sequence[tuple[str, Array]], viewpoint: Pose, mode: str
+) -> bytes:
     px, py, pz, qx, qy, qz, qw = (f"{each:g}" for each in viewpoint)
     kinds = [values.dtype for _, values in columns]
     lines = (

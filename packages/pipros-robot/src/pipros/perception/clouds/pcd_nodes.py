@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.input_file import read_file
 from pipros.basics.interrupts import exits_after_ctrl_c
@@ -21,6 +21,9 @@ from pipros.node.clock import stamp
 from pipros.node.roscpp_program import roscpp_program
 from pipros.perception.clouds.pcd import InvalidPcd, formatted, parse
 from pipros.perception.clouds.points import InvalidCloud
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2
 
 FAILED: Final = 255
 _WAIT_S: Final = 3.0
@@ -68,7 +71,7 @@ def _seconds(text: str) -> float:
         raise InvalidPcd(f"INTERVAL must be a number of seconds, got {text}") from None
 
 
-def _publish(node: Node, output: Any, cloud: Any) -> None:
+def _publish(node: Node, output: Any, cloud: PointCloud2) -> None:
     cloud.header.stamp = stamp(node.clock)
     output.publish(cloud)
 
@@ -85,10 +88,10 @@ class CloudWriter:
             self._mode = "binary_compressed" if private(node, "compressed", False) else "binary"
         self._frame = private(node, "fixed_frame", "")
         self._listener = TransformListener(node) if self._frame else None
-        cloud_class: Any = load_message_class("sensor_msgs/PointCloud2")
+        cloud_class: type[PointCloud2] = load_message_class("sensor_msgs/PointCloud2")
         node.subscribe("input", cloud_class, self._write, queue_size=1, zero_copy=True)
 
-    def _write(self, cloud: Any) -> None:
+    def _write(self, cloud: PointCloud2) -> None:
         stamp_ns, viewpoint = in_ns(cloud.header.stamp), IDENTITY
         name = f"{self._name}.pcd" if self._name else f"{self._prefix}{stamp_ns // 1000}.pcd"
         try:

@@ -7,12 +7,18 @@ bytes unchanged.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.libraries.transforms.pose import Pose, rotation_matrix
 from pipros.msg import load_message_class
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2, PointField
+    from std_msgs.msg import Header
+
+    from pipros.libraries.vision.extras import Array
 
 FLOAT32: Final = 7
 TYPES: Final = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
@@ -26,7 +32,7 @@ class InvalidCloud(PiprosError, ValueError):
     """A cloud's fields do not match its data, a field is missing, or a value is invalid."""
 
 
-def rows_of(cloud: Any) -> Any:
+def rows_of(cloud: PointCloud2) -> Array:
     """Return the bytes of the points, an array of shape (points, point_step), without copying.
 
     Raises:
@@ -45,7 +51,7 @@ def rows_of(cloud: Any) -> Any:
     return data.reshape(count, step)
 
 
-def indices_of(given: Any, count: int) -> Any:
+def indices_of(given: Array | None, count: int) -> Array:
     """Return indices as an array; if None is given, the indices of all `count` points.
 
     Raises:
@@ -59,7 +65,7 @@ def indices_of(given: Any, count: int) -> Any:
     return chosen
 
 
-def column(cloud: Any, rows: Any, name: str) -> Any:
+def column(cloud: PointCloud2, rows: Array, name: str) -> Array:
     """Return the values of a field as an array of shape (points,). The array is writable if `rows` is.
 
     Raises:
@@ -81,12 +87,12 @@ def column(cloud: Any, rows: Any, name: str) -> Any:
     )
 
 
-def has_field(cloud: Any, name: str, datatype: int = FLOAT32) -> bool:
+def has_field(cloud: PointCloud2, name: str, datatype: int = FLOAT32) -> bool:
     """Return whether the cloud has a field with this name and type."""
     return any(each.name == name and each.datatype == datatype for each in cloud.fields)
 
 
-def positions(cloud: Any, rows: Any) -> Any:
+def positions(cloud: PointCloud2, rows: Array) -> Array:
     """Return x, y and z as a new float32 array of shape (points, 3).
 
     Raises:
@@ -101,7 +107,7 @@ def positions(cloud: Any, rows: Any) -> Any:
     return found
 
 
-def with_rows(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
+def with_rows(cloud: PointCloud2, rows: Array, *, is_dense: bool) -> PointCloud2:
     """Return an unorganized cloud (height 1) with the fields and header of `cloud`, and the given points."""
     return type(cloud)(
         header=cloud.header,
@@ -116,7 +122,7 @@ def with_rows(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
     )
 
 
-def reorganized(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
+def reorganized(cloud: PointCloud2, rows: Array, *, is_dense: bool) -> PointCloud2:
     """Return a copy of `cloud` with other points. `rows` must contain as many points as `cloud`."""
     made = with_rows(cloud, rows, is_dense=is_dense)
     made.height, made.width = cloud.height, cloud.width
@@ -124,14 +130,14 @@ def reorganized(cloud: Any, rows: Any, *, is_dense: bool) -> Any:
     return made
 
 
-def cloud_of(header: Any, columns: Mapping[str, Any], point_step: int = 0) -> Any:
+def cloud_of(header: Header, columns: Mapping[str, Array], point_step: int = 0) -> PointCloud2:
     """Return an unorganized cloud (of height 1) with the given values.
 
     Args:
         columns: arrays of equal length, by field name.
         point_step: size of a point in bytes, if larger than the total size of its fields.
     """
-    field_class: Any = load_message_class("sensor_msgs/PointField")
+    field_class: type[PointField] = load_message_class("sensor_msgs/PointField")
     kinds = {name: np.dtype(values.dtype).newbyteorder("<") for name, values in columns.items()}
     sizes = [kind.itemsize for kind in kinds.values()]
     offsets = [sum(sizes[:index]) for index in range(len(sizes))]
@@ -145,7 +151,7 @@ def cloud_of(header: Any, columns: Mapping[str, Any], point_step: int = 0) -> An
         field_class(name, offset, CODES[kind.str[1:]], 1)
         for (name, kind), offset in zip(kinds.items(), offsets, strict=True)
     ]
-    cloud_class: Any = load_message_class("sensor_msgs/PointCloud2")
+    cloud_class: type[PointCloud2] = load_message_class("sensor_msgs/PointCloud2")
     return cloud_class(
         header=header,
         height=1,
@@ -159,7 +165,7 @@ def cloud_of(header: Any, columns: Mapping[str, Any], point_step: int = 0) -> An
     )
 
 
-def matrix_of(pose: Pose, kind: Any = np.float32) -> Any:
+def matrix_of(pose: Pose, kind: type[np.float32 | np.float64] = np.float32) -> Array:
     """Return the first three rows of a pose's matrix, computed in the type `kind` with Eigen's formula."""
     px, py, pz, *quaternion = pose
     x, y, z, w = (kind(value) for value in quaternion)
@@ -177,14 +183,16 @@ def matrix_of(pose: Pose, kind: Any = np.float32) -> Any:
     )
 
 
-def exact_matrix_of(pose: Pose) -> Any:
+def exact_matrix_of(pose: Pose) -> Array:
     """Return the first three rows of a pose's matrix in float32, computed in float64 with tf's formula."""
     rotation = np.array(rotation_matrix(pose)).reshape(3, 3)
-    return np.concatenate([rotation, np.array(pose[:3])[:, np.newaxis]], 1).astype(np.float32)
+    exact: Array = np.concatenate([rotation, np.array(pose[:3])[:, np.newaxis]], 1)
+    return exact.astype(np.float32)
 
 
-def moved(points: Any, matrix: Any) -> Any:
+def moved(points: Array, matrix: Array) -> Array:
     """Transform points of shape (n, 3). The result has the matrix's type; sums are in Eigen's order."""
     x, y, z = (points[:, axis, np.newaxis].astype(matrix.dtype) for axis in range(3))
     with np.errstate(all="ignore"):
-        return x * matrix[:, 0] + y * matrix[:, 1] + z * matrix[:, 2] + matrix[:, 3]
+        found: Array = x * matrix[:, 0] + y * matrix[:, 1] + z * matrix[:, 2] + matrix[:, 3]
+    return found

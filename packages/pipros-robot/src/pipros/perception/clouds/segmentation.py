@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.perception.extras import numpy as np
 from pipros.perception.extras import tree_of
+
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
 PAIRS: Final = 10_000_000
 """Default maximum number of neighbour pairs in memory."""
 
 
 def plane(
-    points: Any,
+    points: Array,
     threshold: float,
     iterations: int = 50,
     probability: float = 0.99,
     optimize: bool = True,
     has_ended: Callable[[], bool] = bool,
-) -> tuple[Any, Any] | None:
+) -> tuple[Array, Array] | None:
     """Return the coefficients (a, b, c, d) of the plane with the most inliers, and the inliers' indices.
 
     The normal (a, b, c) has length 1. The search tries random planes, but is reproducible: equal points give
@@ -72,11 +75,11 @@ def _tries(share: float, probability: float) -> float:
     return 1.0 if chance >= 1.0 else math.log(1.0 - probability) / math.log1p(-max(chance, 1e-300))
 
 
-def _inliers(points: Any, coefficients: Any, threshold: float) -> Any:
+def _inliers(points: Array, coefficients: Array, threshold: float) -> Array:
     return np.flatnonzero(np.abs(points @ coefficients[:3] + coefficients[3]) <= threshold)
 
 
-def _fitted(points: Any, before: Any) -> Any:
+def _fitted(points: Array, before: Array) -> Array:
     """Return the least-squares plane. Its normal points to the same side as that of the plane `before`."""
     center = points.mean(0)
     normal = np.linalg.eigh(np.cov((points - center).T))[1][:, 0]
@@ -84,7 +87,7 @@ def _fitted(points: Any, before: Any) -> Any:
     return np.append(normal, -(normal @ center))
 
 
-def clusters(points: Any, tolerance: float, smallest: int, largest: int, pairs: int = PAIRS) -> list[Any]:
+def clusters(points: Array, tolerance: float, smallest: int, largest: int, pairs: int = PAIRS) -> list[Any]:
     """Return the sorted indices of each cluster, the largest cluster first.
 
     Two points are in the same cluster if a chain of points connects them in steps of at most `tolerance`.
@@ -105,7 +108,7 @@ def clusters(points: Any, tolerance: float, smallest: int, largest: int, pairs: 
     return sorted((each for each in groups if smallest <= len(each) <= largest), key=lambda each: -len(each))
 
 
-def _places(points: Any) -> tuple[Any, Any]:
+def _places(points: Array) -> tuple[Array, Array]:
     """Return the distinct positions, and the index of each point's position.
 
     Duplicates are common, because many drivers place points without a measurement at the origin.
@@ -118,7 +121,7 @@ def _places(points: Any) -> tuple[Any, Any]:
     return ordered[is_first], place_of
 
 
-def _labels(points: Any, tolerance: float, pairs: int) -> Any:
+def _labels(points: Array, tolerance: float, pairs: int) -> Array:
     tree = tree_of(points, "pcl/EuclideanClusterExtraction")
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components

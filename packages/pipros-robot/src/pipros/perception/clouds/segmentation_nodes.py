@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
@@ -18,6 +18,13 @@ from pipros.perception.clouds.inputs import CloudInputs
 from pipros.perception.clouds.points import InvalidCloud, cloud_of, indices_of, positions, rows_of
 from pipros.perception.clouds.segmentation import clusters, plane
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from pcl_msgs.msg import ModelCoefficients, PointIndices
+    from sensor_msgs.msg import PointCloud2
+    from std_msgs.msg import Header
+
+    from pipros.libraries.vision.extras import Array
 
 _PLANE: Final = 0
 _MOST: Final = 2**31 - 1
@@ -43,14 +50,14 @@ class _Segmentation(LazyNode):
     def _configure(self, values: Mapping[str, Value], _: int) -> None:
         self.values = values
 
-    def _on_cloud(self, cloud: Any, indices: Any) -> None:
+    def _on_cloud(self, cloud: PointCloud2, indices: Array | None) -> None:
         try:
             points = positions(cloud, rows_of(cloud))
             self.segment(cloud.header, points, indices_of(indices, len(points)))
         except InvalidCloud as error:
             self._errors.error("dropped a cloud: %s", error)
 
-    def segment(self, header: Any, points: Any, chosen: Any) -> None:
+    def segment(self, header: Header, points: Array, chosen: Array) -> None:
         """Publish the results for the points with the chosen indices."""
         raise NotImplementedError
 
@@ -92,12 +99,12 @@ class SacSegmentation(_Segmentation):
                 f"~model_type must be 0 (a plane), the only supported model, got {model!r}"
             )
         _required(node, "distance_threshold")
-        self._indices: Any = load_message_class("pcl_msgs/PointIndices")
-        self._model: Any = load_message_class("pcl_msgs/ModelCoefficients")
+        self._indices: type[PointIndices] = load_message_class("pcl_msgs/PointIndices")
+        self._model: type[ModelCoefficients] = load_message_class("pcl_msgs/ModelCoefficients")
         super().__init__(node, {"~inliers": self._indices, "~model": self._model})
         self._inliers_output, self._model_output = self._inputs.outputs
 
-    def segment(self, header: Any, points: Any, chosen: Any) -> None:
+    def segment(self, header: Header, points: Array, chosen: Array) -> None:
         given = self.values
         found = plane(
             points[chosen],
@@ -144,7 +151,7 @@ class EuclideanClusterExtraction(_Segmentation):
         super().__init__(node, {"~output": self._class})
         (self._output,) = self._inputs.outputs
 
-    def segment(self, header: Any, points: Any, chosen: Any) -> None:
+    def segment(self, header: Header, points: Array, chosen: Array) -> None:
         given = self.values
         found = clusters(
             points[chosen], given["cluster_tolerance"], given["cluster_min_size"], given["cluster_max_size"]

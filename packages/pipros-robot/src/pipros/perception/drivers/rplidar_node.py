@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
@@ -22,6 +22,9 @@ from pipros.perception.drivers.rplidar.lidar import Lidar, Mode
 from pipros.perception.drivers.rplidar.samples import Point
 from pipros.perception.drivers.rplidar.turns import TurnCollector, cells_per_degree, sweep_of
 from pipros.perception.drivers.streams import Stream, network_port, serial_port
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import LaserScan
 
 SILENCE_S: Final = 5.0
 """The scan is restarted if no turn is completed for this long. A motor needs seconds to reach its speed."""
@@ -52,7 +55,7 @@ class RplidarNode:
             self._scan_hz = usual_hz
         self._is_on = threading.Event()
         self._is_on.set()
-        self._scan: Any = load_message_class("sensor_msgs/LaserScan")
+        self._scan: type[LaserScan] = load_message_class("sensor_msgs/LaserScan")
         self._publisher = node.advertise("scan", self._scan, queue_size=QUEUE_SIZE)
         self._empty: Any = load_service_class("std_srvs/Empty")
         node.serve("start_motor", self._empty, lambda _: self._switch(True))

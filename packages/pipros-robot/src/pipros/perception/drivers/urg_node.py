@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import MissingExtra
 from pipros.basics.interrupts import exits_after_ctrl_c
@@ -24,6 +24,9 @@ from pipros.perception.drivers.urg.clock import DeviceClock
 from pipros.perception.drivers.urg.health import LidarHealth
 from pipros.perception.drivers.urg.scip import ScipReply, clock_ms, echoes_of, scan_of
 from pipros.perception.drivers.urg.sensor import ScanRequest, UrgSensor
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import LaserEcho, LaserScan, MultiEchoLaserScan
 
 SILENCE_S: Final = 2.0
 QUEUE_SIZE: Final = 20
@@ -49,9 +52,9 @@ class UrgNode:
         self._measures_latency = private(node, "calibrate_time", False)
         self._clock = DeviceClock() if private(node, "synchronize_time", False) else None
         self._error_limit = private(node, "error_limit", 4)
-        self._scan: Any = load_message_class("sensor_msgs/LaserScan")
-        self._echoes: Any = load_message_class("sensor_msgs/MultiEchoLaserScan")
-        self._echo: Any = load_message_class("sensor_msgs/LaserEcho")
+        self._scan: type[LaserScan] = load_message_class("sensor_msgs/LaserScan")
+        self._echoes: type[MultiEchoLaserScan] = load_message_class("sensor_msgs/MultiEchoLaserScan")
+        self._echo: type[LaserEcho] = load_message_class("sensor_msgs/LaserEcho")
         names = ("first", "last", "most_intense") if self._has_echoes else ("scan",)
         self._outputs = {name: node.advertise(name, self._scan, queue_size=QUEUE_SIZE) for name in names}
         if self._has_echoes:

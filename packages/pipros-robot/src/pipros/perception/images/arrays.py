@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
@@ -11,12 +11,18 @@ from pipros.libraries.vision.extras import numpy as np
 from pipros.msg import load_message_class
 from pipros.pictures.encodings import UnknownEncoding, encoding
 
+if TYPE_CHECKING:
+    from sensor_msgs.msg import Image
+    from std_msgs.msg import Header
+
+    from pipros.libraries.vision.extras import Array
+
 
 class BadImage(PiprosError, ValueError):
     """An image has an unknown or unsuitable encoding, an unsuitable size, or too few bytes."""
 
 
-def array_of(message: Any) -> Any:
+def array_of(message: Image) -> Array:
     """Return the pixels of a `sensor_msgs/Image`, of shape (height, width) or (height, width, channels).
 
     The array is in native byte order. Do not change it: if possible, it shares the message's memory.
@@ -46,13 +52,13 @@ def array_of(message: Any) -> Any:
     return array if kind.channels == 1 else array.reshape(height, width, kind.channels)
 
 
-def image_message(array: Any, encoding_name: str, header: Any) -> Any:
+def image_message(array: Array, encoding_name: str, header: Header) -> Image:
     """Return a `sensor_msgs/Image` that shares the memory of a contiguous array.
 
     Do not change the array afterwards. Other arrays are copied.
     """
     pixels = np.ascontiguousarray(array)
-    message: Any = load_message_class("sensor_msgs/Image")()
+    message: Image = load_message_class("sensor_msgs/Image")()
     message.header = copy.copy(header)  # publishing sets its seq
     message.height, message.width = pixels.shape[:2]
     message.encoding = encoding_name

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 from pipros.libraries.vision.conversions import ImageConversionError, convert
 from pipros.libraries.vision.opencv import opencv
 from pipros.perception.images.arrays import BadImage
 from pipros.pictures.encodings import Color, encoding
+
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
 BILINEAR: Final = 0
 EDGE_AWARE: Final = 1
@@ -25,7 +28,7 @@ _COLORS = (Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
 _YUV = (Color.YUV422, Color.YUV422_YUY2)
 
 
-def gray(image: Any, name: str) -> tuple[Any, str]:
+def gray(image: Array, name: str) -> tuple[Array, str]:
     """Convert a raw image to grey. Return the grey image and its encoding.
 
     Grey images are returned unchanged.
@@ -48,7 +51,7 @@ def gray(image: Any, name: str) -> tuple[Any, str]:
     return cv2.cvtColor(image, getattr(cv2, f"COLOR_{kind.color.name}2GRAY")), target
 
 
-def colors(image: Any, name: str, method: int) -> tuple[Any, str]:
+def colors(image: Array, name: str, method: int) -> tuple[Array, str]:
     """Convert a raw image to colour. Return the image and its encoding.
 
     Grey and colour images are returned unchanged.

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 from pipros.libraries.vision.conversions import ImageConversionError, convert
 from pipros.libraries.vision.extras import numpy as np
 from pipros.msg import load_message_class
 from pipros.perception.images.arrays import BadImage
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import PointCloud2, PointField
+    from std_msgs.msg import Header
+
+    from pipros.libraries.vision.extras import Array
 
 FLOAT32: Final = 7
 """PointField.FLOAT32."""
@@ -17,7 +23,7 @@ _RGB_AT = 4
 """Index of the packed colour in a point's floats."""
 
 
-def empty_points(height: int, width: int, *, has_colors: bool) -> Any:
+def empty_points(height: int, width: int, *, has_colors: bool) -> Array:
     """Return a float32 array of zeros for a cloud, with 4 floats per point, or 8 if it has colours.
 
     The shape is (height, width, floats). The first three floats of a point are x, y and z.
@@ -25,7 +31,7 @@ def empty_points(height: int, width: int, *, has_colors: bool) -> Any:
     return np.zeros((height, width, 8 if has_colors else 4), np.float32)
 
 
-def set_colors(points: Any, image: Any, name: str, alpha: int) -> None:
+def set_colors(points: Array, image: Array, name: str, alpha: int) -> None:
     """Set the packed colours of points. Their bytes in memory are blue, green, red and alpha.
 
     Args:
@@ -43,10 +49,10 @@ def set_colors(points: Any, image: Any, name: str, alpha: int) -> None:
     packed[:, :, 3] = alpha
 
 
-def cloud_message(points: Any, header: Any) -> Any:
+def cloud_message(points: Array, header: Header) -> PointCloud2:
     """Return a `sensor_msgs/PointCloud2` sharing the memory of `points`, which must not be changed later."""
-    field: Any = load_message_class("sensor_msgs/PointField")
-    message: Any = load_message_class("sensor_msgs/PointCloud2")()
+    field: type[PointField] = load_message_class("sensor_msgs/PointField")
+    message: PointCloud2 = load_message_class("sensor_msgs/PointCloud2")()
     height, width, floats = points.shape
     message.header = copy.copy(header)  # publishing sets its seq
     message.height, message.width = height, width

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
@@ -14,6 +14,9 @@ from pipros.node import Node
 from pipros.perception.images.arrays import array_of, image_message
 from pipros.perception.images.bayer import BILINEAR, EDGE_AWARE, EDGE_AWARE_WEIGHTED, VNG, colors, gray
 from pipros.perception.images.ports import ERRORS_S, ImageOutput, subscribe_image
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import Image
 
 _METHODS = enum(Bilinear=BILINEAR, EdgeAware=EDGE_AWARE, EdgeAwareWeighted=EDGE_AWARE_WEIGHTED, VNG=VNG)
 _SETTING = Setting("debayer", BILINEAR, BILINEAR, VNG, "how colours are interpolated", 0, _METHODS)
@@ -35,7 +38,7 @@ class Debayer(LazyNode):
     def _apply(self, values: Mapping[str, Value], level: int) -> None:
         """Do nothing, because each image is converted with the current values."""
 
-    def _on_image(self, message: Any) -> None:
+    def _on_image(self, message: Image) -> None:
         for output, is_color in ((self._mono, False), (self._color, True)):
             if not output.is_wanted:
                 continue

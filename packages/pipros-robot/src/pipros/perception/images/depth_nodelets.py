@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
@@ -24,6 +24,11 @@ from pipros.perception.images.disparity import CAMERA_INFO
 from pipros.perception.images.pinhole import Pinhole, binning, check_size
 from pipros.perception.images.ports import ERRORS_S, ImageOutput, camera, image_input, subscribe_image
 
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CameraInfo, Image
+
+    from pipros.libraries.vision.extras import Array
+
 
 class ConvertMetric(LazyNode):
     """Converts `image_raw` from millimetres to metres or vice versa, while `image` has subscribers."""
@@ -36,7 +41,7 @@ class ConvertMetric(LazyNode):
             lambda: [subscribe_image(node, "image_raw", self._on_image, queue_size=1)],
         )
 
-    def _on_image(self, message: Any) -> None:
+    def _on_image(self, message: Image) -> None:
         try:
             array, name = converted_metric(array_of(message), message.encoding)
         except PiprosError as error:
@@ -57,7 +62,7 @@ class PointCloudXyz(LazyNode):
             lambda: synchronized(node, camera(node, "image_rect"), self._on_depths, queue_size),
         )
 
-    def _on_depths(self, message: Any, info: Any) -> None:
+    def _on_depths(self, message: Image, info: CameraInfo) -> None:
         try:
             depths = array_of(message)
             points = empty_points(message.height, message.width, has_colors=False)
@@ -91,7 +96,7 @@ class PointCloudXyzrgb(LazyNode):
             ),
         )
 
-    def _on_images(self, depth: Any, rgb: Any, info: Any) -> None:
+    def _on_images(self, depth: Image, rgb: Image, info: CameraInfo) -> None:
         try:
             if depth.header.frame_id != rgb.header.frame_id:
                 raise BadImage(
@@ -109,7 +114,7 @@ class PointCloudXyzrgb(LazyNode):
         self._output.publish(cloud_message(points, depth.header))
 
 
-def _fitted(pixels: Any, rgb: Any, depth: Any, pinhole: Pinhole) -> tuple[Any, str, Pinhole]:
+def _fitted(pixels: Array, rgb: Image, depth: Image, pinhole: Pinhole) -> tuple[Array, str, Pinhole]:
     """Resize a colour image to a depth image's size. Return the image, its encoding and the scaled camera.
 
     As in depth_image_proc, the lower rows of a colour image that is relatively taller are cut off.
@@ -161,7 +166,7 @@ class Register:
             ),
         )
 
-    def _on_depths(self, depth: Any, depth_info: Any, rgb_info: Any) -> None:
+    def _on_depths(self, depth: Image, depth_info: CameraInfo, rgb_info: CameraInfo) -> None:
         try:
             *position, qx, qy, qz, qw = self._transforms.at(
                 rgb_info.header.frame_id.removeprefix("/"),

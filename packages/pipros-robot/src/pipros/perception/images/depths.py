@@ -7,12 +7,15 @@ unknown depths.
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 from pipros.basics.printable import printable
 from pipros.libraries.vision.extras import numpy as np
 from pipros.perception.images.arrays import BadImage
 from pipros.perception.images.pinhole import Pinhole
+
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
 METRES: Final = "32FC1"
 MILLIMETRES: Final = "16UC1"
@@ -35,7 +38,7 @@ def checked(encoding_name: str) -> str:
     return name
 
 
-def converted_metric(image: Any, encoding_name: str) -> tuple[Any, str]:
+def converted_metric(image: Array, encoding_name: str) -> tuple[Array, str]:
     """Convert millimetres to metres, or metres to millimetres. Return the image and its encoding."""
     if checked(encoding_name) == MILLIMETRES:
         return np.where(image == 0, np.float32(np.nan), image * _UNIT[MILLIMETRES]), METRES
@@ -44,7 +47,7 @@ def converted_metric(image: Any, encoding_name: str) -> tuple[Any, str]:
         return np.where(np.isfinite(scaled), scaled, 0).astype(np.uint16), MILLIMETRES
 
 
-def _with_nan(image: Any, encoding_name: str) -> Any:
+def _with_nan(image: Array, encoding_name: str) -> Array:
     """Return the depths as float32 in their original unit, with NaN for unknown depths."""
     if encoding_name == MILLIMETRES:
         depths = image.astype(np.float32)
@@ -53,7 +56,7 @@ def _with_nan(image: Any, encoding_name: str) -> Any:
     return np.where(np.isfinite(image), image, np.float32(np.nan))
 
 
-def set_points(points: Any, image: Any, encoding_name: str, camera: Pinhole) -> None:
+def set_points(points: Array, image: Array, encoding_name: str, camera: Pinhole) -> None:
     """Set x, y and z of each point in metres; NaN if the depth is unknown.
 
     Products are computed in single precision and in the same order as in depth_image_proc.
@@ -71,15 +74,15 @@ def set_points(points: Any, image: Any, encoding_name: str, camera: Pinhole) -> 
 
 
 def registered(
-    image: Any,
+    image: Array,
     encoding_name: str,
     camera: Pinhole,
     target: Pinhole,
     size: tuple[int, int],
-    transform: Any,
+    transform: Array,
     *,
     fills_holes: bool = False,
-) -> Any:
+) -> Array:
     """Return a depth image as seen by another camera, in the same encoding.
 
     Args:
@@ -100,7 +103,7 @@ def registered(
     seen = (low_z + high_z) / 2
     whole = (low_v >= 0) & (low_u >= 0) & (high_v < size[0]) & (high_u < size[1])
     low_v, low_u, high_v, high_u, seen = (each[whole] for each in (low_v, low_u, high_v, high_u, seen))
-    found: list[tuple[Any, Any, Any]] = []
+    found: list[tuple[Array, Array, Array]] = []
     for step_v in range(min(int(np.max(high_v - low_v, initial=0)), _WIDEST_FILL) + 1):
         for step_u in range(min(int(np.max(high_u - low_u, initial=0)), _WIDEST_FILL) + 1):
             covers = (low_v + step_v <= high_v) & (low_u + step_u <= high_u)
@@ -110,8 +113,8 @@ def registered(
 
 
 def _projected(
-    u: Any, v: Any, z: Any, camera: Pinhole, target: Pinhole, transform: Any
-) -> tuple[Any, Any, Any]:
+    u: Array, v: Array, z: Array, camera: Pinhole, target: Pinhole, transform: Array
+) -> tuple[Array, Array, Array]:
     """Project pixels into another camera. Return their rows, columns and depths."""
     with np.errstate(all="ignore"):
         points = np.stack(
@@ -130,7 +133,7 @@ def _projected(
     return rows, columns, seen
 
 
-def _nearest(rows: Any, columns: Any, depths: Any, size: tuple[int, int], name: str) -> Any:
+def _nearest(rows: Array, columns: Array, depths: Array, size: tuple[int, int], name: str) -> Array:
     """Return a depth image with the smallest depth for each pixel."""
     height, width = size
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width) & (depths > 0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
@@ -29,6 +29,10 @@ from pipros.perception.images.matching import (
 from pipros.perception.images.pinhole import Pinhole
 from pipros.perception.images.ports import ERRORS_S, image_input
 
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CameraInfo, Image
+    from stereo_msgs.msg import DisparityImage
+
 _ALGORITHM = Setting(
     "stereo_algorithm",
     STEREO_BM,
@@ -48,7 +52,7 @@ class Disparity(LazyNode):
         self._cv2 = opencv("stereo matching")
         self._errors = Throttle(node.log, ERRORS_S)
         self._factor = max(private(node, "downsampling_factor", 1), 1)
-        self._message: Any = load_message_class("stereo_msgs/DisparityImage")
+        self._message: type[DisparityImage] = load_message_class("stereo_msgs/DisparityImage")
         self._output = node.advertise("disparity", self._message, queue_size=1)
         self._matcher: BlockMatcher
         self._settings = Reconfigurable(node, "~", [_ALGORITHM, *SETTINGS], self._apply)
@@ -74,7 +78,7 @@ class Disparity(LazyNode):
         self._matcher = BlockMatcher(accepted)
         return accepted
 
-    def _on_images(self, left: Any, left_info: Any, right: Any, right_info: Any) -> None:
+    def _on_images(self, left: Image, left_info: CameraInfo, right: Image, right_info: CameraInfo) -> None:
         matcher = self._matcher
         try:
             left_camera, right_camera = Pinhole.of(left_info), Pinhole.of(right_info)

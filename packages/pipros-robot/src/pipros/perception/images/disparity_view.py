@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interrupts import exits_after_ctrl_c
@@ -17,10 +17,15 @@ from pipros.node.roscpp_program import roscpp_program
 from pipros.perception.images.arrays import BadImage, array_of
 from pipros.perception.windows.replacement import show_windows_on_page
 
+if TYPE_CHECKING:
+    from stereo_msgs.msg import DisparityImage
+
+    from pipros.libraries.vision.extras import Array
+
 _KEY_MS = 30
 
 
-def shown(message: Any) -> Any:
+def shown(message: DisparityImage) -> Array:
     """Convert a disparity image to colours (bgr8), from blue for the minimum to red for the maximum.
 
     Raises:
@@ -34,7 +39,8 @@ def shown(message: Any) -> Any:
     cv2 = opencv("showing disparities")
     with np.errstate(invalid="ignore"):
         index = np.nan_to_num((array_of(message.image) - low) * (255.0 / (high - low)) + 0.5)
-    return cv2.applyColorMap(np.clip(index, 0, 255).astype(np.uint8), cv2.COLORMAP_JET)
+    found: Array = cv2.applyColorMap(np.clip(index, 0, 255).astype(np.uint8), cv2.COLORMAP_JET)
+    return found
 
 
 @exits_after_ctrl_c()
@@ -46,10 +52,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         errors = Throttle(log, 30.0)
         name = private(node, "window_name", node.resolve("image"))
         cv2.namedWindow(name, cv2.WINDOW_AUTOSIZE if private(node, "autosize", False) else 0)
-        latest: list[Any] = []
+        latest: list[Array] = []
         lock = threading.Lock()
 
-        def on_image(message: Any) -> None:
+        def on_image(message: DisparityImage) -> None:
             try:
                 picture = shown(message)
             except PiprosError as error:

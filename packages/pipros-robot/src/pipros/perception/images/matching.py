@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.libraries.reconfiguring.server import Setting, Value
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
+
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
 SCALE: Final = 16
 """Steps per pixel of OpenCV's disparities."""
@@ -67,7 +70,7 @@ class BlockMatcher:
         self._matcher.setSpeckleWindowSize(values["speckle_size"])
         self._matcher.setSpeckleRange(values["speckle_range"])
 
-    def disparities(self, left: Any, right: Any, factor: int = 1) -> Any:
+    def disparities(self, left: Array, right: Array, factor: int = 1) -> Array:
         """Return the disparities of the left image's pixels as float32.
 
         Pixels without a match have the disparity (`min_disparity` - 1) * `factor`.
@@ -88,8 +91,9 @@ class BlockMatcher:
                 for each in (left, right)
             )
             small = self.disparities(left, right)
-            return cv2.resize(small, (width, height), interpolation=cv2.INTER_NEAREST) * np.float32(factor)
-        found = self._matcher.compute(left, right)
+            large: Array = cv2.resize(small, (width, height), interpolation=cv2.INTER_NEAREST)
+            return large * np.float32(factor)
+        found: Array = self._matcher.compute(left, right)
         return found.astype(np.float32) * np.float32(1 / SCALE)
 
     def valid_window(self, width: int, height: int) -> tuple[int, int, int, int]:

@@ -6,12 +6,17 @@ Pixels are (u, v): column, row. In camera frames, x points right, y down and z f
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CameraInfo
+
+    from pipros.libraries.vision.extras import Array
 
 MOST_PIXELS: Final = 2**26
 """Maximum number of pixels in an image. Without this limit, an invalid calibration could exhaust memory."""
@@ -41,7 +46,7 @@ class Pinhole:
     ty: float = 0.0
 
     @classmethod
-    def of(cls, info: Any) -> Pinhole:
+    def of(cls, info: CameraInfo) -> Pinhole:
         """Return the camera that a `sensor_msgs/CameraInfo` describes.
 
         Raises:
@@ -60,7 +65,7 @@ class Pinhole:
         )
 
 
-def binning(info: Any) -> tuple[int, int]:
+def binning(info: CameraInfo) -> tuple[int, int]:
     """Return the binning in x and y, at least 1."""
     return max(info.binning_x, 1), max(info.binning_y, 1)
 
@@ -75,7 +80,7 @@ def check_size(height: int, width: int) -> None:
         raise Uncalibrated(f"a calibrated image must have 1 to {MOST_PIXELS} pixels, got {width} x {height}")
 
 
-def key_of(info: Any) -> tuple[Any, ...]:
+def key_of(info: CameraInfo) -> tuple[Any, ...]:
     """Return all fields of the message except its header, to detect a changed calibration."""
     roi = info.roi
     return (
@@ -88,7 +93,7 @@ def key_of(info: Any) -> tuple[Any, ...]:
 class Rectifier:
     """Rectifies images with one calibration. The maps are computed for the first image."""
 
-    def __init__(self, info: Any) -> None:
+    def __init__(self, info: CameraInfo) -> None:
         """Read the calibration.
 
         Raises:
@@ -105,14 +110,14 @@ class Rectifier:
             )
         self.key = key_of(info)
         self._info = info
-        self._maps: tuple[Any, Any] | None = None
+        self._maps: tuple[Array, Array] | None = None
 
     @property
     def is_needed(self) -> bool:
         """Whether the lens distorts images. As in image_proc, a rotation alone is ignored."""
         return any(self._info.D)
 
-    def rectified(self, image: Any, interpolation: int) -> Any:
+    def rectified(self, image: Array, interpolation: int) -> Array:
         """Return the rectified image. Pixels without a source are 0, or NaN in float images.
 
         Raises:
@@ -123,11 +128,12 @@ class Rectifier:
         if self._maps is None:
             self._maps = self._new_maps(cv2)
         border = np.nan if image.dtype.kind == "f" else 0
-        return cv2.remap(
+        found: Array = cv2.remap(
             image, *self._maps, interpolation, borderMode=cv2.BORDER_CONSTANT, borderValue=[border] * 4
         )
+        return found
 
-    def _new_maps(self, cv2: Any) -> tuple[Any, Any]:
+    def _new_maps(self, cv2: Any) -> tuple[Array, Array]:
         info = self._info
         bin_x, bin_y = binning(info)
         scale = np.array([[1 / bin_x, 1, 1 / bin_x], [1, 1 / bin_y, 1 / bin_y], [1, 1, 1]])
@@ -153,7 +159,7 @@ class Rectifier:
         return (maps[0][part] - np.array([x, y])).astype(np.int16), np.ascontiguousarray(maps[1][part])
 
 
-def _is_part(info: Any) -> bool:
+def _is_part(info: CameraInfo) -> bool:
     roi = info.roi
     return bool(
         roi.x_offset

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
@@ -23,6 +23,9 @@ from pipros.node import Node
 from pipros.perception.images.arrays import BadImage, array_of, image_message
 from pipros.pictures.codecs import codec
 
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CompressedImage, Image
+
 ERRORS_S: Final = 10.0
 """Minimum interval between log messages about the same error."""
 
@@ -39,7 +42,7 @@ class ImageOutput:
         self._base = node.resolve(topic)
         self._raw = node.advertise(self._base, load_message_class("sensor_msgs/Image"), queue_size=1)
         self._transport = "compressedDepth" if is_depth else "compressed"
-        self._message: Any = load_message_class("sensor_msgs/CompressedImage")
+        self._message: type[CompressedImage] = load_message_class("sensor_msgs/CompressedImage")
         self._compressed = node.advertise(f"{self._base}/{self._transport}", self._message, queue_size=1)
         self._errors = Throttle(node.log, ERRORS_S)
         self.publishers = self._raw, self._compressed
@@ -49,7 +52,7 @@ class ImageOutput:
         """Whether raw or compressed images have subscribers."""
         return any(each.connection_count for each in self.publishers)
 
-    def publish(self, image: Any) -> None:
+    def publish(self, image: Image) -> None:
         """Publish a `sensor_msgs/Image`. Compress it only if the compressed topic has subscribers."""
         if self._raw.connection_count:
             self._raw.publish(image)
@@ -59,7 +62,7 @@ class ImageOutput:
             except (CompressionError, BadImage, ImportError) as error:
                 self._errors.error("cannot compress images of %s: %s", self._base, error)
 
-    def _compress(self, image: Any) -> tuple[str, bytes]:
+    def _compress(self, image: Image) -> tuple[str, bytes]:
         settings = read_settings(self._transport, self._setting)
         return compressed_by(settings, array_of(image), image.encoding, codec())
 
@@ -79,7 +82,7 @@ def subscribe_image(
         return node.subscribe(topic, kind, callback, queue_size=queue_size, zero_copy=True)
     errors = Throttle(node.log, ERRORS_S)
 
-    def decompress(message: Any) -> None:
+    def decompress(message: CompressedImage) -> None:
         try:
             array, encoding = decompressed(message.format, message.data, codec())
         except (CompressionError, ImportError) as error:

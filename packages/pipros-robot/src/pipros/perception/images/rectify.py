@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.throttle import Throttle
@@ -17,6 +17,9 @@ from pipros.node import Node
 from pipros.perception.images.arrays import array_of, image_message
 from pipros.perception.images.pinhole import Rectifier, key_of
 from pipros.perception.images.ports import ImageOutput, camera
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CameraInfo, Image
 
 INTERPOLATIONS = enum(NN=0, Linear=1, Cubic=2, Lanczos4=4)
 """OpenCV's interpolation constants."""
@@ -43,7 +46,7 @@ class Rectify(LazyNode):
     def _apply(self, values: Mapping[str, Value], level: int) -> None:
         """Do nothing, because each image is rectified with the current values."""
 
-    def _on_image(self, message: Any, info: Any) -> None:
+    def _on_image(self, message: Image, info: CameraInfo) -> None:
         try:
             if self._rectifier is None or self._rectifier.key != key_of(info):
                 self._rectifier = Rectifier(info)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
@@ -19,6 +19,12 @@ from pipros.perception.images.clouds import cloud_message, empty_points, set_col
 from pipros.perception.images.disparity import CAMERA_INFO
 from pipros.perception.images.pinhole import Pinhole
 from pipros.perception.images.ports import ERRORS_S, image_input
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CameraInfo, Image
+    from stereo_msgs.msg import DisparityImage
+
+    from pipros.libraries.vision.extras import Array
 
 _COLORS = ("mono8", "rgb8", "rgba8", "bgr8", "bgra8")
 _MISSING_Z = 10000.0
@@ -46,7 +52,9 @@ class StereoCloud(LazyNode):
             ),
         )
 
-    def _on_messages(self, image: Any, left_info: Any, right_info: Any, disparity: Any) -> None:
+    def _on_messages(
+        self, image: Image, left_info: CameraInfo, right_info: CameraInfo, disparity: DisparityImage
+    ) -> None:
         try:
             if disparity.image.encoding != "32FC1":
                 raise BadImage(f"disparities must be 32FC1, got [{printable(disparity.image.encoding)}]")
@@ -72,7 +80,7 @@ class StereoCloud(LazyNode):
         self._output.publish(cloud_message(points, disparity.header))
 
 
-def positions(disparities: Any, left: Pinhole, right: Pinhole) -> Any:
+def positions(disparities: Array, left: Pinhole, right: Pinhole) -> Array:
     """Return the points of a disparity image in metres; NaN for pixels with the smallest disparity.
 
     Raises:
@@ -86,7 +94,7 @@ def positions(disparities: Any, left: Pinhole, right: Pinhole) -> Any:
     q[1] = 0, left.fx * -baseline, 0, -left.fx * left.cy * -baseline
     q[2, 3] = left.fx * left.fy * -baseline
     q[3, 2] = -left.fy  # the disparities already contain the difference of the principal points
-    found = opencv("stereo matching").reprojectImageTo3D(disparities, q, handleMissingValues=True)
+    found: Array = opencv("stereo matching").reprojectImageTo3D(disparities, q, handleMissingValues=True)
     depth = found[:, :, 2]
     found[(depth == _MISSING_Z) | ~np.isfinite(depth)] = np.nan
     return found

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import fields
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.throttle import Throttle
@@ -25,6 +25,11 @@ from pipros.node.roscpp_program import roscpp_program
 from pipros.perception.imu.attitude import WORLDS, Quaternion, inverse, orientation_at_rest, product, turned
 from pipros.perception.imu.complementary import Complementary, Gains
 from pipros.perception.imu.madgwick import Madgwick
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import Quaternion as QuaternionMessage
+    from geometry_msgs.msg import Vector3, Vector3Stamped
+    from sensor_msgs.msg import Imu, MagneticField
 
 QUEUE_SIZE: Final = 5
 WAIT_NS: Final = 10 * NS_PER_S
@@ -85,11 +90,11 @@ class _ImuNode:
             waits_for = f"{self._base}/data_raw{' and ' + self._base + '/mag' if self._uses_mag else ''}"
             self._log.warning("still waiting for data on %s", waits_for)
 
-    def _receive(self, message: Any, magnetic: Any = None) -> None:
+    def _receive(self, message: Imu, magnetic: MagneticField | None = None) -> None:
         with self._lock:
             self._on_imu(message, magnetic)
 
-    def _on_imu(self, message: Any, magnetic: Any) -> None:
+    def _on_imu(self, message: Imu, magnetic: MagneticField | None) -> None:
         rate, acceleration = vector_of(message.angular_velocity), vector_of(message.linear_acceleration)
         if not (_is_plausible(rate) and _is_plausible(acceleration)):
             self._warnings.warning("dropped a measurement: %s, %s", rate, acceleration)
@@ -103,8 +108,8 @@ class _ImuNode:
         if found is not None:
             self._publish(message, found)
 
-    def _publish(self, message: Any, found: Quaternion) -> None:
-        quaternion: Any = load_message_class("geometry_msgs/Quaternion")
+    def _publish(self, message: Imu, found: Quaternion) -> None:
+        quaternion: type[QuaternionMessage] = load_message_class("geometry_msgs/Quaternion")
         filtered, variance = copy(message), self._stddev**2
         filtered.orientation = quaternion(*found)
         filtered.orientation_covariance = [variance * (index % 4 == 0) for index in range(9)]
@@ -119,8 +124,8 @@ class _ImuNode:
             one.transform.rotation = quaternion(*(inverse(found) if self._is_reversed else found))
             self._tf.publish(load_message_class("tf2_msgs/TFMessage")([one]))
 
-    def _publish_rpy(self, output: Any, message: Any, found: Quaternion) -> None:
-        vector: Any = load_message_class("geometry_msgs/Vector3Stamped")(header=message.header)
+    def _publish_rpy(self, output: Any, message: Imu, found: Quaternion) -> None:
+        vector: Vector3Stamped = load_message_class("geometry_msgs/Vector3Stamped")(header=message.header)
         vector.vector.x, vector.vector.y, vector.vector.z = roll_pitch_yaw((0.0, 0.0, 0.0, *found))
         output.publish(vector)
 
@@ -130,7 +135,7 @@ class _ImuNode:
         """Update the filter. Return the orientation, or None before it is known."""
         raise NotImplementedError
 
-    def _complete(self, filtered: Any, found: Quaternion, /) -> None:
+    def _complete(self, filtered: Imu, found: Quaternion, /) -> None:
         """Change the other fields of a message that is published."""
 
     def close(self) -> None:
@@ -187,13 +192,13 @@ class MadgwickNode(_ImuNode):
         found = self._filter.orientation
         return found and product(self._offset, found)
 
-    def _complete(self, filtered: Any, found: Quaternion, /) -> None:
+    def _complete(self, filtered: Imu, found: Quaternion, /) -> None:
         if self._raw_rpy is not None and self._at_rest is not None:
             self._publish_rpy(self._raw_rpy, filtered, self._at_rest)
         if self._removes_gravity:
             gravity = turned(inverse(found), (0.0, 0.0, self._world.up * GRAVITY))
             x, y, z = vector_of(filtered.linear_acceleration)
-            vector: Any = load_message_class("geometry_msgs/Vector3")
+            vector: type[Vector3] = load_message_class("geometry_msgs/Vector3")
             filtered.linear_acceleration = vector(x - gravity[0], y - gravity[1], z - gravity[2])
 
 
@@ -220,10 +225,10 @@ class ComplementaryNode(_ImuNode):
         self._filter.update(rate, acceleration, field, dt_s)
         return self._filter.orientation
 
-    def _complete(self, filtered: Any, _found: Quaternion, /) -> None:
+    def _complete(self, filtered: Imu, _found: Quaternion, /) -> None:
         if self._removes_bias:
             rates = zip(vector_of(filtered.angular_velocity), self._filter.bias, strict=True)
-            vector: Any = load_message_class("geometry_msgs/Vector3")
+            vector: type[Vector3] = load_message_class("geometry_msgs/Vector3")
             filtered.angular_velocity = vector(*(rate - bias for rate, bias in rates))
         if self._steady is not None:
             self._steady.publish(load_message_class("std_msgs/Bool")(self._filter.is_steady))

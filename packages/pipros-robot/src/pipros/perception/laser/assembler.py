@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,7 +21,7 @@ class StoredScan:
     """
 
     stamp_ns: int
-    columns: dict[str, Any]
+    columns: dict[str, Array]
 
 
 class Assembler:

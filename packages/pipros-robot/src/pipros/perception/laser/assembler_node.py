@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.nodes.params import private
@@ -22,6 +22,15 @@ from pipros.perception.laser.chain_node import ScanChain
 from pipros.perception.laser.filters.base import FilterFailed
 from pipros.perception.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
 from pipros.perception.laser.scan import Scan
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import Point32
+    from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2
+    from std_msgs.msg import Header
+
+    from pipros.libraries.vision.extras import Array
+
+    Convert = Callable[[Header, StoredScan | None], PointCloud | PointCloud2]
 
 QUEUE_SIZE: Final = 10
 SCANS: Final = 400
@@ -51,17 +60,17 @@ class LaserScanAssembler:
         for name in ("build_cloud2", "assemble_scans2"):
             self._serve(node, name, "laser_assembler/AssembleScans2", self._point_cloud_2)
         self._gate = TransformGate(self._listener, self._frame, QUEUE_SIZE, self._on_scan)
-        scan_class: Any = load_message_class("sensor_msgs/LaserScan")
+        scan_class: type[LaserScan] = load_message_class("sensor_msgs/LaserScan")
         node.subscribe("scan", scan_class, self._receive, queue_size=QUEUE_SIZE)
 
-    def _receive(self, message: Any) -> None:
+    def _receive(self, message: LaserScan) -> None:
         if not self._ignores_motion:
             duration_ns = message.time_increment * len(message.ranges) * NS_PER_S
             if duration_ns < self._length_ns:  # a longer one would hold back all scans after it
                 self._gate.tolerance_ns = max(self._gate.tolerance_ns, round(duration_ns))
         self._gate.add(message)
 
-    def _on_scan(self, message: Any) -> None:
+    def _on_scan(self, message: LaserScan) -> None:
         try:
             scan = self._chain.update(message)
             poses = poses_of_scan(self._listener, self._frame, scan, moves=not self._ignores_motion)
@@ -75,18 +84,18 @@ class LaserScanAssembler:
         with self._lock:
             self._assembler.add(StoredScan(scan.stamp_ns, columns))
 
-    def _columns(self, scan: Scan, beams: Any, points: Any) -> dict[str, Any]:
+    def _columns(self, scan: Scan, beams: Array, points: Array) -> dict[str, Array]:
         names = {"intensity": True, "index": True}
         if not self._ignores_motion:
             names |= {"distances": True, "stamps": True}
         found = {_CHANNELS.get(name, name): each for name, each in channels(scan, beams, names).items()}
         return {**dict(zip("xyz", points.T, strict=True)), **found}
 
-    def _serve(self, node: Node, name: str, type_name: str, cloud: Any) -> None:
+    def _serve(self, node: Node, name: str, type_name: str, cloud: Convert) -> None:
         service_class: Any = load_service_class(type_name)
 
         def respond(request: Any) -> Any:
-            header: Any = load_message_class("std_msgs/Header")(frame_id=self._frame, stamp=request.end)
+            header: Header = load_message_class("std_msgs/Header")(frame_id=self._frame, stamp=request.end)
             with self._lock:
                 found = self._assembler.assembled(in_ns(request.begin), in_ns(request.end))
             if found is not None:
@@ -95,10 +104,10 @@ class LaserScanAssembler:
 
         node.serve(name, service_class, respond)
 
-    def _point_cloud(self, header: Any, found: StoredScan | None) -> Any:
-        cloud: Any = load_message_class("sensor_msgs/PointCloud")(header=header)
-        point: Any = load_message_class("geometry_msgs/Point32")
-        channel: Any = load_message_class("sensor_msgs/ChannelFloat32")
+    def _point_cloud(self, header: Header, found: StoredScan | None) -> PointCloud:
+        cloud: PointCloud = load_message_class("sensor_msgs/PointCloud")(header=header)
+        point: type[Point32] = load_message_class("geometry_msgs/Point32")
+        channel: type[ChannelFloat32] = load_message_class("sensor_msgs/ChannelFloat32")
         if found is not None:
             columns = dict(found.columns)
             x, y, z = (columns.pop(axis).tolist() for axis in "xyz")
@@ -106,7 +115,7 @@ class LaserScanAssembler:
             cloud.channels = [channel(name, values) for name, values in columns.items()]
         return cloud
 
-    def _point_cloud_2(self, header: Any, found: StoredScan | None) -> Any:
+    def _point_cloud_2(self, header: Header, found: StoredScan | None) -> PointCloud2:
         empty = dict.fromkeys("xyz", np.zeros(0, np.float32))
         columns = empty if found is None else found.columns
         return cloud_of(header, {name: each.astype(np.float32) for name, each in columns.items()})

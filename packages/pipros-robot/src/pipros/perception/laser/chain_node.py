@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.nodes.params import private, raw
@@ -22,6 +22,11 @@ from pipros.perception.laser.filters.chain import FilterChain, chain_of
 from pipros.perception.laser.filters.shapes import PolygonFilter
 from pipros.perception.laser.projection import channels, moving, poses_of_scan, projected, valid_beams
 from pipros.perception.laser.scan import Scan
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import Point32, PolygonStamped
+    from sensor_msgs.msg import LaserScan, PointCloud2
+    from std_msgs.msg import Header
 
 QUEUE_SIZE: Final = 50
 
@@ -85,7 +90,7 @@ class ScanChain:
         server.update(given)
         is_ready = True
 
-    def update(self, message: Any) -> Scan:
+    def update(self, message: LaserScan) -> Scan:
         """Return the filtered scan.
 
         Raises:
@@ -111,8 +116,8 @@ class _LazyPlace(FilterHost):
 
 def _show_polygon(node: Node, one: PolygonFilter) -> None:
     """Publish a filter's polygon on a latched topic."""
-    polygon: Any = load_message_class("geometry_msgs/PolygonStamped")()
-    point: Any = load_message_class("geometry_msgs/Point32")
+    polygon: PolygonStamped = load_message_class("geometry_msgs/PolygonStamped")()
+    point: type[Point32] = load_message_class("geometry_msgs/Point32")
     polygon.header.frame_id = one.values["polygon_frame"]
     polygon.header.stamp = stamp(node.clock)
     polygon.polygon.points = [point(float(x), float(y), 0.0) for x, y in one.polygon]
@@ -124,7 +129,7 @@ class ScanToScanFilterChain:
 
     def __init__(self, node: Node) -> None:
         """Advertise and subscribe. Blocks until the master answers."""
-        scan_class: Any = load_message_class("sensor_msgs/LaserScan")
+        scan_class: type[LaserScan] = load_message_class("sensor_msgs/LaserScan")
         self._errors = Throttle(node.log, 1.0)
         target = private(node, "tf_message_filter_target_frame", "")
         self._listener = TransformListener(node) if target else None
@@ -139,7 +144,7 @@ class ScanToScanFilterChain:
             receive = gate.add
         self._input = node.subscribe("scan", scan_class, receive, queue_size=QUEUE_SIZE)
 
-    def _on_scan(self, message: Any) -> None:
+    def _on_scan(self, message: LaserScan) -> None:
         try:
             self._output.publish(self._chain.update(message).message())
         except FilterFailed as error:
@@ -170,16 +175,16 @@ class ScanToCloudFilterChain:
         self._listener = TransformListener(node)
         names = ("scan_filter_chain", "scan_filter_chain/filter_chain")
         self._chain = ScanChain(node, names, self._listener)
-        cloud_class: Any = load_message_class("sensor_msgs/PointCloud2")
+        cloud_class: type[PointCloud2] = load_message_class("sensor_msgs/PointCloud2")
         self._output = node.advertise("cloud_filtered", cloud_class, queue_size=10)
         tolerance_ns = round(private(node, "notifier_tolerance", 0.03) * NS_PER_S)
         self._gate = TransformGate(
             self._listener, self._target, QUEUE_SIZE, self._on_scan, tolerance_ns=tolerance_ns
         )
-        scan_class: Any = load_message_class("sensor_msgs/LaserScan")
+        scan_class: type[LaserScan] = load_message_class("sensor_msgs/LaserScan")
         self._input = node.subscribe("scan", scan_class, self._gate.add, queue_size=QUEUE_SIZE)
 
-    def _on_scan(self, message: Any) -> None:
+    def _on_scan(self, message: LaserScan) -> None:
         try:
             scan = self._chain.update(message)
         except FilterFailed as error:  # as in laser_filters, convert the unfiltered scan
@@ -188,7 +193,7 @@ class ScanToCloudFilterChain:
         with np.errstate(all="ignore"):  # angles and times of a scan may be infinite
             self._convert(scan, message.header)
 
-    def _convert(self, scan: Scan, scan_header: Any) -> None:
+    def _convert(self, scan: Scan, scan_header: Header) -> None:
         if self._corrects:
             scan = scan.with_ranges(scan.ranges + 0.03 * np.exp(-np.abs(np.sin(scan.angles32()))))
         try:
@@ -198,7 +203,7 @@ class ScanToCloudFilterChain:
             return
         beams = valid_beams(scan, self._cutoff)
         points = moving(projected(scan, beams), beams, len(scan.ranges), poses)
-        header: Any = load_message_class("std_msgs/Header")(frame_id=self._target)
+        header: Header = load_message_class("std_msgs/Header")(frame_id=self._target)
         header.stamp = scan_header.stamp
         fields = {**dict(zip("xyz", points.T, strict=True)), **channels(scan, beams, self._channels)}
         if self._has_viewpoint:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
 BEAMS_LIMIT = 1_000_000
 """Maximum number of beams in a scan."""
@@ -56,11 +59,11 @@ class CloudToScan:
             )
         return int(count)
 
-    def _angles(self) -> Any:
+    def _angles(self) -> Array:
         """Return the first and last angle and the increment as float32, their type in the message."""
         return np.array([self.angle_min, self.angle_max, self.angle_increment], np.float32)
 
-    def ranges(self, points: Any) -> Any:
+    def ranges(self, points: Array) -> Array:
         """Return the distance of the nearest point in each beam as float32.
 
         Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.nodes.params import private
@@ -18,6 +18,9 @@ from pipros.node import Node
 from pipros.perception.clouds.points import InvalidCloud, matrix_of, moved, positions, rows_of
 from pipros.perception.laser.cloud_to_scan import CloudToScan, InvalidScanSettings
 
+if TYPE_CHECKING:
+    from sensor_msgs.msg import LaserScan, PointCloud2
+
 
 class CloudToScanNode(LazyNode):
     """Converts `cloud_in` to `scan`, while `scan` has subscribers."""
@@ -25,7 +28,7 @@ class CloudToScanNode(LazyNode):
     def __init__(self, node: Node) -> None:
         """Advertise `scan`. Blocks until the master answers."""
         self._node, self._warnings = node, Throttle(node.log, 1.0)
-        self._scan_class: Any = load_message_class("sensor_msgs/LaserScan")
+        self._scan_class: type[LaserScan] = load_message_class("sensor_msgs/LaserScan")
         usual: dict[str, Any] = {each.name: each.default for each in dataclasses.fields(CloudToScan)}
         self._settings = CloudToScan(
             **{name: private(node, name, default) for name, default in usual.items()}
@@ -46,14 +49,14 @@ class CloudToScanNode(LazyNode):
         self._inputs = LazyInputs([self._output], self._subscribe)
 
     def _subscribe(self) -> list[Any]:
-        cloud_class: Any = load_message_class("sensor_msgs/PointCloud2")
+        cloud_class: type[PointCloud2] = load_message_class("sensor_msgs/PointCloud2")
         return [
             self._node.subscribe(
                 "cloud_in", cloud_class, self._receive, queue_size=self._queue_size, zero_copy=True
             )
         ]
 
-    def _on_dropped(self, cloud: Any) -> None:
+    def _on_dropped(self, cloud: PointCloud2) -> None:
         self._warnings.warning(
             "can't transform a cloud from frame %s to %s at time %.3f",
             cloud.header.frame_id,
@@ -61,7 +64,7 @@ class CloudToScanNode(LazyNode):
             in_ns(cloud.header.stamp) / 1e9,
         )
 
-    def _on_cloud(self, cloud: Any) -> None:
+    def _on_cloud(self, cloud: PointCloud2) -> None:
         one, source = self._settings, cloud.header.frame_id
         try:
             points = positions(cloud, rows_of(cloud))

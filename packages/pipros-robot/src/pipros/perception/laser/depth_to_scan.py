@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.libraries.vision.distortion import undistorted
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CameraInfo, Image
+
+    from pipros.libraries.vision.extras import Array
 
 _METRES: Final = {"16UC1": np.float32(0.001), "32FC1": np.float32(1.0)}
 
@@ -37,7 +42,7 @@ class View:
             return (np.float32(self.angle_max) - np.float32(self.angle_min)) / np.float32(width - 1)
 
 
-def view_of(info: Any, width: int) -> View:
+def view_of(info: CameraInfo, width: int) -> View:
     """Compute the geometry of the rectified image from a `sensor_msgs/CameraInfo`.
 
     Raises:
@@ -52,7 +57,7 @@ def view_of(info: Any, width: int) -> View:
         raise InvalidDepthImage("the camera is not calibrated: its focal lengths must be greater than 0")
     coefficients = info.D if any(info.D) else None
 
-    def ray(u: float) -> Any:
+    def ray(u: float) -> Array:
         pixel = np.array([u, cy])
         if coefficients is not None:
             raw = pixel.astype(np.float32).astype(np.float64)
@@ -70,7 +75,7 @@ def view_of(info: Any, width: int) -> View:
     return View(fx, cx, cy, -_angle(center, right), _angle(left, center))
 
 
-def _angle(one: Any, other: Any) -> float:
+def _angle(one: Array, other: Array) -> float:
     return float(np.arccos(one @ other / (np.sqrt(one @ one) * np.sqrt(other @ other))))
 
 
@@ -87,7 +92,7 @@ class DepthToScan:
     range_min: float = 0.45
     range_max: float = 10.0
 
-    def ranges(self, image: Any, view: View) -> Any:
+    def ranges(self, image: Image, view: View) -> Array:
         """Return the smallest distance in each beam as float32; NaN or an infinity if there is none.
 
         Args:
@@ -120,7 +125,7 @@ class DepthToScan:
         beams = np.where(np.isfinite(beams), np.clip(beams, -1, image.width), image.width).astype(np.int64)
         return self._nearest(distances, np.broadcast_to(beams, distances.shape), image.width)
 
-    def _nearest(self, distances: Any, beams: Any, count: int) -> Any:
+    def _nearest(self, distances: Array, beams: Array, count: int) -> Array:
         """Return the smallest distance within the limits for each beam, otherwise an infinity or NaN."""
         ranges = np.full(count, np.nan, np.float32)
         inside = (beams >= 0) & (beams < count)
@@ -133,7 +138,7 @@ class DepthToScan:
         return np.where(np.isfinite(nearest), nearest, ranges)
 
 
-def _pixels(image: Any) -> Any:
+def _pixels(image: Image) -> Array:
     """Return the depths in an image as an array of shape (height, width)."""
     kind = np.dtype("u2" if image.encoding == "16UC1" else "f4")
     kind = kind.newbyteorder(">" if image.is_bigendian else "<")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.basics.throttle import Throttle
 from pipros.libraries.nodes.inputs import synchronized
@@ -13,6 +13,9 @@ from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.perception.images.ports import camera
 from pipros.perception.laser.depth_to_scan import DepthToScan, InvalidDepthImage, view_of
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import CameraInfo, Image, LaserScan
 
 QUEUE_SIZE: Final = 10
 SETTINGS: Final = (
@@ -30,7 +33,7 @@ class DepthToScanNode(LazyNode):
     def __init__(self, node: Node) -> None:
         """Advertise `scan`, and serve the settings. Blocks until the master answers."""
         self._node, self._warnings = node, Throttle(node.log, 1.0)
-        self._scan_class: Any = load_message_class("sensor_msgs/LaserScan")
+        self._scan_class: type[LaserScan] = load_message_class("sensor_msgs/LaserScan")
         self._settings: Mapping[str, Any] = {}
         self._server = Reconfigurable(node, "~", SETTINGS, self._configure)
         self._output = node.advertise("scan", self._scan_class, queue_size=QUEUE_SIZE)
@@ -42,7 +45,7 @@ class DepthToScanNode(LazyNode):
     def _subscribe(self) -> list[Any]:
         return synchronized(self._node, camera(self._node, "image"), self._on_image, QUEUE_SIZE)
 
-    def _on_image(self, image: Any, info: Any) -> None:
+    def _on_image(self, image: Image, info: CameraInfo) -> None:
         given = self._settings
         one = DepthToScan(given["scan_height"], given["range_min"], given["range_max"])
         try:

@@ -4,31 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from pipros.libraries.transforms.listener import TransformListener
 from pipros.libraries.transforms.pose import Pose
 from pipros.perception.extras import numpy as np
 from pipros.perception.laser.scan import Scan
 
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
-def valid_beams(scan: Scan, cutoff: float = -1.0) -> Any:
+
+def valid_beams(scan: Scan, cutoff: float = -1.0) -> Array:
     """Return the indices of beams with `range_min` <= range < cutoff. A negative cutoff means `range_max`."""
     limit = scan.range_max if cutoff < 0 else cutoff
     with np.errstate(invalid="ignore"):
         return np.flatnonzero((scan.ranges < limit) & (scan.ranges >= scan.range_min))
 
 
-def projected(scan: Scan, beams: Any) -> Any:
+def projected(scan: Scan, beams: Array) -> Array:
     """Return the points of beams in the scan's frame as a float32 array of shape (n, 3)."""
     angles = scan.angle_min + beams * scan.angle_increment
     ranges = scan.ranges[beams].astype(np.float64)
-    return np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(beams))], 1).astype(
-        np.float32
-    )
+    points: Array = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), np.zeros(len(beams))], 1)
+    return points.astype(np.float32)
 
 
-def channels(scan: Scan, beams: Any, names: Mapping[str, bool]) -> dict[str, Any]:
+def channels(scan: Scan, beams: Array, names: Mapping[str, bool]) -> dict[str, Array]:
     """Return the requested channels of laser_geometry: intensity, index, distances and stamps."""
     found = {}
     if names.get("intensity") and len(scan.intensities):
@@ -57,7 +59,7 @@ def poses_of_scan(
     return listener.at(target, frame, scan.stamp_ns), listener.at(target, frame, end_ns)
 
 
-def moving(points: Any, beams: Any, count: int, poses: tuple[Pose, Pose]) -> Any:
+def moving(points: Array, beams: Array, count: int, poses: tuple[Pose, Pose]) -> Array:
     """Transform the points of a scan whose frame moves between two poses at constant speed.
 
     `count` is the scan's number of beams. Positions are interpolated linearly, and rotations by slerp.
@@ -74,15 +76,16 @@ def moving(points: Any, beams: Any, count: int, poses: tuple[Pose, Pose]) -> Any
         other = -end[3:] if dot < 0 else end[3:]
         turns = start[3:] * np.sin((1.0 - ratio) * half) + other * np.sin(ratio * half)
         turns = turns * (1.0 / math.sin(half))
-    return (_turned(turns, points.astype(np.float64)) + places).astype(np.float32)
+    found: Array = _turned(turns, points.astype(np.float64)) + places
+    return found.astype(np.float32)
 
 
-def _dot(one: Any, other: Any) -> float:
+def _dot(one: Array, other: Array) -> float:
     x, y, z, w = (one * other).tolist()
     return float(x + y + z + w)
 
 
-def _turned(quaternions: Any, points: Any) -> Any:
+def _turned(quaternions: Array, points: Array) -> Array:
     """Rotate each point by its quaternion (x, y, z, w), with tf's formula for rotation matrices."""
     x, y, z, w = quaternions.T
     scale = 2.0 / (x * x + y * y + z * z + w * w)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Final
 
 from pipros.libraries.transforms.messages import in_ns
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
 from pipros.perception.extras import numpy as np
+
+if TYPE_CHECKING:
+    from sensor_msgs.msg import LaserScan
+
+    from pipros.libraries.vision.extras import Array
 
 _LONGEST_SCAN_S: Final = 3600.0
 
@@ -30,11 +35,11 @@ class Scan:
     scan_time: float
     range_min: float
     range_max: float
-    ranges: Any
-    intensities: Any
+    ranges: Array
+    intensities: Array
 
     @classmethod
-    def of(cls, message: Any) -> Scan:
+    def of(cls, message: LaserScan) -> Scan:
         """Convert a message to a scan."""
         return cls(
             message.header.frame_id,
@@ -50,40 +55,40 @@ class Scan:
             np.array(message.intensities, np.float32),
         )
 
-    def message(self) -> Any:
+    def message(self) -> LaserScan:
         """Convert the scan to a message."""
-        made: Any = load_message_class("sensor_msgs/LaserScan")()
+        made: LaserScan = load_message_class("sensor_msgs/LaserScan")()
         for name in made.__slots__:
             if name != "header":
                 setattr(made, name, getattr(self, name))
         made.header.frame_id, made.header.stamp = self.frame, Time(*divmod(self.stamp_ns, NS_PER_S))
         return made
 
-    def with_ranges(self, ranges: Any) -> Scan:
+    def with_ranges(self, ranges: Array) -> Scan:
         """Return a copy with other ranges, which are converted to float32."""
         with np.errstate(over="ignore"):
             return replace(self, ranges=np.asarray(ranges).astype(np.float32))
 
-    def without(self, beams: Any) -> Scan:
+    def without(self, beams: Array | slice) -> Scan:
         """Return a copy in which the ranges of the given beams (a mask or indices) are NaN."""
         ranges = self.ranges.copy()
         ranges[beams] = np.nan
         return replace(self, ranges=ranges)
 
-    def cleared(self, beams: Any) -> Scan:
+    def cleared(self, beams: Array) -> Scan:
         """Return a copy in which the masked beams have the range `range_max` + 1 and the intensity 0."""
         ranges, intensities = self.ranges.copy(), self.intensities.copy()
         ranges[beams] = np.float32(self.range_max + 1.0)
         intensities[beams[: len(intensities)].nonzero()[0]] = 0.0
         return replace(self, ranges=ranges, intensities=intensities)
 
-    def summed_angles(self) -> Any:
+    def summed_angles(self) -> Array:
         """Return the beams' angles in float64, computed by repeated addition as in the C++ filters."""
         steps = np.full(len(self.ranges) + 1, self.angle_increment)
         steps[0] = self.angle_min
         return np.add.accumulate(steps)[: len(self.ranges)]
 
-    def angles32(self) -> Any:
+    def angles32(self) -> Array:
         """Return the beams' angles as float64, each computed from its index in float32."""
         beams = np.arange(len(self.ranges), dtype=np.float32)
         angles = np.float32(self.angle_min) + beams * np.float32(self.angle_increment)

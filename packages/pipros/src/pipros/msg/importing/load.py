@@ -10,7 +10,6 @@ import sys
 from typing import Any
 
 from pipros.basics.errors import NotFound, PiprosError
-from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
 from pipros.msg.importing.modules import ros1_module
 from pipros.msg.language.type_names import is_full_type_name
@@ -21,7 +20,7 @@ _SOURCE_CHARACTERS = 10_000
 """Number of characters searched for the MD5 sum, which is in the first lines of a generated module."""
 
 
-def load_message_class(type_name: str) -> type[Message]:
+def load_message_class(type_name: str) -> type[Any]:
     """Return the class of `package/Name` that `from package.msg import Name` imports.
 
     Raises:

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.perception.extras import numpy as np
 from pipros.perception.laser.filters.base import InvalidFilter, ScanFilter
 from pipros.perception.laser.scan import Scan
 
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
+
 OBSERVATIONS_LIMIT: Final = 10_000
 """Maximum number of scans that an array filter stores."""
 
 
-def _median(rows: Any) -> Any:
+def _median(rows: Array) -> Array:
     """Return the lower median of each column. As in the original, columns with NaN use Wirth's selection."""
-    found = np.sort(rows, axis=0)[(len(rows) - 1) // 2]
+    found: Array = np.sort(rows, axis=0)[(len(rows) - 1) // 2]
     for column in np.flatnonzero(np.isnan(rows).any(0)):
         found[column] = _selected(rows[:, column].tolist(), (len(rows) - 1) // 2)
     return found
@@ -44,12 +47,13 @@ def _selected(values: list[float], rank: int) -> float:
     return values[rank]
 
 
-def _mean(rows: Any) -> Any:
+def _mean(rows: Array) -> Array:
     with np.errstate(invalid="ignore"):
-        return np.add.accumulate(rows, axis=0)[-1] / np.float32(len(rows))
+        found: Array = np.add.accumulate(rows, axis=0)[-1] / np.float32(len(rows))
+    return found
 
 
-_FUNCTIONS: Final[dict[str, Callable[[Any], Any]]] = {
+_FUNCTIONS: Final[dict[str, Callable[[Array], Array]]] = {
     "MultiChannelMedianFilterFloat": _median,
     "MultiChannelMeanFilterFloat": _mean,
 }
@@ -66,7 +70,7 @@ class ArrayChain:
         """
         if not isinstance(description, list):
             raise InvalidFilter(f"filter {owner}: a chain must be a list, got {description!r}")
-        self._steps: list[tuple[Callable[[Any], Any], deque[Any]]] = []
+        self._steps: list[tuple[Callable[[Array], Array], deque[Array]]] = []
         for each in description:
             package, _, kind = str(each.get("type") if isinstance(each, dict) else "").partition("/")
             if package not in ("filters", "laser_filters") or kind not in _FUNCTIONS:
@@ -82,7 +86,7 @@ class ArrayChain:
                 )
             self._steps.append((_FUNCTIONS[kind], deque(maxlen=count)))
 
-    def update(self, values: Any) -> Any:
+    def update(self, values: Array) -> Array:
         """Return the filtered array. If the length has changed, discard the previous arrays."""
         for function, memory in self._steps:
             if memory and len(memory[0]) != len(values):

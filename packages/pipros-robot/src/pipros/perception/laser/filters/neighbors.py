@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.libraries.reconfiguring.server import Setting
 from pipros.perception.extras import numpy as np
 from pipros.perception.laser.filters.base import FilterFailed, ScanFilter
 from pipros.perception.laser.scan import Scan
 
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
 
-def _shifted(values: Any, by: int) -> Any:
+
+def _shifted(values: Array, by: int) -> Array:
     """Shift values so that each beam gets the value of the beam `by` indices later, or NaN."""
     found = np.full(len(values), np.nan, values.dtype)
     if abs(by) < len(values):
@@ -96,7 +99,7 @@ class SpeckleFilter(ScanFilter):
             kept[by : count - window + 1 + by] |= good[: count - window + 1]
         return scan.without(~kept if window else slice(None))
 
-    def _is_even(self, scan: Scan) -> Any:
+    def _is_even(self, scan: Scan) -> Array:
         ranges, window = scan.ranges, self.values["filter_window"]
         even = ~np.isnan(ranges)
         with np.errstate(invalid="ignore"):
@@ -106,7 +109,7 @@ class SpeckleFilter(ScanFilter):
                 even &= steps
         return even
 
-    def _has_close_neighbors(self, scan: Scan) -> Any:
+    def _has_close_neighbors(self, scan: Scan) -> Array:
         ranges, window = scan.ranges, self.values["filter_window"]
         found, wide = np.zeros(len(ranges), int), ranges.astype(np.float64)
         with np.errstate(all="ignore"):
@@ -118,7 +121,8 @@ class SpeckleFilter(ScanFilter):
                 product = np.float32(2) * ranges * other * cosine
                 distance = np.sqrt(wide**2 + other.astype(np.float64) ** 2 - product).astype(np.float32)
                 found += distance <= self.values["max_range_difference"]
-        return found >= window
+        close: Array = found >= window
+        return close
 
 
 class BlobFilter(ScanFilter):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ast import literal_eval
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from pipros.libraries.reconfiguring.server import Setting
 from pipros.libraries.transforms.errors import TransformException
@@ -14,6 +14,9 @@ from pipros.perception.laser.filters.base import FilterFailed, InvalidFilter, Sc
 from pipros.perception.laser.projection import moving, poses_of_scan, projected, valid_beams
 from pipros.perception.laser.scan import Scan
 
+if TYPE_CHECKING:
+    from pipros.libraries.vision.extras import Array
+
 WAIT_S: Final = 1.0
 VERTICES_LIMIT: Final = 10_000
 """Maximum number of vertices in a polygon."""
@@ -22,7 +25,7 @@ VERTICES_LIMIT: Final = 10_000
 class ShapeFilter(ScanFilter):
     """Base of filters that select points by their position in another frame."""
 
-    def points(self, scan: Scan, frame: str) -> tuple[Any, Any]:
+    def points(self, scan: Scan, frame: str) -> tuple[Array, Array]:
         """Return the valid beams, and their points in `frame`, corrected for motion during the scan.
 
         Wait up to `WAIT_S` for the transform at the end of the scan.
@@ -132,7 +135,7 @@ class StaticPolygonFilter(PolygonFilter):
         return scan.without(inside != self.values["invert"])
 
 
-def vertices(value: Any, name: str) -> Any:
+def vertices(value: Any, name: str) -> Array:
     """Convert the parameter `polygon` to a float32 array of shape (n, 2).
 
     Raises:
@@ -163,12 +166,12 @@ def _parsed(text: str) -> Any:
         return None
 
 
-def text_of(corners: Any) -> str:
+def text_of(corners: Array) -> str:
     """Format vertices as a value of the setting `polygon`."""
     return str([[float(x), float(y)] for x, y in corners])
 
 
-def in_polygon(corners: Any, points: Any) -> Any:
+def in_polygon(corners: Array, points: Array) -> Array:
     """Return a mask of the points inside a polygon, by the even-odd rule in float32."""
     x, y = points[:, 0], points[:, 1]
     inside = np.zeros(len(points), bool)
